@@ -1,0 +1,136 @@
+"""Section 4: which pixels need work. Control-point selection (4.1) and thresholding (4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.field import Field
+from kogao_core.geometry import Box
+from kogao_core.lattice import Lattice
+from kogao_core.recipe import LOSSLESS_PX, DomainName, Recipe
+
+Mask = npt.NDArray[np.bool_]
+NAMES: Final[tuple[DomainName, ...]] = ("image", "control-points", "threshold")
+_STRIP_PX: Final = 256  # rows evaluated at a time: bounds the memory of a mask
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """The active cells of one lattice, shape (J, I), and its pixel columns and rows.
+
+    A lattice cell owns the pixel centres in ``[origin + h i, origin + h (i + 1))``.
+    """
+
+    lattice: Lattice
+    active: Mask
+
+    def edges_px(self, axis: int) -> npt.NDArray[np.int64]:
+        """Return the first whole pixel of each cell along `axis` (0 is x), and the end."""
+        count = self.active.shape[1 - axis] + 1
+        edges = self.lattice.grid.nodes_px(self.lattice.first_cell[axis], count, axis)
+        return np.ceil(edges).astype(np.int64)
+
+    def mask(self, box: Box) -> Mask:
+        """Return which pixels of `box` lie in an active cell, shape (height, width)."""
+        column = np.searchsorted(self.edges_px(0), np.arange(box.left, box.right), "right")
+        row = np.searchsorted(self.edges_px(1), np.arange(box.top, box.bottom), "right")
+        return np.pad(self.active, 1)[np.ix_(row, column)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Domain:
+    """The pixels that a warp works on.
+
+    Parameters
+    ----------
+    name : {"image", "control-points", "threshold"}
+        How it was reduced.
+    image : Box
+        The whole image.
+    cells : tuple of Cells
+        Active lattice cells per face; pixels outside them keep their bytes.
+    """
+
+    name: DomainName
+    image: Box
+    cells: tuple[Cells, ...]
+
+    def mask(self, box: Box) -> Mask:
+        """Return which pixels of `box` belong to the domain, at the precision of cells."""
+        if self.name == "image":
+            return np.ones((box.height, box.width), bool)
+        mask = np.zeros((box.height, box.width), bool)
+        for cells in self.cells:
+            mask |= cells.mask(box)
+        return mask
+
+    @property
+    def bounds(self) -> Box:
+        """Smallest box of the image that holds the domain."""
+        if self.name == "image":
+            return self.image
+        boxes = [_bounds(cells) for cells in self.cells if cells.active.any()]
+        if not boxes:
+            return Box(0, 0, 0, 0)
+        union = Box(
+            min(b.left for b in boxes),
+            min(b.top for b in boxes),
+            max(b.right for b in boxes),
+            max(b.bottom for b in boxes),
+        )
+        return union.clipped(self.image)
+
+
+def _bounds(cells: Cells) -> Box:
+    columns = np.flatnonzero(cells.active.any(axis=0))
+    rows = np.flatnonzero(cells.active.any(axis=1))
+    x, y = cells.edges_px(0), cells.edges_px(1)
+    return Box(int(x[columns[0]]), int(y[rows[0]]), int(x[columns[-1] + 1]), int(y[rows[-1] + 1]))
+
+
+def fade_of(recipe: Recipe) -> float:
+    """Return the T of the field's fade: none up to the lossless threshold, which shows no seam."""
+    lossless = recipe.domain != "threshold" or recipe.threshold_px <= LOSSLESS_PX
+    return 0.0 if lossless else recipe.threshold_px
+
+
+def reduce(field: Field, image: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Domain:
+    """Select the cells to work on.
+
+    ``control-points`` keeps every cell that a non-zero control point reaches: 4 x 4 of them, not
+    the 3 x 3 of section 4.1, which leaves a seam. ``threshold`` keeps the cells in which a pixel
+    could move by more than T: by the convex hull property, no pixel moves further than the
+    longest pull of its cell's control points.
+    """
+    # Neighbours' pulls add up, so each face may only use up its share of the threshold; a little
+    # less, because single precision may round a pull up.
+    bound = 0.99 * threshold_px / max(1, len(field.lattices)) if name == "threshold" else 0.0
+    cells = tuple(Cells(lattice, lattice.cell_bound_px > bound) for lattice in field.lattices)
+    return Domain(name, image, cells)
+
+
+def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) -> Mask:
+    """Return which pixels of `box` move by more than T: figure 13's regions, exact to the pixel."""
+    spline = Field(field.lattices)
+    xs = np.arange(box.left, box.right)
+    mask = np.zeros((box.height, box.width), bool)
+    for top in range(box.top, box.bottom, _STRIP_PX):
+        ys = np.arange(top, min(top + _STRIP_PX, box.bottom))
+        pull = spline.on_grid(xs, ys)
+        mask[top - box.top : top - box.top + len(ys)] = np.hypot(pull[0], pull[1]) > threshold_px
+    return mask
+
+
+def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainName, int]:
+    """Count the pixels of the three domains (figures 14 and 15)."""
+    reached = reduce(field, image, "control-points")
+    box = reached.bounds
+    return {
+        "image": image.area,
+        "control-points": int(reached.mask(box).sum()),
+        "threshold": int(threshold_mask(field, box, threshold_px).sum()),
+    }

@@ -1,0 +1,201 @@
+"""A face as the paper sees it: 21 outline points, 4 eye corners, 2 mouth corners (section 3.1)."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.geometry import Affine, Array, Image, frozen
+
+OUTLINE_POINTS: Final = 21
+
+
+class FaceNotFound(LookupError):
+    """No face was found; the message says what the user can do next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Where a face's lattice is anchored and what its spacing is measured in.
+
+    Kept apart from the landmarks, so that dragging one of them doesn't shift the lattice under
+    all the others.
+
+    Parameters
+    ----------
+    origin_px : tuple of float
+        Position (x, y) of lattice node (0, 0): halfway between eyes and mouth.
+    spacing_px : float
+        Mean distance between neighbouring outline landmarks, the unit of R (section 3.3).
+    """
+
+    origin_px: tuple[float, float]
+    spacing_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """Landmarks of one face, px of the upright image; "left" is the viewer's, of an upright head.
+
+    Parameters
+    ----------
+    outline : array of shape (N, 2)
+        Silhouette from the left ear round the chin to the right ear; N = 21 when automatic.
+    eyes : array of shape (4, 2)
+        Left eye outer and inner corner, right eye inner and outer corner.
+    mouth : array of shape (2, 2)
+        Left and right mouth corner.
+    score : float
+        Confidence 0 to 1 of the source; 1 for a face placed by hand.
+    targets : array of shape (N, 2), optional
+        Where the user wants outline points to go; rows of NaN stay automatic (section 3.2).
+    pinned_frame : Frame, optional
+        Lattice anchor to keep; derived from the landmarks when absent.
+    source : str
+        Which landmark source made it: "mesh", "manual", ...
+    """
+
+    outline: Array
+    eyes: Array
+    mouth: Array
+    score: float = 1.0
+    targets: Array | None = None
+    pinned_frame: Frame | None = None
+    source: str = "manual"
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        outline = frozen(self.outline, (None, 2))
+        if len(outline) < 3 or np.isnan(outline).any():
+            raise ValueError("a face needs at least 3 finite outline points")
+        object.__setattr__(self, "outline", outline)
+        object.__setattr__(self, "eyes", frozen(self.eyes, (4, 2)))
+        object.__setattr__(self, "mouth", frozen(self.mouth, (2, 2)))
+        if self.targets is not None:
+            object.__setattr__(self, "targets", frozen(self.targets, outline.shape))
+
+    @cached_property
+    def frame(self) -> Frame:
+        """Anchor and unit of this face's lattice."""
+        if self.pinned_frame is not None:
+            return self.pinned_frame
+        steps = np.linalg.norm(np.diff(self.outline, axis=0), axis=1)
+        middle = (self.eye_center + self.mouth_center) / 2.0
+        return Frame((float(middle[0]), float(middle[1])), max(1e-3, float(steps.mean())))
+
+    @cached_property
+    def eye_center(self) -> Array:
+        """Mean of the four eye corners, (x, y)."""
+        return np.asarray(self.eyes.mean(axis=0))
+
+    @cached_property
+    def mouth_center(self) -> Array:
+        """Mean of the two mouth corners, (x, y)."""
+        return np.asarray(self.mouth.mean(axis=0))
+
+    @cached_property
+    def interocular_px(self) -> float:
+        """Distance between the outer eye corners, px."""
+        return float(np.linalg.norm(self.eyes[3] - self.eyes[0]))
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Bounding rectangle (x, y, width, height) of all landmarks, px."""
+        points = self.points
+        low, high = points.min(axis=0), points.max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
+
+    @property
+    def points(self) -> Array:
+        """All landmarks, shape (N + 6, 2): outline, eyes, mouth (the paper's 27 when N = 21)."""
+        return np.vstack([self.outline, self.eyes, self.mouth])
+
+    def with_outline_point(self, index: int, position: npt.ArrayLike) -> Face:
+        """Return the face with one outline landmark moved; the lattice frame stays."""
+        return self._edited(outline=_with_row(self.outline, index, position))
+
+    def with_target(self, index: int, position: npt.ArrayLike | None) -> Face:
+        """Return the face with one target set by hand, or automatic again when None."""
+        targets = np.full_like(self.outline, np.nan) if self.targets is None else self.targets
+        row = (np.nan, np.nan) if position is None else position
+        targets = _with_row(targets, index, row)
+        return self._edited(targets=None if np.isnan(targets).all() else targets)
+
+    def with_eye_point(self, index: int, position: npt.ArrayLike) -> Face:
+        """Return the face with one eye corner moved."""
+        return self._edited(eyes=_with_row(self.eyes, index, position))
+
+    def with_mouth_point(self, index: int, position: npt.ArrayLike) -> Face:
+        """Return the face with one mouth corner moved."""
+        return self._edited(mouth=_with_row(self.mouth, index, position))
+
+    def _edited(self, **changes: Any) -> Face:
+        return dataclasses.replace(self, pinned_frame=self.frame, **changes)
+
+    def mapped(self, transform: Affine) -> Face:
+        """Return the face carried along by a similarity transform of its image, frame included."""
+        origin = transform(self.frame.origin_px)
+        return dataclasses.replace(
+            self,
+            outline=transform(self.outline),
+            eyes=transform(self.eyes),
+            mouth=transform(self.mouth),
+            targets=None if self.targets is None else transform(self.targets),
+            pinned_frame=Frame(
+                (float(origin[0]), float(origin[1])), self.frame.spacing_px * transform.scale
+            ),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON form that `kogao-cli detect` prints."""
+        return {
+            "box": list(self.box),
+            "score": self.score,
+            "outline": self.outline.tolist(),
+            "eyes": self.eyes.tolist(),
+            "mouth": self.mouth.tolist(),
+        }
+
+
+def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
+    changed = points.copy()
+    changed[index] = np.asarray(position, np.float64)
+    return changed
+
+
+class LandmarkSource(Protocol):
+    """Anything that finds faces: the mesh network today, the paper's AAM, a user's own model."""
+
+    name: str
+
+    def find(self, rgb: Image) -> list[Face]:
+        """Return the faces of an upright image, largest first; an empty list when there is none."""
+        ...
+
+
+def select(faces: Sequence[Face], which: str) -> list[Face]:
+    """Pick faces by ``"all"``, ``"largest"`` or 1-based numbers such as ``"1,3"``.
+
+    Raises
+    ------
+    ValueError
+        If `which` is neither, or names a face that isn't there.
+    """
+    if which == "all":
+        return list(faces)
+    if which == "largest":
+        return sorted(faces, key=lambda face: face.interocular_px)[-1:]
+    try:
+        numbers = [int(part) for part in which.split(",")]
+    except ValueError:
+        raise ValueError(f"face must be all, largest or numbers like 1,3, got {which!r}") from None
+    for number in numbers:
+        if not 1 <= number <= len(faces):
+            raise ValueError(f"there is no face {number}; the photo has {len(faces)}, from 1 up")
+    return [faces[number - 1] for number in sorted(set(numbers))]

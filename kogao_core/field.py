@@ -1,0 +1,175 @@
+"""The pull field of all faces together: displacement, residual, and whether it is one-to-one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.geometry import Array
+from kogao_core.lattice import Lattice
+from kogao_core.targets import Pairs
+
+# Choi and Lee (2000): a cubic lattice whose control points move less than this many spacings is
+# one-to-one.
+INJECTIVE_BOUND: Final = 0.48
+SAMPLES_PER_CELL: Final = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Field:
+    """Backward displacement ``d(x)``: the output at x shows the source at ``x + d(x)``.
+
+    Parameters
+    ----------
+    lattices : tuple of Lattice
+        One per face; displacements add up.
+    fade_px : float
+        Displacements shorter than this vanish and come back smoothly until twice as long
+        (section 4.2 without its step); 0 leaves the spline as it is.
+    """
+
+    lattices: tuple[Lattice, ...]
+    fade_px: float = 0.0
+
+    def at(self, points_px: npt.ArrayLike) -> Array:
+        """Return the displacement at points of shape (N, 2), px."""
+        points = np.asarray(points_px, np.float64)
+        pull: Array = np.zeros_like(points)
+        for lattice in self.lattices:
+            pull += lattice.at(points)
+        return pull * fade(np.hypot(pull[:, 0], pull[:, 1]), self.fade_px)[:, None]
+
+    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
+        pull = self._spline(xs_px, ys_px)
+        return np.asarray(pull * fade(np.hypot(pull[0], pull[1]), self.fade_px))
+
+    def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold."""
+        along_x = self._spline(xs_px, ys_px, dx=True)
+        along_y = self._spline(xs_px, ys_px, dy=True)
+        if self.fade_px > 0.0:
+            along_x, along_y = self._faded_slopes(self._spline(xs_px, ys_px), along_x, along_y)
+        return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
+
+    def _spline(
+        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
+    ) -> Array:
+        xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+        total: Array = np.zeros((2, len(ys), len(xs)))
+        for lattice in self.lattices:
+            total += lattice.on_grid(xs, ys, dx=dx, dy=dy)
+        return total
+
+    def _faded_slopes(self, pull: Array, along_x: Array, along_y: Array) -> tuple[Array, Array]:
+        # (f(|d|) d)' = f d' + f'(|d|) |d|' d
+        length = np.hypot(pull[0], pull[1])
+        factor, slope = fade(length, self.fade_px), _fade_slope(length, self.fade_px)
+        unit = pull / np.where(length > 0.0, length, 1.0)
+        grown_x = factor * along_x + slope * (unit * along_x).sum(axis=0) * pull
+        grown_y = factor * along_y + slope * (unit * along_y).sum(axis=0) * pull
+        return grown_x, grown_y
+
+
+def fade(length_px: Array, threshold_px: float) -> Array:
+    """Return the smoothstep of displacement lengths over [T, 2T]; 1 everywhere when T = 0."""
+    if threshold_px <= 0.0:
+        return np.ones_like(length_px)
+    t = np.clip(length_px / threshold_px - 1.0, 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def _fade_slope(length_px: Array, threshold_px: float) -> Array:
+    t = np.clip(length_px / threshold_px - 1.0, 0.0, 1.0)
+    return np.asarray(6.0 * t * (1.0 - t) / threshold_px)
+
+
+@dataclass(frozen=True, slots=True)
+class OneToOne:
+    """Whether the warp folds, measured and, where possible, certified.
+
+    Parameters
+    ----------
+    min_det : float
+        Smallest Jacobian determinant found on a grid of 8 x 8 samples per lattice cell.
+    certified : bool
+        True when the control points alone prove the whole warp one-to-one.
+    folded_cells : tuple of (left, top, width, height)
+        Lattice cells with a determinant <= 0, px.
+    """
+
+    min_det: float
+    certified: bool
+    folded_cells: tuple[tuple[float, float, float, float], ...]
+
+    @property
+    def folds(self) -> bool:
+        """True when at least one cell is folded."""
+        return bool(self.folded_cells)
+
+
+def check_one_to_one(field: Field) -> OneToOne:
+    """Measure the smallest det J over all lattice cells that a non-zero control point reaches."""
+    lowest, folded = 1.0, []
+    for lattice in field.lattices:
+        (i0, j0), bound = lattice.first_cell, lattice.cell_bound_px
+        rows, columns = bound.shape
+        steps = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
+        h, (ox, oy) = lattice.grid.spacing_px, lattice.grid.origin_px
+        xs = ox + h * ((i0 + np.arange(columns))[:, None] + steps).ravel()
+        ys = oy + h * ((j0 + np.arange(rows))[:, None] + steps).ravel()
+        det = field.det_jacobian(xs, ys)
+        cells = det.reshape(rows, SAMPLES_PER_CELL, columns, SAMPLES_PER_CELL).min(axis=(1, 3))
+        lowest = min(lowest, float(cells.min()))
+        for j, i in np.argwhere(cells <= 0.0).tolist():
+            folded.append((ox + h * (i0 + i), oy + h * (j0 + j), h, h))
+    return OneToOne(lowest, _certified(field), tuple(folded))
+
+
+def _certified(field: Field) -> bool:
+    if field.fade_px > 0.0:
+        return False
+    # Overlapping lattices add up; summing all bounds is safe, if strict.
+    moves = [lattice.magnitude_px.max() / lattice.grid.spacing_px for lattice in field.lattices]
+    return len(moves) < 2 and sum(moves) < INJECTIVE_BOUND
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """How far landmarks end from their targets, and the outline between them from its curve, px."""
+
+    mean_px: float
+    max_px: float
+    contour_mean_px: float
+    contour_max_px: float
+
+
+def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
+    """Compare the field with the pull that the landmarks, and the curve through them, ask for."""
+    if not pairs:
+        return Residual(0.0, 0.0, 0.0, 0.0)
+    points = np.concatenate([_misses(field, p.target_px, p.pull_px) for p in pairs])
+    curves = [(_curve(p.target_px), _curve(p.pull_px)) for p in pairs]
+    between = np.concatenate([_misses(field, target, pull) for target, pull in curves])
+    return Residual(
+        float(points.mean()), float(points.max()), float(between.mean()), float(between.max())
+    )
+
+
+def _misses(field: Field, target_px: Array, pull_px: Array) -> Array:
+    return np.asarray(np.linalg.norm(field.at(target_px) - pull_px, axis=1))
+
+
+def _curve(points: Array, per_step: int = 8) -> Array:
+    """Sample the Catmull-Rom curve through points of shape (N, 2)."""
+    before = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
+    a, b, c, d = before[:-3], before[1:-2], before[2:-1], before[3:]
+    t = (np.arange(per_step) / per_step)[:, None, None]
+    curve = 0.5 * (
+        2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3
+    )
+    return np.asarray(curve.transpose(1, 0, 2).reshape(-1, 2))

@@ -1,0 +1,170 @@
+"""Sections 2.1, 2.2 and 3.3: control points from landmark pairs, by three fits.
+
+The paper fits coordinates; here the control points hold the *pull* ``source - target`` and are
+fitted at the targets. What no landmark reaches is then exactly zero, and the field is directly
+the backward map that resampling needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.face import Frame
+from kogao_core.geometry import Array
+from kogao_core.lattice import ORDER, Grid, Lattice, basis
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.targets import Pairs
+
+MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
+MIN_SPACING_PX: Final = 1.0
+# Directions of the pull that the lattice can hardly express would need huge control points.
+EXACT_CUTOFF: Final = 1e-7
+# Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
+# exactly, not just nearly, as they were.
+QUANTUM_PX: Final = 2.0**-12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """What one face asks of its lattice: pulls (N, 2) at targets (N, 2), both px."""
+
+    grid: Grid
+    target_px: Array
+    pull_px: Array
+
+
+def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
+    """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3)."""
+    unit = frame.spacing_px if recipe.lattice_unit == "spacing" else pairs.warp_distance_px
+    return max(MIN_SPACING_PX, recipe.lattice * unit)
+
+
+def fit(pairs: Sequence[Pairs], frames: Sequence[Frame], recipe: Recipe) -> tuple[Lattice, ...]:
+    """Fit one lattice to each face.
+
+    Parameters
+    ----------
+    pairs, frames : sequences of equal length
+        Landmark pairs and lattice frame of each face.
+    recipe : Recipe
+        Uses `fit`, `lattice` and `lattice_unit`.
+
+    Returns
+    -------
+    tuple of Lattice
+        The total pull field is their sum.
+    """
+    problems = [
+        Problem(
+            Grid(frame.origin_px, spacing_px(pair, frame, recipe)), pair.target_px, pair.pull_px
+        )
+        for pair, frame in zip(pairs, frames, strict=True)
+    ]
+    lattices = _FITS[recipe.fit](problems)
+    return tuple(
+        Lattice(lattice.grid, lattice.first, np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX)
+        for lattice in lattices
+    )
+
+
+def _weights(
+    problem: Problem,
+) -> tuple[Array, npt.NDArray[np.int64], tuple[int, int], tuple[int, int]]:
+    """Return w_kl of each point (N, 4, 4), its node rows and columns, first node and shape."""
+    column, s = problem.grid.locate(problem.target_px[:, 0], 0)
+    row, t = problem.grid.locate(problem.target_px[:, 1], 1)
+    first = (int(column.min()) - 1, int(row.min()) - 1)
+    shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
+    reach = np.arange(ORDER) - 1
+    rows = row[:, None, None] + reach[:, None] - first[1]
+    columns = column[:, None, None] + reach - first[0]
+    return basis(t)[:, :, None] * basis(s)[:, None, :], rows * shape[1] + columns, first, shape
+
+
+def approximate(problem: Problem) -> Lattice:
+    """B-spline approximation, eqs. (3) and (4).
+
+    Eq. (3) as printed sums k and l away. Lee, Wolberg and Shin (1997), its source, give every
+    landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
+    ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4).
+    """
+    w, node, first, shape = _weights(problem)
+    w2 = w**2
+    own = w / w2.sum(axis=(1, 2), keepdims=True)
+    size = shape[0] * shape[1]
+    total = np.bincount(node.ravel(), w2.ravel(), size)
+    phi = np.zeros((size, 2))
+    for c in (0, 1):
+        shares = w2 * own * problem.pull_px[:, c, None, None]
+        phi[:, c] = np.bincount(node.ravel(), shares.ravel(), size)
+    phi /= np.where(total > 0.0, total, 1.0)[:, None]
+    return Lattice(problem.grid, first, phi.reshape(*shape, 2))
+
+
+def multilevel(problem: Problem) -> Lattice:
+    """Approximate, then approximate what is left on ever finer lattices (refs [8], [12])."""
+    lattice = approximate(problem)
+    for _ in range(MULTILEVEL_STEPS):
+        left = problem.pull_px - lattice.at(problem.target_px)
+        if np.abs(left).max() < LOSSLESS_PX:
+            break
+        lattice = lattice.refined()
+        detail = approximate(Problem(lattice.grid, problem.target_px, left))
+        lattice = _sum(lattice, detail)
+    return lattice
+
+
+def _sum(a: Lattice, b: Lattice) -> Lattice:
+    first = (min(a.first[0], b.first[0]), min(a.first[1], b.first[1]))
+    last_i = max(a.first[0] + a.shape[1], b.first[0] + b.shape[1])
+    last_j = max(a.first[1] + a.shape[0], b.first[1] + b.shape[0])
+    shape = (last_j - first[1], last_i - first[0])
+    return Lattice(a.grid, first, a.window(first, shape) + b.window(first, shape))
+
+
+def exact(problems: Sequence[Problem]) -> list[Lattice]:
+    """Interpolate every landmark of every face with the smallest control points that do.
+
+    The same control points as `approximate`, ``phi = A' (A A')^-1 z``. Faces are solved together,
+    so landmarks stay exact where the fields of neighbours overlap.
+    """
+    if not problems:
+        return []
+    empty = [approximate(problem) for problem in problems]
+    targets = np.vstack([problem.target_px for problem in problems])
+    pulls = np.vstack([problem.pull_px for problem in problems])
+    own_nodes = [np.unique(_weights(problem)[1]) for problem in problems]
+    blocks = [
+        _design(lattice, targets)[:, own] for lattice, own in zip(empty, own_nodes, strict=True)
+    ]
+    design = np.hstack(blocks)
+    solution = design.T @ (np.linalg.pinv(design @ design.T, EXACT_CUTOFF, hermitian=True) @ pulls)
+    parts = np.split(solution, np.cumsum([block.shape[1] for block in blocks])[:-1])
+    lattices = []
+    for lattice, own, part in zip(empty, own_nodes, parts, strict=True):
+        phi = np.zeros((lattice.phi.shape[0] * lattice.phi.shape[1], 2))
+        phi[own] = part
+        lattices.append(Lattice(lattice.grid, lattice.first, phi.reshape(lattice.phi.shape)))
+    return lattices
+
+
+def _design(lattice: Lattice, points_px: Array) -> Array:
+    bx = lattice.grid.matrix(points_px[:, 0], lattice.first[0], lattice.shape[1], 0)
+    by = lattice.grid.matrix(points_px[:, 1], lattice.first[1], lattice.shape[0], 1)
+    return np.asarray((by[:, :, None] * bx[:, None, :]).reshape(len(points_px), -1))
+
+
+def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], list[Lattice]]:
+    return lambda problems: [one(problem) for problem in problems]
+
+
+_FITS: Final[dict[str, Callable[[Sequence[Problem]], list[Lattice]]]] = {
+    "approximation": _each(approximate),
+    "exact": exact,
+    "multilevel": _each(multilevel),
+}

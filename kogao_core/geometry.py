@@ -1,0 +1,133 @@
+"""Pixel rectangles and plane transforms; pixel centres lie at whole numbers, y runs down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+# Pixels of shape (H, W) or (H, W, C); depth and channels are checked where they matter.
+Image = npt.NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def width(self) -> int:
+        """Columns, px."""
+        return max(0, self.right - self.left)
+
+    @property
+    def height(self) -> int:
+        """Rows, px."""
+        return max(0, self.bottom - self.top)
+
+    @property
+    def area(self) -> int:
+        """Number of pixels."""
+        return self.width * self.height
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Row and column slices that cut this box out of an image."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def grown(self, margin_px: int) -> Box:
+        """Return the box with `margin_px` added on every side."""
+        return Box(
+            self.left - margin_px,
+            self.top - margin_px,
+            self.right + margin_px,
+            self.bottom + margin_px,
+        )
+
+    def clipped(self, other: Box) -> Box:
+        """Return the part of this box inside `other`."""
+        return Box(
+            max(self.left, other.left),
+            max(self.top, other.top),
+            min(self.right, other.right),
+            min(self.bottom, other.bottom),
+        )
+
+    @staticmethod
+    def of(image: Image) -> Box:
+        """Return the box of a whole image of shape (H, W) or (H, W, C)."""
+        return Box(0, 0, image.shape[1], image.shape[0])
+
+
+def frozen(points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None) -> Array:
+    """Copy `points` to a read-only float64 array; `shape` is checked where given (None = any).
+
+    Raises
+    ------
+    ValueError
+        If the shape differs or a coordinate is infinite.
+    """
+    array = np.array(points, dtype=np.float64)
+    if shape is not None and (
+        array.ndim != len(shape)
+        or any(
+            want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
+        )
+    ):
+        raise ValueError(f"expected points of shape {shape}, got {array.shape}")
+    if np.isinf(array).any():
+        raise ValueError("coordinates must be finite")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Affine:
+    """A plane map ``p -> matrix @ p + shift``, in px."""
+
+    matrix: Array
+    shift: Array
+
+    def __call__(self, points: npt.ArrayLike) -> Array:
+        """Map points of shape (..., 2)."""
+        return np.asarray(np.asarray(points, np.float64) @ self.matrix.T + self.shift)
+
+    @property
+    def scale(self) -> float:
+        """Linear magnification, sqrt(abs(det))."""
+        return float(np.sqrt(abs(np.linalg.det(self.matrix))))
+
+    @property
+    def inverse(self) -> Affine:
+        """The map back."""
+        back = np.asarray(np.linalg.inv(self.matrix), np.float64)
+        return Affine(back, -back @ self.shift)
+
+    @property
+    def opencv(self) -> Array:
+        """The 2x3 matrix of OpenCV's warpAffine."""
+        return np.column_stack([self.matrix, self.shift])
+
+    def after(self, first: Affine) -> Affine:
+        """Return the map that applies `first`, then this one."""
+        return Affine(self.matrix @ first.matrix, self(first.shift))
+
+    @staticmethod
+    def similarity(scale: float, degrees: float, shift: npt.ArrayLike) -> Affine:
+        """Return a turn by `degrees` (from +x towards +y), a scaling and a shift."""
+        angle = np.deg2rad(degrees)
+        cos, sin = np.cos(angle) * scale, np.sin(angle) * scale
+        return Affine(np.array([[cos, -sin], [sin, cos]]), np.asarray(shift, np.float64))
+
+    @staticmethod
+    def resize(scale_x: float, scale_y: float) -> Affine:
+        """Return the map of an image resize, which keeps pixel edges, not centres, in place."""
+        scale = np.array([scale_x, scale_y])
+        return Affine(np.diag(scale), (scale - 1.0) / 2.0)

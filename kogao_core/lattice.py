@@ -1,0 +1,182 @@
+"""Sections 2.1, 2.2 and 3.3: the control lattice of a uniform cubic B-spline."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.geometry import Array
+
+ORDER = 4  # control points per axis that reach a point: cubic
+
+
+def basis(s: npt.ArrayLike) -> Array:
+    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4)."""
+    s = np.asarray(s, np.float64)
+    r = 1.0 - s
+    weights = [r**3, 3 * s**3 - 6 * s**2 + 4, -3 * s**3 + 3 * s**2 + 3 * s + 1, s**3]
+    return np.asarray(np.stack(weights, axis=-1) / 6.0)
+
+
+def basis_slope(s: npt.ArrayLike) -> Array:
+    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4)."""
+    s = np.asarray(s, np.float64)
+    r = 1.0 - s
+    slopes = np.stack([-(r**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=-1)
+    return np.asarray(slopes / 2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Where lattice nodes lie: node (i, j) at ``origin + spacing * (i, j)``, in px.
+
+    Parameters
+    ----------
+    origin_px : tuple of float
+        Position (x, y) of node (0, 0).
+    spacing_px : float
+        Distance h between neighbouring nodes.
+    """
+
+    origin_px: tuple[float, float]
+    spacing_px: float
+
+    def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
+        """Return the cell [u] of each coordinate and its place s = u - [u] in it; axis 0 is x."""
+        u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
+        cell = np.floor(u)
+        return cell.astype(np.int64), np.asarray(u - cell, np.float64)
+
+    def nodes_px(self, first: int, count: int, axis: int) -> Array:
+        """Return the coordinates of `count` nodes from index `first`; axis 0 is x."""
+        steps = np.arange(first, first + count, dtype=np.float64)
+        return np.asarray(self.origin_px[axis] + self.spacing_px * steps)
+
+    def halved(self) -> Grid:
+        """Return the grid with half the spacing and the same origin."""
+        return Grid(self.origin_px, self.spacing_px / 2.0)
+
+    def matrix(
+        self, coords_px: npt.ArrayLike, first: int, count: int, axis: int, *, slope: bool = False
+    ) -> Array:
+        """Return the weights of nodes ``first .. first + count`` at each coordinate.
+
+        Parameters
+        ----------
+        coords_px : array of shape (M,)
+            Coordinates along one axis.
+        first, count : int
+            Window of node indices; nodes outside it are left out.
+        axis : int
+            0 for x, 1 for y.
+        slope : bool
+            Give the derivative per px instead of the value.
+
+        Returns
+        -------
+        array of shape (M, count)
+        """
+        cell, s = self.locate(coords_px, axis)
+        weights = basis_slope(s) / self.spacing_px if slope else basis(s)
+        columns = cell[:, None] - 1 + np.arange(ORDER) - first
+        inside = (columns >= 0) & (columns < count)
+        rows = np.broadcast_to(np.arange(len(cell))[:, None], columns.shape)
+        matrix: Array = np.zeros((len(cell), count))
+        matrix[rows[inside], columns[inside]] = weights[inside]
+        return matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Control points of one face's pull field; every node that isn't stored is zero: identity.
+
+    Parameters
+    ----------
+    grid : Grid
+        Node positions.
+    first : tuple of int
+        Node index (i, j) of ``phi[0, 0]``; i runs along x, j along y.
+    phi : array of shape (J, I, 2)
+        Pull (x, y) of each control point, px.
+    """
+
+    grid: Grid
+    first: tuple[int, int]
+    phi: Array
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Stored control points (rows, columns)."""
+        return self.phi.shape[0], self.phi.shape[1]
+
+    def at(self, points_px: npt.ArrayLike) -> Array:
+        """Evaluate eq. (1) at points of shape (N, 2); returns the pull there, shape (N, 2), px."""
+        points = np.asarray(points_px, np.float64)
+        bx = self.grid.matrix(points[:, 0], self.first[0], self.shape[1], 0)
+        by = self.grid.matrix(points[:, 1], self.first[1], self.shape[0], 1)
+        return np.asarray(np.einsum("nj,ni,jic->nc", by, bx, self.phi, optimize=True))
+
+    def on_grid(
+        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
+    ) -> Array:
+        """Evaluate eq. (1), or its derivative along x or y, on the tensor grid ``ys x xs``.
+
+        Returns
+        -------
+        array of shape (2, len(ys), len(xs))
+            x and y component of the pull (px) or of its derivative (px per px).
+        """
+        bx = self.grid.matrix(xs_px, self.first[0], self.shape[1], 0, slope=dx)
+        by = self.grid.matrix(ys_px, self.first[1], self.shape[0], 1, slope=dy)
+        return np.stack([by @ self.phi[..., c] @ bx.T for c in (0, 1)])
+
+    def window(self, first: tuple[int, int], shape: tuple[int, int]) -> Array:
+        """Cut `shape` (rows, columns) control points from node `first`; zeros outside."""
+        cut = np.zeros((*shape, 2))
+        j0, i0 = first[1] - self.first[1], first[0] - self.first[0]
+        rows = slice(max(0, j0), max(0, min(self.shape[0], j0 + shape[0])))
+        columns = slice(max(0, i0), max(0, min(self.shape[1], i0 + shape[1])))
+        if rows.start < rows.stop and columns.start < columns.stop:
+            cut[rows.start - j0 : rows.stop - j0, columns.start - i0 : columns.stop - i0] = (
+                self.phi[rows, columns]
+            )
+        return cut
+
+    @cached_property
+    def magnitude_px(self) -> Array:
+        """Length of each control point's pull, shape (J, I), px."""
+        return np.asarray(np.hypot(self.phi[..., 0], self.phi[..., 1]))
+
+    @cached_property
+    def cell_bound_px(self) -> Array:
+        """Upper bound of the pull in each cell, shape (J + 3, I + 3), px (convex hull property).
+
+        Entry [0, 0] is the cell of index ``first - 2``: the first that a stored node reaches.
+        """
+        padded = np.pad(self.magnitude_px, ORDER - 1)
+        views = np.lib.stride_tricks.sliding_window_view(padded, (ORDER, ORDER))
+        return np.asarray(views.max(axis=(2, 3)))
+
+    @property
+    def first_cell(self) -> tuple[int, int]:
+        """Cell index (i, j) of ``cell_bound_px[0, 0]``."""
+        return self.first[0] - 2, self.first[1] - 2
+
+    def refined(self) -> Lattice:
+        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
+        rows = _refined_axis(self.phi, 0)
+        phi = _refined_axis(rows, 1)
+        first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)
+        return Lattice(self.grid.halved(), first, phi)
+
+
+def _refined_axis(phi: Array, axis: int) -> Array:
+    # A cubic B-spline is the sum of five half-width ones, weighted 1 4 6 4 1 over 8.
+    phi = np.moveaxis(phi, axis, 0)
+    fine = np.zeros((2 * len(phi) + 3, *phi.shape[1:]))
+    for offset, weight in enumerate((1.0, 4.0, 6.0, 4.0, 1.0)):
+        fine[offset : offset + 2 * len(phi) - 1 : 2] += weight / 8.0 * phi
+    return np.moveaxis(fine, 0, axis)

@@ -1,0 +1,63 @@
+"""Section 3.2: centre candidates on the eye-mouth line, and targets on the lines to the centre."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from kogao_core.face import Face
+from kogao_core.geometry import Array
+from kogao_core.recipe import Recipe
+
+# Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3; these
+# are the fractions of the way from the eyes to the mouth. The last one is the tip of the nose.
+CENTER_FRACTIONS: Final = (1.0, 0.8, 0.6, 0.47)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """Feature points and where they go.
+
+    Parameters
+    ----------
+    source_px : array of shape (N, 2)
+        Landmarks.
+    target_px : array of shape (N, 2)
+        Their target points.
+    center_px : array of shape (2,)
+        The centre they move towards.
+    """
+
+    source_px: Array
+    target_px: Array
+    center_px: Array
+
+    @property
+    def pull_px(self) -> Array:
+        """Backward displacement at the targets, ``source - target``, shape (N, 2)."""
+        return self.source_px - self.target_px
+
+    @property
+    def warp_distance_px(self) -> float:
+        """Mean distance between landmarks and targets (figure 7b)."""
+        return float(np.linalg.norm(self.pull_px, axis=1).mean())
+
+
+def center_candidates(face: Face) -> Array:
+    """Return the four centre candidates of figure 7a, shape (4, 2), px."""
+    fractions = np.array(CENTER_FRACTIONS)[:, None]
+    return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
+
+
+def aim(face: Face, recipe: Recipe) -> Pairs:
+    """Place each target ``percent`` of D along the line from its landmark to the centre (figure 6).
+
+    Targets that the user placed by hand (`Face.targets`) stay where they are.
+    """
+    center = center_candidates(face)[int(recipe.center) - 1]
+    target = face.outline + recipe.percent / 100.0 * (center - face.outline)
+    if face.targets is not None:
+        target = np.where(np.isnan(face.targets), target, face.targets)
+    return Pairs(face.outline, target, center)

@@ -1,0 +1,29 @@
+"""Laps of the stages in `pipeline.render`; every clock in the program reads these names."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class Stopwatch:
+    """Wall-clock time by stage name, in ms."""
+
+    def __init__(self) -> None:
+        self.laps_ms: dict[str, float] = {}
+
+    @contextmanager
+    def lap(self, stage: str) -> Iterator[None]:
+        """Add the time of the ``with`` block to `stage`."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            elapsed = (time.perf_counter() - start) * 1e3
+            self.laps_ms[stage] = self.laps_ms.get(stage, 0.0) + elapsed
+
+    @property
+    def total_ms(self) -> float:
+        """Sum of all laps."""
+        return sum(self.laps_ms.values())

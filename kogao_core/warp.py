@@ -1,0 +1,207 @@
+"""Backward resampling into a result, in place and in fixed tiles.
+
+A pixel's bytes depend only on the source, the control points near it and its tile's fixed place,
+never on which other tiles are worked on: a partial update equals a full one bit for bit.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.domain import Domain
+from kogao_core.field import Field, fade
+from kogao_core.geometry import Box, Image
+from kogao_core.lattice import Lattice
+from kogao_core.recipe import Interpolation
+
+TILE_WIDTH_PX: Final = 512
+TILE_HEIGHT_PX: Final = 128
+_MARGIN_PX: Final = 256  # source pixels kept round a tile; doubled while a pull is longer
+_KERNEL_REACH_PX: Final = 8
+_FLAGS: Final[dict[Interpolation, int]] = {
+    "bilinear": cv2.INTER_LINEAR,
+    "cubic": cv2.INTER_CUBIC,
+    "lanczos4": cv2.INTER_LANCZOS4,
+}
+_DTYPES: Final = (np.uint8, np.uint16, np.float32)
+_MAX_CHANNELS: Final = 4
+
+Float32 = npt.NDArray[np.float32]
+Tile = tuple[int, int]  # (row, column) in the tile grid
+
+
+class Canvas:
+    """A result buffer over one source; tiles that are no longer warped get their source back.
+
+    Parameters
+    ----------
+    source : array of shape (H, W) or (H, W, C)
+        uint8, uint16 or float32 with 1 to 4 channels; never written to.
+
+    Raises
+    ------
+    ValueError
+        If depth, channels or size can't be warped.
+    """
+
+    def __init__(self, source: Image) -> None:
+        _check(source)
+        self.source = source
+        self.image = Box.of(source)
+        self.pixels = np.array(source, order="C")
+        self._warped: set[Tile] = set()
+
+    def pull(
+        self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
+    ) -> list[Box]:
+        """Resample the tiles of `domain` from the source; return the boxes that may differ now."""
+        active = self._tiles(domain)
+        stale = self._warped - active
+        for tile in stale:
+            rows, columns = self._box(tile).slices
+            self.pixels[rows, columns] = self.source[rows, columns]
+        job = _Job(self.source, self.pixels, field, _FLAGS[interpolation])
+        _spread(job, [self._box(tile) for tile in sorted(active)], threads or _default_threads())
+        self._warped = active
+        return [self._box(tile) for tile in sorted(active | stale)]
+
+    def _tiles(self, domain: Domain) -> set[Tile]:
+        rows = -(-self.image.height // TILE_HEIGHT_PX)
+        columns = -(-self.image.width // TILE_WIDTH_PX)
+        if domain.name == "image":
+            return {(row, column) for row in range(rows) for column in range(columns)}
+        hit = np.zeros((rows, columns), bool)
+        for cells in domain.cells:
+            over_rows = _overlaps(cells.edges_px(1), rows, TILE_HEIGHT_PX, self.image.height)
+            over_columns = _overlaps(cells.edges_px(0), columns, TILE_WIDTH_PX, self.image.width)
+            hit |= over_rows @ cells.active @ over_columns.T
+        return {(row, column) for row, column in np.argwhere(hit).tolist()}
+
+    def _box(self, tile: Tile) -> Box:
+        top, left = tile[0] * TILE_HEIGHT_PX, tile[1] * TILE_WIDTH_PX
+        return Box(left, top, left + TILE_WIDTH_PX, top + TILE_HEIGHT_PX).clipped(self.image)
+
+
+def _check(source: Image) -> None:
+    if source.dtype not in _DTYPES:
+        raise ValueError(f"pixels must be uint8, uint16 or float32, got {source.dtype}")
+    if source.ndim not in (2, 3) or (
+        source.ndim == 3 and not 1 <= source.shape[2] <= _MAX_CHANNELS
+    ):
+        raise ValueError(f"pixels must have shape (H, W) or (H, W, 1..4), got {source.shape}")
+    if 0 in source.shape:
+        raise ValueError("the image is empty")
+
+
+def _overlaps(
+    edges_px: npt.NDArray[np.int64], tiles: int, size_px: int, end_px: int
+) -> npt.NDArray[np.bool_]:
+    """Return which cells (columns) share pixels with which tiles (rows) along one axis."""
+    start = np.arange(tiles)[:, None] * size_px
+    end = np.minimum(start + size_px, end_px)
+    low, high = edges_px[:-1], edges_px[1:]
+    return np.asarray((low < end) & (high > start) & (low < high))
+
+
+class _Job:
+    """One warp: everything its tiles share."""
+
+    def __init__(self, source: Image, result: Image, field: Field, flag: int) -> None:
+        self.source, self.result, self.flag = source, result, flag
+        self.image = Box.of(source)
+        self.fade_px = field.fade_px
+        self.maps = [_LatticeMap(lattice) for lattice in field.lattices]
+        self.margin_px = _MARGIN_PX
+        longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
+        while self.margin_px < longest + _KERNEL_REACH_PX:
+            self.margin_px *= 2
+
+    def run(self, box: Box) -> None:
+        view = box.grown(self.margin_px).clipped(self.image)
+        map_x, map_y = self._map(box, (view.left, view.top))
+        rows, columns = box.slices
+        cv2.remap(
+            self.source[view.slices],
+            map_x,
+            map_y,
+            self.flag,
+            dst=self.result[rows, columns],
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+
+    def _map(self, box: Box, origin: tuple[int, int]) -> Float32:
+        """Return where each pixel of `box` is read, relative to `origin`: (2, height, width)."""
+        if self.fade_px > 0.0 or not self.maps:
+            return self._faded_map(box, origin)
+        first, *others = self.maps
+        total = first.on(box, origin)
+        for other in others:
+            total += other.on(box)
+        return total
+
+    def _faded_map(self, box: Box, origin: tuple[int, int]) -> Float32:
+        total = np.zeros((2, box.height, box.width), np.float32)
+        for lattice_map in self.maps:
+            total += lattice_map.on(box)
+        total *= fade(np.hypot(total[0], total[1]), self.fade_px)
+        total[0] += np.arange(box.left, box.right) - origin[0]
+        total[1] += (np.arange(box.top, box.bottom) - origin[1])[:, None]
+        return total
+
+
+class _LatticeMap:
+    """Eq. (1) at every pixel of a tile, as two small matrix products in single precision."""
+
+    def __init__(self, lattice: Lattice) -> None:
+        self.lattice = lattice
+        self._weights: dict[tuple[int, int, int], tuple[int, Float32]] = {}
+
+    def on(self, box: Box, origin: tuple[int, int] | None = None) -> Float32:
+        """Return the pull on `box`, or with `origin` the absolute map seen from there."""
+        first_i, bx = self._axis_weights(box.left, box.right, 0)
+        first_j, by = self._axis_weights(box.top, box.bottom, 1)
+        phi = self.lattice.window((first_i, first_j), (by.shape[1], bx.shape[1]))
+        if origin is not None:
+            # Linear precision: nodes that hold their own coordinates reproduce the identity map.
+            grid = self.lattice.grid
+            phi[..., 0] += grid.nodes_px(first_i, bx.shape[1], 0) - origin[0]
+            phi[..., 1] += (grid.nodes_px(first_j, by.shape[1], 1) - origin[1])[:, None]
+        planes = np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
+        return np.asarray(by @ planes @ bx.T, np.float32)
+
+    def _axis_weights(self, start_px: int, stop_px: int, axis: int) -> tuple[int, Float32]:
+        # Tiles of a row or column share their weights; threads may at worst compute them twice.
+        key = (start_px, stop_px, axis)
+        if key not in self._weights:
+            grid, coords = self.lattice.grid, np.arange(start_px, stop_px)
+            cells, _ = grid.locate(coords[[0, -1]], axis)
+            first, count = int(cells[0]) - 1, int(cells[1] - cells[0]) + 4
+            weights = grid.matrix(coords, first, count, axis).astype(np.float32)
+            self._weights[key] = first, weights
+        return self._weights[key]
+
+
+def _default_threads() -> int:
+    return min(4, os.cpu_count() or 1)
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="kogao-warp")
+
+
+def _spread(job: _Job, boxes: Iterable[Box], threads: int) -> None:
+    if threads == 1:
+        for box in boxes:
+            job.run(box)
+    else:
+        for _ in _pool(threads).map(job.run, boxes):
+            pass

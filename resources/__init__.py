@@ -1,0 +1,1 @@
+"""Files that travel with the program: the asset manifest, network weights, sample portraits."""

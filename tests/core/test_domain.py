@@ -1,0 +1,110 @@
+"""Section 4: the three domains, exact to the pixel."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core.domain import fade_of, pixel_counts, reduce, threshold_mask
+from kogao_core.field import Field
+from kogao_core.fit import fit
+from kogao_core.geometry import Box
+from kogao_core.pipeline import render
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.targets import aim
+
+IMAGE = Box(0, 0, 480, 360)
+
+
+def field_of(recipe=Recipe(), faces=None):  # noqa: B008
+    faces = faces or [oval_face()]
+    pairs = [aim(face, recipe) for face in faces]
+    return Field(fit(pairs, [face.frame for face in faces], recipe))
+
+
+def pull_everywhere(field):
+    pull = field.on_grid(np.arange(IMAGE.right), np.arange(IMAGE.bottom))
+    return np.hypot(pull[0], pull[1])
+
+
+def test_control_point_domain_holds_every_pixel_that_moves_at_all():
+    field = field_of()
+    mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
+    moved = pull_everywhere(field) > 0.0
+    assert moved[mask].mean() > 0.99
+    assert not moved[~mask].any()
+
+
+def test_three_by_three_neighbours_would_leave_a_seam():
+    """Section 4.1 says 3 x 3; leaving out the rest of each landmark's 4 x 4 shows as a step."""
+    recipe, face = Recipe(), oval_face(1920, 1440)
+    field = field_of(recipe, [face])
+    lattice = field.lattices[0]
+    nearest = np.round(
+        (aim(face, recipe).target_px - lattice.grid.origin_px) / lattice.grid.spacing_px
+    )
+    near = np.zeros(lattice.shape, bool)
+    for i, j in (nearest.astype(int) - lattice.first).tolist():
+        near[max(0, j - 1) : j + 2, max(0, i - 1) : i + 2] = True
+    cut = Field((dataclasses.replace(lattice, phi=lattice.phi * near[..., None]),))
+    xs, ys = np.arange(0, 1920, 3), np.arange(0, 1440, 3)
+    step_px = np.abs(field.on_grid(xs, ys) - cut.on_grid(xs, ys)).max()
+    assert step_px > 3 / 32, "less than three steps of cv2.remap's grid: nobody would see it"
+
+
+@pytest.mark.parametrize("threshold_px", [LOSSLESS_PX, 0.5, 2.0])
+def test_threshold_domain_is_every_pixel_that_moves_further(threshold_px):
+    field = field_of(Recipe(percent=8))
+    expected = pull_everywhere(field) > threshold_px
+    np.testing.assert_array_equal(threshold_mask(field, IMAGE, threshold_px), expected)
+    cells = reduce(field, IMAGE, "threshold", threshold_px).mask(IMAGE)
+    assert cells[expected].all()
+
+
+def test_counts_shrink_in_the_papers_order():
+    counts = pixel_counts(field_of(), IMAGE, LOSSLESS_PX)
+    assert counts["image"] == IMAGE.area
+    assert counts["image"] > counts["control-points"] > counts["threshold"] > 0
+    field = field_of()
+    mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
+    assert counts["control-points"] == mask.sum()
+    assert counts["threshold"] == (pull_everywhere(field) > LOSSLESS_PX).sum()
+
+
+def test_bounds_hold_the_mask_tightly():
+    domain = reduce(field_of(), IMAGE, "threshold")
+    mask, box = domain.mask(IMAGE), domain.bounds
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    assert (box.left, box.top) == (columns[0], rows[0])
+    assert (box.right, box.bottom) == (columns[-1] + 1, rows[-1] + 1)
+
+
+def test_a_face_half_outside_the_picture_is_clipped():
+    field = field_of(faces=[oval_face(center=(10.0, 350.0))])
+    counts = pixel_counts(field, IMAGE, LOSSLESS_PX)
+    assert 0 < counts["threshold"] < counts["control-points"] < IMAGE.area
+    assert reduce(field, IMAGE, "threshold").bounds.clipped(IMAGE).area > 0
+
+
+def test_only_a_threshold_above_lossless_fades():
+    assert fade_of(Recipe()) == 0.0
+    assert fade_of(Recipe(domain="image", threshold_px=1.0)) == 0.0
+    assert fade_of(Recipe(threshold_px=1.0)) == 1.0
+
+
+def test_no_seam_at_the_edge_of_a_large_threshold():
+    """Neighbouring pixels part by little more than in the field itself; a hard cut tears them."""
+    recipe = Recipe(percent=10, threshold_px=1.0)
+    rendering = render(textured_photo(), [oval_face()], recipe)
+    spline = Field(rendering.field.lattices)
+    hard = spline.on_grid(np.arange(480), np.arange(360))
+    hard *= np.hypot(*hard) > 1.0
+
+    def tear(pull):
+        return max(np.abs(np.diff(pull, axis=axis)).max() for axis in (1, 2))
+
+    faded = rendering.field.on_grid(np.arange(480), np.arange(360))
+    untouched = spline.on_grid(np.arange(480), np.arange(360))
+    assert tear(faded) < 2.0 * tear(untouched)
+    assert tear(hard) > 0.9

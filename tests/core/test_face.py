@@ -1,0 +1,85 @@
+"""The face value: edits, maps, JSON and selection."""
+
+import json
+
+import numpy as np
+import pytest
+from scenes import oval_face
+
+from kogao_core.face import Face, select
+from kogao_core.geometry import Affine, Box
+
+
+def test_landmarks_cannot_be_changed_in_place():
+    face = oval_face()
+    with pytest.raises(ValueError, match="read-only"):
+        face.outline[0] = 0.0
+
+
+def test_dragging_a_point_keeps_the_lattice_frame():
+    face = oval_face()
+    for moved in (
+        face.with_outline_point(3, (0.0, 0.0)),
+        face.with_eye_point(1, (9.0, 9.0)),
+        face.with_mouth_point(0, (9.0, 9.0)),
+        face.with_target(2, (5.0, 5.0)),
+    ):
+        assert moved.frame == face.frame
+    assert face.with_outline_point(3, (0.0, 0.0)).outline[3].tolist() == [0.0, 0.0]
+
+
+def test_mapping_there_and_back_is_the_identity():
+    face = oval_face().with_target(4, (50.0, 60.0))
+    turn = Affine.similarity(1.7, 33.0, (12.0, -5.0))
+    back = face.mapped(turn).mapped(turn.inverse)
+    np.testing.assert_allclose(back.points, face.points, atol=1e-9)
+    np.testing.assert_allclose(back.targets, face.targets, atol=1e-9)
+    np.testing.assert_allclose(back.frame.origin_px, face.frame.origin_px, atol=1e-9)
+    assert face.mapped(turn).frame.spacing_px == pytest.approx(1.7 * face.frame.spacing_px)
+
+
+def test_json_has_the_documented_fields():
+    face = json.loads(json.dumps(oval_face().to_dict()))
+    assert list(face) == ["box", "score", "outline", "eyes", "mouth"]
+    assert np.shape(face["outline"]) == (21, 2)
+    assert np.shape(face["eyes"]) == (4, 2)
+    assert np.shape(face["mouth"]) == (2, 2)
+    x, y, width, height = face["box"]
+    points = np.array(face["outline"])
+    assert x == points[:, 0].min()
+    assert x + width == pytest.approx(points[:, 0].max())
+    assert y + height == pytest.approx(points[:, 1].max())
+
+
+@pytest.mark.parametrize(
+    "outline", [np.zeros((2, 2)), np.zeros((21, 3)), np.full((21, 2), np.nan), [[np.inf, 0]] * 21]
+)
+def test_a_broken_outline_is_refused(outline):
+    face = oval_face()
+    with pytest.raises(ValueError, match=r"points|finite"):
+        Face(outline, face.eyes, face.mouth)
+
+
+def test_selection():
+    faces = [oval_face(size=0.3), oval_face(size=0.7), oval_face(size=0.5)]
+    assert select(faces, "all") == faces
+    assert select(faces, "largest") == [faces[1]]
+    assert select(faces, "3,1,3") == [faces[0], faces[2]]
+    assert select([], "largest") == []
+    for wrong in ("0", "4", "1,x", "", "smallest"):
+        with pytest.raises(ValueError, match="face"):
+            select(faces, wrong)
+
+
+def test_resize_keeps_pixel_edges_in_place():
+    half = Affine.resize(0.5, 0.5)
+    np.testing.assert_allclose(half([[-0.5, -0.5], [0.5, 0.5]]), [[-0.5, -0.5], [0.0, 0.0]])
+
+
+def test_box_arithmetic():
+    box = Box(2, 3, 10, 7)
+    assert (box.width, box.height, box.area) == (8, 4, 32)
+    assert box.grown(2) == Box(0, 1, 12, 9)
+    assert box.clipped(Box(4, 0, 20, 5)) == Box(4, 3, 10, 5)
+    assert Box(5, 5, 2, 9).area == 0
+    assert np.zeros((20, 30))[box.slices].shape == (4, 8)

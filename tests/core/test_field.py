@@ -1,0 +1,80 @@
+"""The composed field: derivatives, fade and the one-to-one report."""
+
+import numpy as np
+import pytest
+from scenes import oval_face
+
+from kogao_core.field import Field, check_one_to_one, fade
+from kogao_core.fit import fit
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+
+
+def field_of(recipe, fade_px=0.0, faces=None):
+    faces = faces or [oval_face()]
+    pairs = [aim(face, recipe) for face in faces]
+    return Field(fit(pairs, [face.frame for face in faces], recipe), fade_px)
+
+
+def test_displacements_of_several_faces_add_up():
+    faces = [oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))]
+    both = field_of(Recipe(), faces=faces)
+    points = np.random.default_rng(0).uniform((50, 50), (430, 300), (100, 2))
+    expected = both.lattices[0].at(points) + both.lattices[1].at(points)
+    np.testing.assert_allclose(both.at(points), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("fade_px", [0.0, 1.5])
+def test_det_jacobian_is_that_of_the_displacement_with_its_fade(fade_px):
+    field = field_of(Recipe(percent=8), fade_px)
+    xs, ys = np.linspace(130, 350, 41), np.linspace(80, 290, 37)
+    step = 1e-5
+    along_x = (field.on_grid(xs + step, ys) - field.on_grid(xs - step, ys)) / (2 * step)
+    along_y = (field.on_grid(xs, ys + step) - field.on_grid(xs, ys - step)) / (2 * step)
+    numeric = (1 + along_x[0]) * (1 + along_y[1]) - along_x[1] * along_y[0]
+    np.testing.assert_allclose(field.det_jacobian(xs, ys), numeric, atol=1e-6)
+
+
+def test_fade_is_zero_below_t_whole_above_2t_and_smooth_between():
+    length = np.linspace(0, 3, 3001)
+    factor = fade(length, 1.0)
+    assert not factor[length <= 1.0].any()
+    assert (factor[length >= 2.0] == 1.0).all()
+    assert np.abs(np.diff(factor)).max() < 2e-3
+    assert (fade(length, 0.0) == 1.0).all()
+
+
+def test_points_and_grid_agree():
+    field = field_of(Recipe(percent=8), 1.0)
+    xs, ys = np.linspace(130, 350, 21), np.linspace(80, 290, 17)
+    points = np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2)
+    np.testing.assert_allclose(field.on_grid(xs, ys).reshape(2, -1).T, field.at(points), atol=1e-12)
+
+
+def test_mild_warp_is_certified_one_to_one():
+    report = check_one_to_one(field_of(Recipe(percent=4)))
+    assert report.certified
+    assert not report.folds
+    assert 0.7 < report.min_det < 1.0
+
+
+def test_fold_is_found_where_a_dense_look_finds_it():
+    field = field_of(Recipe(percent=12, lattice=0.25))
+    report = check_one_to_one(field)
+    assert report.folds
+    assert not report.certified
+    xs, ys = np.arange(100, 380, 0.25), np.arange(50, 310, 0.25)
+    det = field.det_jacobian(xs, ys)
+    assert report.min_det == pytest.approx(det.min(), rel=0.1)
+    rows, columns = np.nonzero(det < -0.1)
+    for x, y in zip(xs[columns[::97]], ys[rows[::97]], strict=True):
+        assert any(
+            left <= x <= left + w and top <= y <= top + h for left, top, w, h in report.folded_cells
+        )
+
+
+def test_identity_reports_one():
+    report = check_one_to_one(field_of(Recipe(percent=0)))
+    assert report.min_det == 1.0
+    assert report.certified
+    assert check_one_to_one(Field(())).min_det == 1.0

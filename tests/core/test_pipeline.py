@@ -1,0 +1,128 @@
+"""The paper end to end: a pure function that moves with its input."""
+
+import cv2
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core.geometry import Affine
+from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
+from kogao_core.timing import Stopwatch
+from kogao_core.warp import Canvas
+
+WIDTH, HEIGHT = 480, 360
+
+
+def scene():
+    return textured_photo(WIDTH, HEIGHT), oval_face(WIDTH, HEIGHT)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_zero_percent_returns_the_same_bytes(dtype):
+    photo = textured_photo(WIDTH, HEIGHT, dtype=dtype)
+    rendering = render(photo, [oval_face(WIDTH, HEIGHT)], Recipe(percent=0))
+    assert rendering.pixels.tobytes() == photo.tobytes()
+    assert rendering.pixels is not photo
+    assert rendering.changed == []
+
+
+def test_no_face_returns_the_same_bytes():
+    photo, _ = scene()
+    rendering = render(photo, [], Recipe())
+    assert rendering.pixels.tobytes() == photo.tobytes()
+    assert rendering.one_to_one.min_det == 1.0
+    assert rendering.residual.max_px == 0.0
+
+
+def test_same_inputs_same_bits():
+    photo, face = scene()
+    first, second = (render(photo, [face], Recipe(percent=9)).pixels for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+
+
+def test_the_face_gets_smaller():
+    """The silhouette, drawn as an edge, moves inwards by the warp distance."""
+    face = oval_face(WIDTH, HEIGHT)
+    photo = np.zeros((HEIGHT, WIDTH), np.uint8)
+    cv2.fillPoly(photo, [np.round(face.outline).astype(np.int32)], 255)
+    rendering = render(photo, [face], Recipe(percent=8))
+    assert (rendering.pixels > 127).sum() < 0.93 * (photo > 127).sum()
+
+
+MIRROR = Affine(np.diag([-1.0, 1.0]), np.array([WIDTH - 1.0, 0.0]))
+HALF_TURN = Affine(-np.eye(2), np.array([WIDTH - 1.0, HEIGHT - 1.0]))
+QUARTER_TURN = Affine(np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([HEIGHT - 1.0, 0.0]))
+
+
+@pytest.mark.parametrize("fit", ["approximation", "exact", "multilevel"])
+@pytest.mark.parametrize(
+    ("transform", "turn"),
+    [
+        (MIRROR, lambda image: image[:, ::-1]),
+        (HALF_TURN, lambda image: image[::-1, ::-1]),
+        (QUARTER_TURN, lambda image: np.rot90(image, -1)),
+    ],
+    ids=["mirror", "half turn", "quarter turn"],
+)
+def test_turning_or_mirroring_the_input_moves_the_result_with_it(transform, turn, fit):
+    photo, face = scene()
+    recipe = Recipe(percent=8, fit=fit)
+    expected = turn(render(photo, [face], recipe).pixels)
+    moved = render(np.ascontiguousarray(turn(photo)), [face.mapped(transform)], recipe).pixels
+    difference = np.abs(moved.astype(int) - expected)
+    assert difference.mean() < 0.05
+    assert (difference > 3).mean() < 1e-3
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0, 3.7])
+def test_scaling_the_input_scales_the_field(scale):
+    photo, face = scene()
+    recipe = Recipe(percent=8)
+    field = render(photo, [face], recipe).field
+    resize = Affine.resize(scale, scale)
+    size = (round(HEIGHT * scale), round(WIDTH * scale), 3)
+    large = render(np.zeros(size, np.uint8), [face.mapped(resize)], recipe).field
+    points = np.random.default_rng(4).uniform((120, 60), (360, 300), (300, 2))
+    np.testing.assert_allclose(large.at(resize(points)), scale * field.at(points), atol=2e-3)
+
+
+@pytest.mark.parametrize("degrees", [10, 33, 75])
+def test_a_tilted_head_is_warped_like_an_upright_one(degrees):
+    """The lattice stays upright, so between landmarks a turn may cost a little."""
+    photo, face = scene()
+    recipe = Recipe(percent=8)
+    turn = Affine.similarity(1.0, degrees, (0, 0))
+    field = render(photo, [face], recipe).field
+    turned = render(photo, [face.mapped(turn)], recipe)
+    np.testing.assert_allclose(
+        turned.field.at(turned.pairs[0].target_px), turned.pairs[0].pull_px, atol=0.05
+    )
+    points = np.random.default_rng(4).uniform((120, 60), (360, 300), (300, 2))
+    expected = field.at(points) @ turn.matrix.T
+    error = np.linalg.norm(turned.field.at(turn(points)) - expected, axis=1)
+    assert error.mean() < 0.1 * np.linalg.norm(expected, axis=1).max()
+
+
+def test_several_faces_in_one_go_equal_one_after_the_other_when_far_apart():
+    photo = textured_photo(1000, 400)
+    left, right = oval_face(center=(200.0, 200.0)), oval_face(center=(800.0, 200.0))
+    together = render(photo, [left, right], Recipe()).pixels
+    apart = render(render(photo, [left], Recipe()).pixels, [right], Recipe()).pixels
+    difference = np.abs(together.astype(int) - apart)
+    assert (difference > 1).mean() < 1e-4
+
+
+def test_laps_are_named_after_the_stages():
+    watch = Stopwatch()
+    photo, face = scene()
+    timings = render(photo, [face], Recipe(), watch=watch).timings_ms
+    assert list(timings) == ["targets", "lattice", "domain", "copy", "warp"]
+    assert all(value >= 0 for value in timings.values())
+    assert watch.total_ms == pytest.approx(sum(timings.values()))
+
+
+def test_a_canvas_over_another_photo_is_refused():
+    photo, face = scene()
+    with pytest.raises(ValueError, match="another photo"):
+        render(photo, [face], Recipe(), canvas=Canvas(photo.copy()))

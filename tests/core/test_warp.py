@@ -1,0 +1,153 @@
+"""Tiles against a slow literal loop, every depth, and bytes that must not change."""
+
+import cv2
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+from test_lattice import literal_eq_1
+
+from kogao_core.pipeline import render
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp import TILE_WIDTH_PX, Canvas
+
+INTERPOLATIONS = ("bilinear", "cubic", "lanczos4")
+
+
+def literal_bilinear(photo, lattice, x, y):
+    """Eq. (1) at one pixel, then four neighbours by hand, on cv2.remap's 1/32 px grid."""
+    pull = literal_eq_1(lattice, (x, y))
+    u, v = np.round((np.array([x, y]) + pull) * 32) / 32
+    u, v = np.clip(u, 0, photo.shape[1] - 1), np.clip(v, 0, photo.shape[0] - 1)
+    i, j = int(min(u, photo.shape[1] - 2)), int(min(v, photo.shape[0] - 2))
+    a, b = u - i, v - j
+    block = photo[j : j + 2, i : i + 2].astype(np.float64)
+    return (block[0, 0] * (1 - a) + block[0, 1] * a) * (1 - b) + (
+        block[1, 0] * (1 - a) + block[1, 1] * a
+    ) * b
+
+
+def test_tiles_match_the_literal_loop():
+    photo, face = textured_photo(120, 90, dtype=np.float32), oval_face(120, 90, size=0.8)
+    rendering = render(photo, [face], Recipe(percent=10, interpolation="bilinear"))
+    lattice = rendering.field.lattices[0]
+    expected = np.array(
+        [[literal_bilinear(photo, lattice, x, y) for x in range(120)] for y in range(90)]
+    )
+    # Single precision may round a map entry to the next 1/32 px now and then.
+    wrong = np.abs(rendering.pixels - expected).max(axis=-1) > 1e-4
+    assert wrong.mean() < 1e-3
+    assert np.abs(rendering.pixels - expected).max() < 0.02
+    assert np.abs(photo - expected).max() > 0.1, "nothing moved: this test shows nothing"
+
+
+def test_map_error_is_below_a_64th_of_a_pixel():
+    """A ramp photo turns read positions into values."""
+    width, height = 1300, 900
+    x = np.broadcast_to(np.arange(width, dtype=np.float32), (height, width))
+    y = np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], (height, width))
+    ramp = np.ascontiguousarray(np.dstack([x, y]))
+    faces = [oval_face(width, height, center=(500.0, 420.0))]
+    rendering = render(ramp, faces, Recipe(percent=6, interpolation="bilinear"))
+    read = rendering.pixels.astype(np.float64) - ramp
+    pull = rendering.field.on_grid(np.arange(width), np.arange(height)).transpose(1, 2, 0)
+    assert np.abs(read - pull).max() < 1 / 64 + 1e-3
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_every_depth_and_channel_count(interpolation, dtype, channels):
+    photo = textured_photo(300, 240, channels, dtype)
+    kept = photo.copy()
+    rendering = render(photo, [oval_face(300, 240)], Recipe(interpolation=interpolation))
+    assert rendering.pixels.dtype == photo.dtype
+    assert rendering.pixels.shape == photo.shape
+    assert (rendering.pixels != photo).any()
+    np.testing.assert_array_equal(photo, kept)
+    if channels > 1:
+        alone = render(photo[..., 0].copy(), [oval_face(300, 240)], rendering.recipe).pixels
+        # OpenCV sums in another order for other channel counts: one unit in the last place.
+        unit = 2e-6 if dtype is np.float32 else 1
+        np.testing.assert_allclose(rendering.pixels[..., 0].astype(float), alone, rtol=0, atol=unit)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_the_three_domains_give_the_same_bytes(interpolation):
+    photo, faces = textured_photo(1200, 700), [oval_face(1200, 700)]
+    whole, cells, lossless = (
+        render(photo, faces, Recipe(interpolation=interpolation, domain=domain)).pixels
+        for domain in ("image", "control-points", "threshold")
+    )
+    np.testing.assert_array_equal(whole, cells)
+    np.testing.assert_array_equal(whole, lossless)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("threshold_px", [LOSSLESS_PX, 1.0])
+def test_pixels_outside_the_domain_keep_their_bytes(interpolation, threshold_px):
+    photo = textured_photo(1200, 700)
+    recipe = Recipe(interpolation=interpolation, threshold_px=threshold_px, percent=8)
+    rendering = render(photo, [oval_face(1200, 700)], recipe)
+    pull = rendering.field.on_grid(np.arange(1200), np.arange(700))
+    outside = np.hypot(*pull) <= LOSSLESS_PX
+    assert outside.mean() > 0.5
+    np.testing.assert_array_equal(rendering.pixels[outside], photo[outside])
+    changed = np.ones(photo.shape[:2], bool)
+    for box in rendering.changed:
+        changed[box.slices] = False
+    np.testing.assert_array_equal(rendering.pixels[changed], photo[changed])
+
+
+def test_a_used_canvas_gives_the_same_bits_as_a_fresh_one():
+    photo = textured_photo(1500, 900)
+    canvas = Canvas(photo)
+    face = oval_face(1500, 900)
+    moves = [
+        face,
+        face.with_outline_point(0, face.outline[0] + 9.0),
+        oval_face(1500, 900, size=0.3),
+    ]
+    for step, moved in enumerate([*moves, face]):
+        recipe = Recipe(percent=3.0 * step)
+        used = render(photo, [moved], recipe, canvas=canvas).pixels
+        np.testing.assert_array_equal(used, render(photo, [moved], recipe).pixels)
+
+
+def test_threads_and_order_make_no_difference():
+    photo = textured_photo(1500, 900)
+    first = render(photo, [oval_face(1500, 900)], Recipe())
+    for threads in (1, 2, 4):
+        canvas = Canvas(photo)
+        canvas.pull(first.field, first.domain, "cubic", threads)
+        np.testing.assert_array_equal(canvas.pixels, first.pixels)
+
+
+def test_a_pull_longer_than_the_margin_still_reads_the_right_place():
+    photo = np.zeros((900, 2400), np.uint8)
+    cv2.circle(photo, (1700, 450), 20, 255, -1)
+    face = oval_face(2400, 900)
+    face = face.with_outline_point(10, (1700.0, 450.0)).with_target(10, (1100.0, 450.0))
+    rendering = render(photo, [face], Recipe(percent=0, lattice=2))
+    assert rendering.field.lattices[0].magnitude_px.max() > 600
+    assert rendering.pixels[450, 1100] == 255
+
+
+@pytest.mark.parametrize(
+    "photo",
+    [
+        np.zeros((9, 9), np.int32),
+        np.zeros((9, 9, 5), np.uint8),
+        np.zeros((9,), np.uint8),
+        np.zeros((0, 9, 3), np.uint8),
+    ],
+)
+def test_pixels_that_cannot_be_warped_are_refused(photo):
+    with pytest.raises(ValueError, match=r"pixels must|empty"):
+        Canvas(photo)
+
+
+def test_an_image_smaller_than_a_tile_and_one_just_larger():
+    for width in (1, 5, TILE_WIDTH_PX - 1, TILE_WIDTH_PX, TILE_WIDTH_PX + 1):
+        photo = textured_photo(width, 40)
+        face = oval_face(width, 40, center=(width - 3.0, 20.0), size=0.5)
+        assert render(photo, [face], Recipe(percent=8)).pixels.shape == photo.shape

@@ -1,0 +1,47 @@
+"""Made-up faces and photos, so that most tests need neither networks nor real pictures."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from kogao_core.face import Face
+
+
+def oval_face(
+    width: int = 480,
+    height: int = 360,
+    *,
+    center: tuple[float, float] | None = None,
+    size: float = 0.6,
+) -> Face:
+    """Return an oval face whose height is `size` of the picture's."""
+    face_height = size * height
+    face_width = 0.78 * face_height
+    cx, cy = center or (width / 2 - 0.5, height * 0.48)
+    angle = np.deg2rad(np.linspace(205, -25, 21))
+    outline = np.column_stack(
+        [cx + face_width / 2 * np.cos(angle), cy + face_height / 2 * np.sin(angle)]
+    )
+    eye_y, mouth_y = cy - 0.06 * face_height, cy + 0.28 * face_height
+    eyes = [(cx + f * face_width, eye_y) for f in (-0.30, -0.12, 0.12, 0.30)]
+    mouth = [(cx + f * face_width, mouth_y) for f in (-0.15, 0.15)]
+    return Face(outline, eyes, mouth)
+
+
+def textured_photo(
+    width: int = 480, height: int = 360, channels: int = 3, dtype: type = np.uint8, seed: int = 7
+) -> np.ndarray:
+    """Return smooth noise at several scales, shape (H, W, C), or (H, W) for one channel."""
+    rng = np.random.default_rng(seed)
+    total = np.zeros((height, width, channels), np.float32)
+    for step in (64, 16, 4, 2):
+        coarse = rng.standard_normal((height // step + 2, width // step + 2, channels))
+        fine = cv2.resize(coarse.astype(np.float32), (width, height), interpolation=cv2.INTER_CUBIC)
+        total += fine.reshape(total.shape)
+    unit = np.clip(0.5 + 0.12 * total, 0.0, 1.0)
+    if channels == 1:
+        unit = unit[..., 0]
+    if dtype is np.float32:
+        return unit
+    return (unit * np.iinfo(dtype).max).round().astype(dtype)
