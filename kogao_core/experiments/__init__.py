@@ -1,0 +1,1 @@
+"""Instruments built on the core: reproducible experiments, each one command."""
