@@ -1,10 +1,9 @@
-"""The pull field of all faces together: displacement, residual, and whether it is one-to-one."""
+"""The pull field of all faces together: displacement, Jacobian, residual."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +11,6 @@ import numpy.typing as npt
 from kogao_core.geometry import Array
 from kogao_core.lattice import Lattice
 from kogao_core.targets import Pairs
-
-# Choi and Lee (2000): a cubic lattice whose control points move less than this many spacings is
-# one-to-one.
-INJECTIVE_BOUND: Final = 0.48
-SAMPLES_PER_CELL: Final = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,56 +80,6 @@ def fade(length_px: Array, threshold_px: float) -> Array:
 def _fade_slope(length_px: Array, threshold_px: float) -> Array:
     t = np.clip(length_px / threshold_px - 1.0, 0.0, 1.0)
     return np.asarray(6.0 * t * (1.0 - t) / threshold_px)
-
-
-@dataclass(frozen=True, slots=True)
-class OneToOne:
-    """Whether the warp folds, measured and, where possible, certified.
-
-    Parameters
-    ----------
-    min_det : float
-        Smallest Jacobian determinant found on a grid of 8 x 8 samples per lattice cell.
-    certified : bool
-        True when the control points alone prove the whole warp one-to-one.
-    folded_cells : tuple of (left, top, width, height)
-        Lattice cells with a determinant <= 0, px.
-    """
-
-    min_det: float
-    certified: bool
-    folded_cells: tuple[tuple[float, float, float, float], ...]
-
-    @property
-    def folds(self) -> bool:
-        """True when at least one cell is folded."""
-        return bool(self.folded_cells)
-
-
-def check_one_to_one(field: Field) -> OneToOne:
-    """Measure the smallest det J over all lattice cells that a non-zero control point reaches."""
-    lowest, folded = 1.0, []
-    for lattice in field.lattices:
-        (i0, j0), bound = lattice.first_cell, lattice.cell_bound_px
-        rows, columns = bound.shape
-        steps = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
-        h, (ox, oy) = lattice.grid.spacing_px, lattice.grid.origin_px
-        xs = ox + h * ((i0 + np.arange(columns))[:, None] + steps).ravel()
-        ys = oy + h * ((j0 + np.arange(rows))[:, None] + steps).ravel()
-        det = field.det_jacobian(xs, ys)
-        cells = det.reshape(rows, SAMPLES_PER_CELL, columns, SAMPLES_PER_CELL).min(axis=(1, 3))
-        lowest = min(lowest, float(cells.min()))
-        for j, i in np.argwhere(cells <= 0.0).tolist():
-            folded.append((ox + h * (i0 + i), oy + h * (j0 + j), h, h))
-    return OneToOne(lowest, _certified(field), tuple(folded))
-
-
-def _certified(field: Field) -> bool:
-    if field.fade_px > 0.0:
-        return False
-    # Overlapping lattices add up; summing all bounds is safe, if strict.
-    moves = [lattice.magnitude_px.max() / lattice.grid.spacing_px for lattice in field.lattices]
-    return len(moves) < 2 and sum(moves) < INJECTIVE_BOUND
 
 
 @dataclass(frozen=True, slots=True)

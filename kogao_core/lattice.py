@@ -165,6 +165,13 @@ class Lattice:
         """Cell index (i, j) of ``cell_bound_px[0, 0]``."""
         return self.first[0] - 2, self.first[1] - 2
 
+    @property
+    def reach_px(self) -> tuple[float, float, float, float]:
+        """Rectangle (left, top, right, bottom) outside which the field is zero, px."""
+        (i0, j0), (rows, columns) = self.first_cell, self.cell_bound_px.shape
+        h, (ox, oy) = self.grid.spacing_px, self.grid.origin_px
+        return ox + h * i0, oy + h * j0, ox + h * (i0 + columns), oy + h * (j0 + rows)
+
     def refined(self) -> Lattice:
         """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
         rows = _refined_axis(self.phi, 0)

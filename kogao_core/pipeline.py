@@ -9,9 +9,10 @@ from functools import cached_property
 
 from kogao_core import domain as domains
 from kogao_core.face import Face
-from kogao_core.field import Field, OneToOne, Residual, check_one_to_one, residual
+from kogao_core.field import Field, Residual, residual
 from kogao_core.fit import fit
 from kogao_core.geometry import Box, Image
+from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.recipe import DomainName, Recipe
 from kogao_core.targets import Pairs, aim
 from kogao_core.timing import Stopwatch

@@ -7,6 +7,7 @@ never on which other tiles are worked on: a partial update equals a full one bit
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -22,7 +23,7 @@ from kogao_core.geometry import Box, Image
 from kogao_core.lattice import Lattice
 from kogao_core.recipe import Interpolation
 
-TILE_WIDTH_PX: Final = 512
+TILE_WIDTH_PX: Final = 256
 TILE_HEIGHT_PX: Final = 128
 _MARGIN_PX: Final = 256  # source pixels kept round a tile; doubled while a pull is longer
 _KERNEL_REACH_PX: Final = 8
@@ -199,9 +200,19 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def _spread(job: _Job, boxes: Iterable[Box], threads: int) -> None:
-    if threads == 1:
-        for box in boxes:
+    # Each thread takes the next tile when it is done with one; a future per tile costs more than
+    # the tile.
+    waiting = deque(boxes)
+
+    def work() -> None:
+        while True:
+            try:
+                box = waiting.popleft()
+            except IndexError:
+                return
             job.run(box)
-    else:
-        for _ in _pool(threads).map(job.run, boxes):
-            pass
+
+    helpers = [_pool(threads).submit(work) for _ in range(min(threads, len(waiting)) - 1)]
+    work()
+    for helper in helpers:
+        helper.result()

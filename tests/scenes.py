@@ -19,10 +19,13 @@ def oval_face(
     face_height = size * height
     face_width = 0.78 * face_height
     cx, cy = center or (width / 2 - 0.5, height * 0.48)
-    angle = np.deg2rad(np.linspace(205, -25, 21))
-    outline = np.column_stack(
+    angle = np.deg2rad(np.linspace(205, -25, 2001))
+    fine = np.column_stack(
         [cx + face_width / 2 * np.cos(angle), cy + face_height / 2 * np.sin(angle)]
     )
+    length = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1)))
+    even = np.linspace(0.0, length[-1], 21)
+    outline = np.column_stack([np.interp(even, length, fine[:, axis]) for axis in (0, 1)])
     eye_y, mouth_y = cy - 0.06 * face_height, cy + 0.28 * face_height
     eyes = [(cx + f * face_width, eye_y) for f in (-0.30, -0.12, 0.12, 0.30)]
     mouth = [(cx + f * face_width, mouth_y) for f in (-0.15, 0.15)]

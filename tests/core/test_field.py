@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.field import Field, check_one_to_one, fade
+from kogao_core.field import Field, fade
 from kogao_core.fit import fit
 from kogao_core.recipe import Recipe
 from kogao_core.targets import aim
@@ -49,32 +49,3 @@ def test_points_and_grid_agree():
     xs, ys = np.linspace(130, 350, 21), np.linspace(80, 290, 17)
     points = np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2)
     np.testing.assert_allclose(field.on_grid(xs, ys).reshape(2, -1).T, field.at(points), atol=1e-12)
-
-
-def test_mild_warp_is_certified_one_to_one():
-    report = check_one_to_one(field_of(Recipe(percent=4)))
-    assert report.certified
-    assert not report.folds
-    assert 0.7 < report.min_det < 1.0
-
-
-def test_fold_is_found_where_a_dense_look_finds_it():
-    field = field_of(Recipe(percent=12, lattice=0.25))
-    report = check_one_to_one(field)
-    assert report.folds
-    assert not report.certified
-    xs, ys = np.arange(100, 380, 0.25), np.arange(50, 310, 0.25)
-    det = field.det_jacobian(xs, ys)
-    assert report.min_det == pytest.approx(det.min(), rel=0.1)
-    rows, columns = np.nonzero(det < -0.1)
-    for x, y in zip(xs[columns[::97]], ys[rows[::97]], strict=True):
-        assert any(
-            left <= x <= left + w and top <= y <= top + h for left, top, w, h in report.folded_cells
-        )
-
-
-def test_identity_reports_one():
-    report = check_one_to_one(field_of(Recipe(percent=0)))
-    assert report.min_det == 1.0
-    assert report.certified
-    assert check_one_to_one(Field(())).min_det == 1.0

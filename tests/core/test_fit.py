@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.field import Field, check_one_to_one, residual
+from kogao_core.field import Field, residual
 from kogao_core.fit import QUANTUM_PX, Problem, approximate, fit, spacing_px
 from kogao_core.lattice import Grid, basis
+from kogao_core.one_to_one import check_one_to_one
 from kogao_core.recipe import Recipe
 from kogao_core.targets import aim
 

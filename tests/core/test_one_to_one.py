@@ -1,0 +1,82 @@
+"""The one-to-one report against dense looks, and its proof against everything."""
+
+import numpy as np
+import pytest
+from scenes import oval_face
+
+from kogao_core.field import Field
+from kogao_core.fit import fit
+from kogao_core.lattice import Grid, Lattice
+from kogao_core.one_to_one import INJECTIVE_BOUND, certify, check_one_to_one, lower_bound
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+
+
+def field_of(recipe, *faces, fade_px=0.0):
+    faces = faces or (oval_face(),)
+    pairs = [aim(face, recipe) for face in faces]
+    return Field(fit(pairs, [face.frame for face in faces], recipe), fade_px)
+
+
+def dense_det(lattice, step=0.02):
+    left, top, right, bottom = lattice.reach_px
+    h = lattice.grid.spacing_px * step
+    return Field((lattice,)).det_jacobian(np.arange(left, right, h), np.arange(top, bottom, h))
+
+
+def test_mild_warp_is_certified_by_the_choi_and_lee_bound():
+    field = field_of(Recipe(percent=4))
+    lattice = field.lattices[0]
+    assert lattice.magnitude_px.max() < INJECTIVE_BOUND * lattice.grid.spacing_px
+    report = check_one_to_one(field)
+    assert report.certified
+    assert not report.folds
+    assert 0.7 < report.min_det < 1.0
+
+
+def test_a_warp_beyond_that_bound_is_certified_cell_by_cell():
+    field = field_of(Recipe(percent=10))
+    lattice = field.lattices[0]
+    assert lattice.magnitude_px.max() > INJECTIVE_BOUND * lattice.grid.spacing_px
+    assert check_one_to_one(field).certified
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_lower_bound_is_below_every_determinant_and_not_far(seed):
+    rng = np.random.default_rng(seed)
+    phi = rng.normal(0.0, rng.uniform(0.5, 4.0), (4, 5, 2))
+    lattice = Lattice(Grid((3.0, 5.0), 10.0), (0, 0), phi)
+    det = dense_det(lattice)
+    bound = lower_bound(lattice)
+    assert bound <= det.min() + 1e-9
+    assert (bound > 0.0) == (det.min() > 0.0) or det.min() < 0.15, "the bound is too loose to use"
+
+
+def test_fold_is_found_where_a_dense_look_finds_it():
+    field = field_of(Recipe(percent=12, lattice=0.25))
+    report = check_one_to_one(field)
+    assert report.folds
+    assert not report.certified
+    xs, ys = np.arange(100, 380, 0.25), np.arange(50, 310, 0.25)
+    det = field.det_jacobian(xs, ys)
+    assert report.min_det == pytest.approx(det.min(), rel=0.1)
+    rows, columns = np.nonzero(det < -0.1)
+    for x, y in zip(xs[columns[::97]], ys[rows[::97]], strict=True):
+        assert any(
+            left <= x <= left + w and top <= y <= top + h for left, top, w, h in report.folded_cells
+        )
+
+
+def test_no_proof_where_fields_overlap_or_fade():
+    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))
+    assert not certify(field_of(Recipe(), left, right))
+    assert not certify(field_of(Recipe(), fade_px=1.0))
+    far = oval_face(center=(900.0, 170.0))
+    assert certify(field_of(Recipe(), left, far))
+
+
+def test_identity_reports_one():
+    report = check_one_to_one(field_of(Recipe(percent=0)))
+    assert report.min_det == 1.0
+    assert report.certified
+    assert check_one_to_one(Field(())).min_det == 1.0
