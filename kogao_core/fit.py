@@ -115,16 +115,8 @@ def multilevel(problem: Problem) -> Lattice:
             break
         lattice = lattice.refined()
         detail = approximate(Problem(lattice.grid, problem.target_px, left))
-        lattice = _sum(lattice, detail)
+        lattice = lattice.plus(detail)
     return lattice
-
-
-def _sum(a: Lattice, b: Lattice) -> Lattice:
-    first = (min(a.first[0], b.first[0]), min(a.first[1], b.first[1]))
-    last_i = max(a.first[0] + a.shape[1], b.first[0] + b.shape[1])
-    last_j = max(a.first[1] + a.shape[0], b.first[1] + b.shape[0])
-    shape = (last_j - first[1], last_i - first[0])
-    return Lattice(a.grid, first, a.window(first, shape) + b.window(first, shape))
 
 
 def exact(problems: Sequence[Problem]) -> list[Lattice]:

@@ -145,6 +145,22 @@ class Lattice:
             )
         return cut
 
+    def plus(self, other: Lattice) -> Lattice:
+        """Return the sum of two fields on the same grid."""
+        first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
+        last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
+        last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
+        shape = (last_j - first[1], last_i - first[0])
+        return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
+
+    def minus(self, other: Lattice) -> Lattice:
+        """Return the difference of two fields on the same grid."""
+        return self.plus(other.scaled(-1.0))
+
+    def scaled(self, factor: float) -> Lattice:
+        """Return the field with every pull multiplied by `factor`."""
+        return Lattice(self.grid, self.first, factor * self.phi)
+
     @cached_property
     def magnitude_px(self) -> Array:
         """Length of each control point's pull, shape (J, I), px."""

@@ -7,7 +7,7 @@ move little (Choi and Lee, 2000).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from math import comb
 from typing import Final
 
@@ -77,26 +77,24 @@ def _sampled_det(field: Field, lattice: Lattice) -> Array:
 
 
 def certify(field: Field) -> bool:
-    """Return True when the control points prove that no determinant is 0 or less.
-
-    Fields with a fade, and faces whose lattices reach into each other, have no proof here.
-    """
-    if field.fade_px > 0.0 or _overlap(field.lattices):
-        return False
-    return all(
+    """Return True when the control points prove that no determinant is 0 or less."""
+    return provable(field) and all(
         float(lattice.magnitude_px.max()) < INJECTIVE_BOUND * lattice.grid.spacing_px
         or lower_bound(lattice) > 0.0
         for lattice in field.lattices
     )
 
 
-def _overlap(lattices: tuple[Lattice, ...]) -> bool:
-    reaches = [lattice.reach_px for lattice in lattices]
-    return any(
-        a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-        for k, a in enumerate(reaches)
-        for b in reaches[:k]
-    )
+def provable(field: Field) -> bool:
+    """Return False for fields with a fade or with lattices that reach into each other."""
+    pairs = combinations(field.lattices, 2)
+    return field.fade_px <= 0.0 and not any(overlaps(a, b) for a, b in pairs)
+
+
+def overlaps(a: Lattice, b: Lattice) -> bool:
+    """Return True when both fields can be other than zero at the same place."""
+    (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
+    return left < r2 and l2 < right and top < b2 and t2 < bottom
 
 
 def lower_bound(lattice: Lattice) -> float:

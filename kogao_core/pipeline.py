@@ -12,6 +12,7 @@ from kogao_core.face import Face
 from kogao_core.field import Field, Residual, residual
 from kogao_core.fit import fit
 from kogao_core.geometry import Box, Image
+from kogao_core.guard import hold_back
 from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.recipe import DomainName, Recipe
 from kogao_core.targets import Pairs, aim
@@ -31,6 +32,8 @@ class Rendering:
         Landmarks, targets and centre of each face.
     field : Field
         The backward displacement.
+    shares : tuple of float
+        How much of each face's pull the guard let through; below 1 it would have folded.
     domain : Domain
         The pixels worked on.
     changed : list of Box
@@ -44,6 +47,7 @@ class Rendering:
     pixels: Image
     pairs: tuple[Pairs, ...]
     field: Field
+    shares: tuple[float, ...]
     domain: domains.Domain
     changed: list[Box]
     recipe: Recipe
@@ -107,10 +111,12 @@ def render(
     with watch.lap("lattice"):
         lattices = fit(pairs, [face.frame for face in faces], recipe)
         pull = Field(lattices, domains.fade_of(recipe))
+    with watch.lap("guard"):
+        pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
     with watch.lap("domain"):
         area = domains.reduce(pull, Box.of(photo), recipe.domain, recipe.threshold_px)
     with watch.lap("copy"):
         canvas = canvas or Canvas(photo)
     with watch.lap("warp"):
         changed = canvas.pull(pull, area, recipe.interpolation)
-    return Rendering(canvas.pixels, pairs, pull, area, changed, recipe, dict(watch.laps_ms))
+    return Rendering(canvas.pixels, pairs, pull, shares, area, changed, recipe, dict(watch.laps_ms))

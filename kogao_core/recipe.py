@@ -54,6 +54,8 @@ class Recipe:
         up to 1/64 change no byte, larger ones fade the displacement in over [T, 2T].
     interpolation : {"bilinear", "cubic", "lanczos4"}
         Resampling kernel.
+    guard : bool
+        Hold a face that would fold back to the largest move that doesn't.
 
     Raises
     ------
@@ -69,6 +71,7 @@ class Recipe:
     domain: DomainName = "threshold"
     threshold_px: float = LOSSLESS_PX
     interpolation: Interpolation = "cubic"
+    guard: bool = True
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges."""
@@ -80,6 +83,8 @@ class Recipe:
                 raise ValueError(f"{name} must be within {low:g}..{high:g}, got {value!r}")
         if self.center != int(self.center):
             raise ValueError(f"center must be a whole number 1..4, got {self.center!r}")
+        if not isinstance(self.guard, bool):
+            raise ValueError(f"guard must be true or false, got {self.guard!r}")
         for name, choices in _CHOICES.items():
             if getattr(self, name) not in choices:
                 allowed = ", ".join(choices)
@@ -118,4 +123,4 @@ class Recipe:
         return Recipe(**{name: value for name, value in values.items() if name != "version"})
 
 
-PAPER: Final = Recipe(fit="approximation", interpolation="bilinear")
+PAPER: Final = Recipe(fit="approximation", interpolation="bilinear", guard=False)

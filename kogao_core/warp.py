@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.domain import Domain
+from kogao_core.domain import Cells, Domain
 from kogao_core.field import Field, fade
 from kogao_core.geometry import Box, Image
 from kogao_core.lattice import Lattice
@@ -59,28 +59,40 @@ class Canvas:
         self.image = Box.of(source)
         self.pixels = np.array(source, order="C")
         self._warped: set[Tile] = set()
+        self._job: _Job | None = None
 
     def pull(
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
         """Resample the tiles of `domain` from the source; return the boxes that may differ now."""
         active = self._tiles(domain)
-        stale = self._warped - active
+        job = _Job(self.source, self.pixels, field, _FLAGS[interpolation])
+        stale, kept = self._warped - active, self._warped & active
+        if self._job is not None and job.resembles(self._job):
+            todo = active - (kept - self._touched(_changes(self._job.field, field)))
+        else:
+            todo = active
         for tile in stale:
             rows, columns = self._box(tile).slices
             self.pixels[rows, columns] = self.source[rows, columns]
-        job = _Job(self.source, self.pixels, field, _FLAGS[interpolation])
-        _spread(job, [self._box(tile) for tile in sorted(active)], threads or _default_threads())
-        self._warped = active
-        return [self._box(tile) for tile in sorted(active | stale)]
+        _spread(job, [self._box(tile) for tile in sorted(todo)], threads or _default_threads())
+        self._warped, self._job = active, job
+        return [self._box(tile) for tile in sorted(todo | stale)]
 
     def _tiles(self, domain: Domain) -> set[Tile]:
-        rows = -(-self.image.height // TILE_HEIGHT_PX)
-        columns = -(-self.image.width // TILE_WIDTH_PX)
         if domain.name == "image":
-            return {(row, column) for row in range(rows) for column in range(columns)}
+            return {(row, column) for row, column in np.ndindex(self._tile_counts)}
+        return self._touched(domain.cells)
+
+    @property
+    def _tile_counts(self) -> tuple[int, int]:
+        return -(-self.image.height // TILE_HEIGHT_PX), -(-self.image.width // TILE_WIDTH_PX)
+
+    def _touched(self, regions: Iterable[Cells]) -> set[Tile]:
+        """Return the tiles that share a pixel with an active cell."""
+        rows, columns = self._tile_counts
         hit = np.zeros((rows, columns), bool)
-        for cells in domain.cells:
+        for cells in regions:
             over_rows = _overlaps(cells.edges_px(1), rows, TILE_HEIGHT_PX, self.image.height)
             over_columns = _overlaps(cells.edges_px(0), columns, TILE_WIDTH_PX, self.image.width)
             hit |= over_rows @ cells.active @ over_columns.T
@@ -89,6 +101,12 @@ class Canvas:
     def _box(self, tile: Tile) -> Box:
         top, left = tile[0] * TILE_HEIGHT_PX, tile[1] * TILE_WIDTH_PX
         return Box(left, top, left + TILE_WIDTH_PX, top + TILE_HEIGHT_PX).clipped(self.image)
+
+
+def _changes(before: Field, after: Field) -> list[Cells]:
+    """Return the cells whose control points differ; the fields' grids are equal."""
+    changes = [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
+    return [Cells(change, change.cell_bound_px > 0.0) for change in changes]
 
 
 def _check(source: Image) -> None:
@@ -116,7 +134,7 @@ class _Job:
     """One warp: everything its tiles share."""
 
     def __init__(self, source: Image, result: Image, field: Field, flag: int) -> None:
-        self.source, self.result, self.flag = source, result, flag
+        self.source, self.result, self.flag, self.field = source, result, flag, field
         self.image = Box.of(source)
         self.fade_px = field.fade_px
         self.maps = [_LatticeMap(lattice) for lattice in field.lattices]
@@ -124,6 +142,16 @@ class _Job:
         longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
         while self.margin_px < longest + _KERNEL_REACH_PX:
             self.margin_px *= 2
+
+    def resembles(self, other: _Job) -> bool:
+        """Return True when equal control points give equal bytes in both jobs."""
+        same = self.flag == other.flag and self.fade_px == other.fade_px
+        grids = [lattice.grid for lattice in self.field.lattices]
+        return (
+            same
+            and self.margin_px == other.margin_px
+            and grids == [lattice.grid for lattice in other.field.lattices]
+        )
 
     def run(self, box: Box) -> None:
         view = box.grown(self.margin_px).clipped(self.image)

@@ -26,6 +26,7 @@ from kogao_core.recipe import LOSSLESS_PX, PAPER, Recipe
         ("domain", "everywhere"),
         ("threshold_px", -0.1),
         ("interpolation", "nearest"),
+        ("guard", 1),
     ],
 )
 def test_a_bad_value_is_refused_by_name(field, value):

@@ -1,0 +1,76 @@
+"""Never render a fold: hold a face's pull back to the largest share that is one-to-one."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Final
+
+from kogao_core.field import Field
+from kogao_core.lattice import Lattice
+from kogao_core.one_to_one import certify, check_one_to_one, overlaps, provable
+
+# Between samples det J can be a little smaller than at them, so measured fields keep a distance.
+LEAST_MEASURED_DET: Final = 0.05
+_BISECTIONS: Final = 10
+
+
+def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
+    """Scale the pulls of faces that would fold.
+
+    Faces whose lattices reach into each other are held back together.
+
+    Parameters
+    ----------
+    field : Field
+        What the recipe asks for.
+
+    Returns
+    -------
+    Field
+        A field whose det J is positive everywhere: proven where there is a proof, else measured.
+    tuple of float
+        Share of each face's pull that was kept; 1 where nothing had to be done.
+    """
+    shares = [1.0] * len(field.lattices)
+    for group in _groups(field.lattices):
+        part = Field(tuple(field.lattices[k] for k in group), field.fade_px)
+        share = _largest_safe_share(part)
+        for k in group:
+            shares[k] = share
+    return _scaled(field, shares), tuple(shares)
+
+
+def _groups(lattices: tuple[Lattice, ...]) -> list[list[int]]:
+    """Return indices of lattices that reach into each other, directly or through others."""
+    groups: list[list[int]] = []
+    for k, lattice in enumerate(lattices):
+        near = [g for g in groups if any(overlaps(lattice, lattices[other]) for other in g)]
+        merged = sorted([k, *(index for group in near for index in group)])
+        groups = [group for group in groups if group not in near] + [merged]
+    return groups
+
+
+def _largest_safe_share(field: Field) -> float:
+    if _safe(field):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2.0
+        if _safe(_scaled(field, [middle] * len(field.lattices))):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _safe(field: Field) -> bool:
+    if provable(field):
+        return certify(field)
+    return check_one_to_one(field).min_det >= LEAST_MEASURED_DET
+
+
+def _scaled(field: Field, shares: list[float]) -> Field:
+    if all(share == 1.0 for share in shares):
+        return field
+    lattices = (a.scaled(share) for a, share in zip(field.lattices, shares, strict=True))
+    return dataclasses.replace(field, lattices=tuple(lattices))

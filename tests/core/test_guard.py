@@ -1,0 +1,106 @@
+"""No fold is rendered unless asked for, and then it is reported."""
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core.face import Face
+from kogao_core.field import Field
+from kogao_core.fit import fit
+from kogao_core.guard import hold_back
+from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+
+FOLDING = Recipe(percent=12, lattice=0.25)
+
+
+def field_of(recipe, *faces, fade_px=0.0):
+    pairs = [aim(face, recipe) for face in faces]
+    return Field(fit(pairs, [face.frame for face in faces], recipe), fade_px)
+
+
+def densest_det(field):
+    """Smallest det J on a grid three times finer than the guard looks at."""
+    lowest = 1.0
+    for lattice in field.lattices:
+        left, top, right, bottom = lattice.reach_px
+        step = lattice.grid.spacing_px / 24
+        xs, ys = np.arange(left, right, step), np.arange(top, bottom, step)
+        lowest = min(lowest, float(field.det_jacobian(xs, ys).min()))
+    return lowest
+
+
+def test_a_fold_is_held_back_and_said_and_shown_without_the_guard():
+    photo, face = textured_photo(), oval_face()
+    bare = render(photo, [face], Recipe(percent=12, lattice=0.25, guard=False))
+    assert bare.one_to_one.folds
+    assert bare.shares == (1.0,)
+    guarded = render(photo, [face], FOLDING)
+    assert 0.2 < guarded.shares[0] < 1.0
+    assert not guarded.one_to_one.folds
+    assert densest_det(guarded.field) > 0.0
+
+
+def test_the_share_is_nearly_the_largest():
+    field = field_of(FOLDING, oval_face())
+    _, (share,) = hold_back(field)
+    more = Field((field.lattices[0].scaled(share + 0.08),))
+    assert densest_det(more) < 0.02
+
+
+def test_a_warp_without_folds_is_left_alone_to_the_bit():
+    field = field_of(Recipe(percent=10), oval_face())
+    guarded, shares = hold_back(field)
+    assert guarded is field
+    assert shares == (1.0,)
+
+
+def test_only_the_face_that_folds_is_held_back():
+    near = oval_face(center=(170.0, 170.0))
+    far = oval_face(center=(1000.0, 170.0))
+    crossed = far.with_target(3, far.outline[5]).with_target(5, far.outline[3])
+    _, shares = hold_back(field_of(Recipe(), near, crossed))
+    assert shares[0] == 1.0
+    assert 0.0 < shares[1] < 1.0
+
+
+def test_overlapping_faces_are_held_back_together():
+    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))
+    field, shares = hold_back(field_of(FOLDING, left, right))
+    assert shares[0] == shares[1] < 1.0
+    assert densest_det(field) > 0.0
+
+
+def test_a_fade_that_would_fold_is_held_back():
+    face = oval_face()
+    field = field_of(Recipe(percent=8, lattice=0.5), face, fade_px=2.0)
+    assert densest_det(field) <= 0.0
+    guarded, (share,) = hold_back(field)
+    assert share < 1.0
+    assert densest_det(guarded) > 0.0
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_no_random_drag_renders_a_fold(seed):
+    """Landmarks and targets thrown about, over the range of the sliders."""
+    rng = np.random.default_rng(seed)
+    face = oval_face()
+    for _ in range(rng.integers(1, 6)):
+        index = int(rng.integers(21))
+        spot = face.outline[index] + rng.normal(0, rng.uniform(2, 60), 2)
+        face = face.with_target(index, spot) if rng.random() < 0.5 else moved(face, index, spot)
+    fits = ("approximation", "exact", "multilevel")
+    recipe = Recipe(
+        percent=rng.uniform(0, 15),
+        center=int(rng.integers(1, 5)),
+        lattice=float(np.exp(rng.uniform(np.log(0.25), np.log(4)))),
+        fit=fits[seed % 3],
+    )
+    field, shares = hold_back(field_of(recipe, face))
+    assert 0.0 < shares[0] <= 1.0
+    assert densest_det(field) > 0.0
+
+
+def moved(face: Face, index, spot):
+    return face.with_outline_point(index, spot)
