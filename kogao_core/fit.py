@@ -7,6 +7,7 @@ the backward map that resampling needs.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from kogao_core.face import Frame
 from kogao_core.geometry import Array
 from kogao_core.lattice import ORDER, Grid, Lattice, basis
+from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.targets import Pairs
 
@@ -24,6 +26,8 @@ MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
 MIN_SPACING_PX: Final = 1.0
 # Directions of the pull that the lattice can hardly express would need huge control points.
 EXACT_CUTOFF: Final = 1e-7
+# Protected lines are sampled this densely, in lattice spacings.
+STILL_STEP: Final = 0.5
 # Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
 # exactly, not just nearly, as they were.
 QUANTUM_PX: Final = 2.0**-12
@@ -31,11 +35,16 @@ QUANTUM_PX: Final = 2.0**-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """What one face asks of its lattice: pulls (N, 2) at targets (N, 2), both px."""
+    """What one face asks of its lattice: pulls (N, 2) at targets (N, 2), both px.
+
+    The first `movers` points are landmarks; the others are protected places, which ask for no pull
+    and bring no control points of their own: protecting a place moves no other.
+    """
 
     grid: Grid
     target_px: Array
     pull_px: Array
+    movers: int
 
 
 def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
@@ -44,7 +53,12 @@ def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
     return max(MIN_SPACING_PX, recipe.lattice * unit)
 
 
-def fit(pairs: Sequence[Pairs], frames: Sequence[Frame], recipe: Recipe) -> tuple[Lattice, ...]:
+def fit(
+    pairs: Sequence[Pairs],
+    frames: Sequence[Frame],
+    recipe: Recipe,
+    protection: Protection = NOTHING,
+) -> tuple[Lattice, ...]:
     """Fit one lattice to each face.
 
     Parameters
@@ -53,6 +67,8 @@ def fit(pairs: Sequence[Pairs], frames: Sequence[Frame], recipe: Recipe) -> tupl
         Landmark pairs and lattice frame of each face.
     recipe : Recipe
         Uses `fit`, `lattice` and `lattice_unit`.
+    protection : Protection
+        Places that must not move.
 
     Returns
     -------
@@ -60,9 +76,7 @@ def fit(pairs: Sequence[Pairs], frames: Sequence[Frame], recipe: Recipe) -> tupl
         The total pull field is their sum.
     """
     problems = [
-        Problem(
-            Grid(frame.origin_px, spacing_px(pair, frame, recipe)), pair.target_px, pair.pull_px
-        )
+        _problem(pair, Grid(frame.origin_px, spacing_px(pair, frame, recipe)), protection)
         for pair, frame in zip(pairs, frames, strict=True)
     ]
     lattices = _FITS[recipe.fit](problems)
@@ -70,6 +84,16 @@ def fit(pairs: Sequence[Pairs], frames: Sequence[Frame], recipe: Recipe) -> tupl
         Lattice(lattice.grid, lattice.first, np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX)
         for lattice in lattices
     )
+
+
+def _problem(pairs: Pairs, grid: Grid, protection: Protection) -> Problem:
+    still = protection.samples_px(STILL_STEP * grid.spacing_px)
+    reach = 2.0 * grid.spacing_px
+    low, high = pairs.target_px.min(axis=0) - reach, pairs.target_px.max(axis=0) + reach
+    still = still[((still >= low) & (still <= high)).all(axis=1)]
+    target = np.vstack([pairs.target_px, still])
+    pull = np.vstack([pairs.pull_px, np.zeros_like(still)])
+    return Problem(grid, target, pull, len(pairs.target_px))
 
 
 def _weights(
@@ -114,7 +138,7 @@ def multilevel(problem: Problem) -> Lattice:
         if np.abs(left).max() < LOSSLESS_PX:
             break
         lattice = lattice.refined()
-        detail = approximate(Problem(lattice.grid, problem.target_px, left))
+        detail = approximate(dataclasses.replace(problem, grid=lattice.grid, pull_px=left))
         lattice = lattice.plus(detail)
     return lattice
 
@@ -123,14 +147,15 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     """Interpolate every landmark of every face with the smallest control points that do.
 
     The same control points as `approximate`, ``phi = A' (A A')^-1 z``. Faces are solved together,
-    so landmarks stay exact where the fields of neighbours overlap.
+    so landmarks stay exact where the fields of neighbours overlap. Where protected places and
+    landmarks ask for more than the lattice can give, both give way: least squares.
     """
     if not problems:
         return []
     empty = [approximate(problem) for problem in problems]
     targets = np.vstack([problem.target_px for problem in problems])
     pulls = np.vstack([problem.pull_px for problem in problems])
-    own_nodes = [np.unique(_weights(problem)[1]) for problem in problems]
+    own_nodes = [np.unique(_weights(problem)[1][: problem.movers]) for problem in problems]
     blocks = [
         _design(lattice, targets)[:, own] for lattice, own in zip(empty, own_nodes, strict=True)
     ]

@@ -14,6 +14,7 @@ from kogao_core.fit import fit
 from kogao_core.geometry import Box, Image
 from kogao_core.guard import hold_back
 from kogao_core.one_to_one import OneToOne, check_one_to_one
+from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import DomainName, Recipe
 from kogao_core.targets import Pairs, aim
 from kogao_core.timing import Stopwatch
@@ -74,8 +75,10 @@ def render(
     faces: Sequence[Face],
     recipe: Recipe,
     *,
+    protection: Protection = NOTHING,
     watch: Stopwatch | None = None,
     canvas: Canvas | None = None,
+    threads: int | None = None,
 ) -> Rendering:
     """Warp the faces of a photo.
 
@@ -87,11 +90,15 @@ def render(
         Which faces to make smaller, in px of `photo`.
     recipe : Recipe
         Every choice of the user.
+    protection : Protection
+        Places that must not move.
     watch : Stopwatch, optional
         Collects the time of each stage.
     canvas : Canvas, optional
         A buffer over the same photo to work in place instead of on a fresh copy; the result is
         the same to the bit.
+    threads : int, optional
+        Threads that resample; as many as there are processors, up to 4, when absent.
 
     Returns
     -------
@@ -109,7 +116,7 @@ def render(
     with watch.lap("targets"):
         pairs = tuple(aim(face, recipe) for face in faces)
     with watch.lap("lattice"):
-        lattices = fit(pairs, [face.frame for face in faces], recipe)
+        lattices = fit(pairs, [face.frame for face in faces], recipe, protection)
         pull = Field(lattices, domains.fade_of(recipe))
     with watch.lap("guard"):
         pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
@@ -118,5 +125,5 @@ def render(
     with watch.lap("copy"):
         canvas = canvas or Canvas(photo)
     with watch.lap("warp"):
-        changed = canvas.pull(pull, area, recipe.interpolation)
+        changed = canvas.pull(pull, area, recipe.interpolation, threads)
     return Rendering(canvas.pixels, pairs, pull, shares, area, changed, recipe, dict(watch.laps_ms))

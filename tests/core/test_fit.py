@@ -18,7 +18,7 @@ def solve(face, recipe):
 
 
 def test_approximation_of_one_landmark_is_the_equation_and_hits_it():
-    problem = Problem(Grid((0.0, 0.0), 10.0), np.array([[23.0, 37.0]]), np.array([[3.0, -2.0]]))
+    problem = Problem(Grid((0.0, 0.0), 10.0), np.array([[23.0, 37.0]]), np.array([[3.0, -2.0]]), 1)
     lattice = approximate(problem)
     np.testing.assert_allclose(lattice.at([[23.0, 37.0]]), [[3.0, -2.0]], atol=1e-12)
     w = basis(0.7)[:, None] * basis(0.3)[None, :]
@@ -31,12 +31,12 @@ def test_shared_control_points_minimise_equation_4():
     rng = np.random.default_rng(5)
     target, pull = rng.uniform(20, 60, (6, 2)), rng.normal(0, 3, (6, 2))
     grid = Grid((0.0, 0.0), 12.0)
-    lattice = approximate(Problem(grid, target, pull))
+    lattice = approximate(Problem(grid, target, pull, 6))
 
     def error(phi, row, column):
         total = 0.0
         for c in range(len(target)):
-            one = approximate(Problem(grid, target[c : c + 1], pull[c : c + 1]))
+            one = approximate(Problem(grid, target[c : c + 1], pull[c : c + 1], 1))
             j, i = row + lattice.first[1] - one.first[1], column + lattice.first[0] - one.first[0]
             if 0 <= j < 4 and 0 <= i < 4:
                 u, v = target[c] / 12.0

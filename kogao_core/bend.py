@@ -1,0 +1,100 @@
+"""Door frames and shelves near a face: how far does the warp bend straight lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from kogao_core.field import Field
+from kogao_core.geometry import Array, Box, Image
+
+_SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
+_INVERSION_STEPS: Final = 8
+_SAMPLES: Final = 64
+_DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is noise, and slow
+
+
+@dataclass(frozen=True, slots=True)
+class BentLine:
+    """A straight line of the photo.
+
+    Parameters
+    ----------
+    start_px, end_px : tuple of float
+        Where it runs in the photo (x, y).
+    bend_px : float
+        How far it departs from a straight line after the warp, px.
+    """
+
+    start_px: tuple[float, float]
+    end_px: tuple[float, float]
+    bend_px: float
+
+
+def straight_lines(photo: Image, near: Box) -> Array:
+    """Find straight lines of the photo that touch `near`.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The photo before the warp.
+    near : Box
+        The warp domain, or any other box; px.
+
+    Returns
+    -------
+    array of shape (N, 2, 2)
+        Ends (x, y) of each line, px.
+    """
+    box = near.grown(max(near.width, near.height) // 4).clipped(Box.of(photo))
+    if box.width < 2 or box.height < 2:
+        return np.zeros((0, 2, 2))
+    grey = _grey(photo[box.slices])
+    scale = min(1.0, _DETECTOR_PX / max(grey.shape))
+    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    shortest = max(10, int(_SHORTEST * max(photo.shape[:2]) * scale))
+    detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
+    found: Any = detector.detect(small)  # None when there is no line
+    if found is None:
+        return np.zeros((0, 2, 2))
+    ends = (found.reshape(-1, 2, 2).astype(np.float64) + 0.5) / scale - 0.5
+    return np.asarray(ends + np.array([box.left, box.top]))
+
+
+def bends(field: Field, lines: Array) -> list[BentLine]:
+    """Measure how far lines of shape (N, 2, 2) depart from straight, the most bent first."""
+    t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+    measured = []
+    for start, end in lines:
+        shown = _shown_at(field, start + t * (end - start))
+        bend = _departure(shown)
+        measured.append(
+            BentLine((float(start[0]), float(start[1])), (float(end[0]), float(end[1])), bend)
+        )
+    return sorted(measured, key=lambda line: -line.bend_px)
+
+
+def _shown_at(field: Field, source: Array) -> Array:
+    """Return where the output shows points of the source: solves x + d(x) = source."""
+    x = source
+    for _ in range(_INVERSION_STEPS):
+        x = source - field.at(x)
+    return x
+
+
+def _departure(points: Array) -> float:
+    """Return the distance of the farthest point from the least-squares line through them."""
+    offsets = points - points.mean(axis=0)
+    _, _, directions = np.linalg.svd(offsets, full_matrices=False)
+    return float(np.abs(offsets @ directions[1]).max())
+
+
+def _grey(pixels: Image) -> Image:
+    depth = 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
+    unit = pixels.astype(np.float32) / depth
+    if unit.ndim == 3:
+        unit = unit[..., : 3 if unit.shape[2] >= 3 else 1].mean(axis=2)
+    return np.asarray(np.clip(255.0 * unit, 0, 255), np.uint8)

@@ -1,0 +1,104 @@
+"""What must not move, folded into the field: landmarks whose target is themselves.
+
+The field stays one spline, so nothing ghosts or tears at the edge of a protected place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.geometry import Affine, Array, frozen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stroke:
+    """A point, a line or a brush stroke that must not move.
+
+    Parameters
+    ----------
+    points_px : array of shape (N, 2)
+        Corners of the line; a single one is a dot.
+    radius_px : float
+        Half the width of the brush; 0 protects the line alone.
+    """
+
+    points_px: Array
+    radius_px: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Freeze the points and refuse broken strokes."""
+        object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
+        if not len(self.points_px) or np.isnan(self.points_px).any():
+            raise ValueError("a stroke needs at least one finite point")
+        if not 0.0 <= self.radius_px < np.inf:
+            raise ValueError(f"radius_px must be 0 or more, got {self.radius_px!r}")
+
+    def samples_px(self, step_px: float) -> Array:
+        """Return points along the line and across its width, at most `step_px` apart, (M, 2)."""
+        line = _along(self.points_px, step_px)
+        if self.radius_px <= 0.0:
+            return line
+        reach = int(np.ceil(self.radius_px / step_px))
+        steps = np.linspace(-self.radius_px, self.radius_px, 2 * reach + 1)
+        disc = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= self.radius_px]
+        covered = (line[:, None, :] + disc).reshape(-1, 2)
+        # Discs of neighbouring samples overlap: one point in each quarter of a step is enough.
+        _, first = np.unique(np.round(covered / (step_px / 2.0)), axis=0, return_index=True)
+        return np.asarray(covered[np.sort(first)])
+
+
+def _along(points: Array, step_px: float) -> Array:
+    if len(points) == 1:
+        return points
+    lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    count = max(2, int(np.ceil(lengths[-1] / step_px)) + 1)
+    even = np.linspace(0.0, lengths[-1], count)
+    return np.column_stack([np.interp(even, lengths, points[:, axis]) for axis in (0, 1)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Protection:
+    """All strokes of a photo.
+
+    Parameters
+    ----------
+    strokes : tuple of Stroke
+        In the order they were drawn.
+    """
+
+    strokes: tuple[Stroke, ...] = ()
+
+    def samples_px(self, step_px: float) -> Array:
+        """Return the samples of every stroke, shape (M, 2)."""
+        parts = [stroke.samples_px(step_px) for stroke in self.strokes]
+        return np.concatenate([np.zeros((0, 2)), *parts])
+
+    def mapped(self, transform: Affine) -> Protection:
+        """Return the strokes carried along by a similarity transform of their image."""
+        return Protection(
+            tuple(
+                Stroke(transform(s.points_px), s.radius_px * transform.scale) for s in self.strokes
+            )
+        )
+
+    def with_stroke(self, points_px: npt.ArrayLike, radius_px: float = 0.0) -> Protection:
+        """Return the protection with one more stroke."""
+        stroke = Stroke(np.asarray(points_px, np.float64), radius_px)
+        return dataclasses.replace(self, strokes=(*self.strokes, stroke))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the strokes as plain JSON values."""
+        strokes = [
+            {"points": stroke.points_px.tolist(), "radius": stroke.radius_px}
+            for stroke in self.strokes
+        ]
+        return {"strokes": strokes}
+
+
+NOTHING = Protection()

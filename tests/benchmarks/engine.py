@@ -1,0 +1,340 @@
+"""Measure the warp engine: ``python tests/benchmarks/engine.py [--quick] [--json F] [--plot F]``.
+
+The unit is one full `cv2.remap` of the same image with a ready map, in the same process. Rivals
+come with ``pip install -e '.[bench]'`` and, because its own dependencies bring another OpenCV,
+``pip install --no-deps facetweak``; an absent one is named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import subprocess
+import sys
+import time
+import tracemalloc
+from itertools import count, cycle
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import rivals
+from clock import machine, ratio, take_turns
+from scenes import oval_face, textured_photo
+
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Image
+from kogao_core.pipeline import Rendering, render
+from kogao_core.recipe import Recipe
+from kogao_core.warp import Canvas
+
+SIZES = {"0.7 MP": (960, 720), "12 MP": (4000, 3000), "24 MP": (6000, 4000), "45 MP": (8192, 5464)}
+FACE_HEIGHT = 0.45
+LINEAR = Recipe(interpolation="bilinear")
+CUBIC = Recipe(interpolation="cubic")
+
+
+class Bench:
+    """One picture with its face, ready map and warm buffers."""
+
+    def __init__(self, width: int, height: int, dtype: type = np.uint8) -> None:
+        self.photo = textured_photo(width, height, 3, dtype)
+        self.face = oval_face(width, height, size=FACE_HEIGHT)
+        self.canvas = Canvas(self.photo)
+        self.result = np.empty_like(self.photo)
+        self.turns = count()
+
+    def full_remap(self, flag: int = cv2.INTER_LINEAR) -> object:
+        """One full remap with a map that is ready: the unit of every ratio."""
+        x = np.arange(self.photo.shape[1], dtype=np.float32) + np.float32(0.3)
+        y = np.arange(self.photo.shape[0], dtype=np.float32)[:, None] + np.float32(0.3)
+        shape = self.photo.shape[:2]
+        maps = [np.ascontiguousarray(np.broadcast_to(axis, shape)) for axis in (x, y)]
+        border = cv2.BORDER_REPLICATE
+        return lambda: cv2.remap(self.photo, *maps, flag, dst=self.result, borderMode=border)
+
+    def ours(self, recipe: Recipe, threads: int = 2, faces: list[Face] | None = None) -> object:
+        """Fit to pixels in place; the percentage changes a little, so that no tile is skipped."""
+        chosen = faces or [self.face]
+
+        def run() -> Rendering:
+            percent = recipe.percent + 0.01 * (next(self.turns) % 40)
+            turn = dataclasses.replace(recipe, percent=percent)
+            return render(self.photo, chosen, turn, canvas=self.canvas, threads=threads)
+
+        return run
+
+    def drag(self, recipe: Recipe) -> object:
+        """The chin moves by a few pixels and back, in place."""
+        moved = self.face.with_outline_point(10, self.face.outline[10] + (4.0, 3.0))
+        faces = cycle((self.face, moved))
+        canvas = Canvas(self.photo)
+        return lambda: render(self.photo, [next(faces)], recipe, canvas=canvas, threads=2)
+
+    def with_copy(self) -> object:
+        """A full copy into a warm buffer, then the warp in place."""
+        warp = self.ours(LINEAR)
+
+        def run() -> None:
+            np.copyto(self.result, self.photo)
+            warp()
+
+        return run
+
+
+def main() -> None:
+    """Run all measurements and print them as a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
+    parser.add_argument("--json", type=Path, help="write every figure here")
+    parser.add_argument("--plot", type=Path, help="draw cost against size and domain here")
+    options = parser.parse_args()
+    rounds = 3 if options.quick else 15
+    sizes = {name: _shrunk(size, options.quick) for name, size in SIZES.items()}
+    report: dict[str, object] = {"machine": machine(), "rounds": rounds, "sizes": sizes}
+    report["speed"] = speed(sizes, rounds)
+    report["rivals"] = beside_rivals(sizes["12 MP"], rounds if options.quick else 3)
+    report["memory"] = map_memory(*sizes["24 MP"])
+    report["sharpness"] = sharpness()
+    report["cold start"] = cold_start()
+    report["curves"] = curves(sizes["24 MP"], rounds)
+    show(report)
+    if options.json:
+        options.json.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    if options.plot:
+        plot(report["curves"], options.plot)
+
+
+def _shrunk(size: tuple[int, int], quick: bool) -> tuple[int, int]:
+    return (size[0] // 4, size[1] // 4) if quick else size
+
+
+def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str, float]]:
+    """Return every ratio of the engine against the unit, and of older ways against the engine."""
+    bench = Bench(*sizes["24 MP"])
+    proxy = Bench(1620, 1080)
+    many = [oval_face(*sizes["24 MP"], center=c, size=0.2) for c in _spots(*sizes["24 MP"])]
+    cases = {
+        "unit": bench.full_remap(),
+        "cubic unit": bench.full_remap(cv2.INTER_CUBIC),
+        "bilinear, 2 threads": bench.ours(LINEAR),
+        "bilinear, 1 thread": bench.ours(LINEAR, 1),
+        "bilinear, 4 threads": bench.ours(LINEAR, 4),
+        "cubic, 2 threads": bench.ours(CUBIC),
+        "with a full copy": bench.with_copy(),
+        "drag, approximation": bench.drag(Recipe(interpolation="bilinear", fit="approximation")),
+        "drag, multilevel": bench.drag(Recipe(interpolation="bilinear", fit="multilevel")),
+        "drag, exact": bench.drag(LINEAR),
+        "slider step on the proxy": proxy.ours(LINEAR),
+        "five faces": bench.ours(LINEAR, faces=many),
+        "conventional": rivals.conventional(bench.photo, render_once(bench).field),
+    }
+    times = take_turns(cases, rounds)
+    figures = {}
+    for name in cases:
+        unit = "cubic unit" if name.startswith("cubic,") else "unit"
+        figures[name] = ratio(times, name, unit)
+    figures["conventional / ours"] = ratio(times, "conventional", "bilinear, 2 threads")
+    figures |= _other_depths(sizes["24 MP"], rounds)
+    figures |= _other_sizes(sizes, rounds)
+    return figures
+
+
+def render_once(bench: Bench) -> Rendering:
+    """Render with the default recipe, bilinear."""
+    return render(bench.photo, [bench.face], LINEAR)
+
+
+def _spots(width: int, height: int) -> list[tuple[float, float]]:
+    return [(width * x, height * y) for x in (0.2, 0.5, 0.8) for y in (0.25, 0.75)][:5]
+
+
+def _other_depths(size: tuple[int, int], rounds: int) -> dict[str, dict[str, float]]:
+    figures = {}
+    for dtype in (np.uint16, np.float32):
+        bench = Bench(*size, dtype)
+        times = take_turns({"unit": bench.full_remap(), "ours": bench.ours(LINEAR)}, rounds)
+        figures[f"bilinear, {np.dtype(dtype).name}"] = ratio(times, "ours", "unit")
+    return figures
+
+
+def _other_sizes(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str, float]]:
+    figures = {}
+    large = Bench(*sizes["45 MP"])
+    field = render_once(large).field
+    cases = {"ours": large.ours(LINEAR), "old": rivals.conventional(large.photo, field)}
+    figures["conventional / ours, 45 MP"] = ratio(take_turns(cases, rounds), "old", "ours")
+    small = Bench(*sizes["0.7 MP"])
+    lattice = render_once(small).field.lattices[0]
+    cases = {"ours": small.ours(LINEAR), "old": rivals.literal(small.photo, lattice)}
+    times = take_turns({**cases, "unit": small.full_remap()}, rounds)
+    figures["literal eq. (1) / ours, 960 x 720"] = ratio(times, "old", "ours")
+    figures["bilinear, 960 x 720"] = ratio(times, "ours", "unit")
+    figures["4 x larger canvas / smaller"] = _larger_canvas(sizes["24 MP"], rounds)
+    return figures
+
+
+def _larger_canvas(size: tuple[int, int], rounds: int) -> dict[str, float]:
+    small, large = Bench(size[0] // 2, size[1] // 2), Bench(*size)
+    shift = Affine(np.eye(2), np.array([size[0] / 4, size[1] / 4]))
+    cases = {
+        "small": small.ours(LINEAR),
+        "large": large.ours(LINEAR, faces=[small.face.mapped(shift)]),
+    }
+    return ratio(take_turns(cases, rounds), "large", "small")
+
+
+def beside_rivals(size: tuple[int, int], rounds: int) -> dict[str, object]:
+    """Return how many times longer other libraries take for the same points; absent ones named."""
+    bench = Bench(*size)
+    rendering = render_once(bench)
+    pairs, field, photo = rendering.pairs[0], rendering.field, bench.photo
+    makers = {
+        "SimpleITK BSpline": lambda: rivals.simpleitk(photo, field),
+        "skimage PiecewiseAffine": lambda: rivals.piecewise_affine(photo, pairs),
+        "OpenCV TPS": lambda: rivals.opencv_tps(photo, pairs),
+        "scipy RBF": lambda: rivals.scipy_rbf(photo, pairs),
+        "facetweak shift (cubic)": lambda: rivals.facetweak_shift(photo, pairs),
+    }
+    figures: dict[str, object] = {}
+    for name, make in makers.items():
+        try:
+            rival = make()
+        except ImportError as missing:
+            figures[name] = f"not installed: {missing.name}"
+            continue
+        recipe = CUBIC if "cubic" in name else LINEAR
+        times = take_turns({"ours": bench.ours(recipe), "rival": rival}, rounds)
+        figures[name] = ratio(times, "rival", "ours")
+    return figures
+
+
+def map_memory(width: int, height: int) -> dict[str, float]:
+    """Return the peak of what a warp allocates, in bytes and of the image's bytes."""
+    bench = Bench(width, height)
+    warp = bench.ours(LINEAR)
+    warp()
+    tracemalloc.start()
+    warp()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return {"bytes": peak, "of the image": peak / bench.photo.nbytes}
+
+
+def sharpness() -> dict[str, float]:
+    """Return the high-frequency energy kept where pixels move, against an exact warp of waves."""
+    width, height = 1500, 1000
+    face = oval_face(width, height, size=0.7)
+    figures = {}
+    for kernel in ("bilinear", "cubic", "lanczos4"):
+        still = np.stack(np.meshgrid(np.arange(width), np.arange(height)))
+        result = render(_waves(still), [face], Recipe(interpolation=kernel))
+        pull = result.field.on_grid(np.arange(width), np.arange(height))
+        exact = _waves(still + pull)
+        moved = np.hypot(*pull) > 1.0
+        figures[kernel] = (
+            _fine_energy(result.pixels)[moved].sum() / _fine_energy(exact)[moved].sum()
+        )
+    return figures
+
+
+def _waves(at: np.ndarray) -> Image:
+    """Sum waves of 4 to 64 px in all directions, with the 1/f fall-off of photographs, uint8."""
+    rng = np.random.default_rng(11)
+    total = np.zeros(at.shape[1:])
+    for length in np.geomspace(4.0, 64.0, 40):
+        angle, phase = rng.uniform(0, 2 * np.pi, 2)
+        along = (at[0] * np.cos(angle) + at[1] * np.sin(angle)) * 2 * np.pi / length
+        total += length / 64.0 * np.sin(along + phase)
+    return np.clip(128 + 30 * total, 0, 255).round().astype(np.uint8)
+
+
+def _fine_energy(picture: Image) -> np.ndarray:
+    sharp = picture.astype(np.float64)
+    return (sharp - cv2.GaussianBlur(sharp, (0, 0), 2.0)) ** 2
+
+
+def cold_start() -> dict[str, float]:
+    """Return the first and a later warp of a fresh process, and its import, ms."""
+    done = subprocess.run(
+        [sys.executable, __file__, "--cold-start"], capture_output=True, text=True, check=True
+    )
+    return dict(json.loads(done.stdout))
+
+
+def _cold_start_probe() -> None:
+    start = time.perf_counter()
+    from kogao_core.pipeline import render as first_render
+
+    imported = time.perf_counter()
+    photo, face = np.zeros((3000, 4000, 3), np.uint8), oval_face(4000, 3000, size=FACE_HEIGHT)
+    laps = []
+    for percent in (4.0, 5.0):
+        lap = time.perf_counter()
+        first_render(photo, [face], Recipe(percent=percent))
+        laps.append((time.perf_counter() - lap) * 1e3)
+    print(json.dumps({"import": (imported - start) * 1e3, "first": laps[0], "second": laps[1]}))
+
+
+def curves(size: tuple[int, int], rounds: int) -> dict[str, list[list[float]]]:
+    """Return cost against megapixels at one face size, and against the domain at one image size."""
+    by_size, by_domain = [], []
+    for factor in (0.25, 0.5, 0.75, 1.0, 1.25):
+        bench = Bench(int(size[0] * factor), int(size[1] * factor))
+        times = take_turns({"ours": bench.ours(LINEAR), "unit": bench.full_remap()}, rounds)
+        megapixels = bench.photo.shape[0] * bench.photo.shape[1] / 1e6
+        by_size.append(
+            [megapixels, float(np.median(times["ours"])), float(np.median(times["unit"]))]
+        )
+    bench = Bench(*size)
+    for face_height in (0.1, 0.2, 0.3, 0.45, 0.6, 0.8):
+        face = oval_face(*size, size=face_height)
+        counts = render(bench.photo, [face], LINEAR).pixel_counts
+        times = take_turns({"ours": bench.ours(LINEAR, faces=[face])}, rounds)
+        share = counts["threshold"] / counts["image"]
+        by_domain.append([share, float(np.median(times["ours"]))])
+    return {"by megapixels": by_size, "by domain": by_domain}
+
+
+def plot(figures: dict[str, list[list[float]]], path: Path) -> None:
+    """Draw both curves."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    megapixels, ours, unit = zip(*figures["by megapixels"], strict=True)
+    left.plot(megapixels, unit, "s--", color="#999999", label="one full remap")
+    left.plot(megapixels, ours, "o-", color="#0072B2", label="fit to pixels")
+    left.set(xlabel="megapixels", ylabel="ms", title="the face fills 45 % of the height")
+    left.legend()
+    share, cost = zip(*figures["by domain"], strict=True)
+    right.plot([100 * part for part in share], cost, "o-", color="#D55E00")
+    right.set(xlabel="pixels that move, % of the image", ylabel="ms", title="one image size")
+    for axes in (left, right):
+        axes.set_ylim(bottom=0)
+    figure.savefig(path, dpi=150)
+
+
+def show(report: dict[str, object]) -> None:
+    """Print the report as tables."""
+    print(json.dumps(report["machine"], indent=1))
+    print(f"\n{'case':40s} {'ratio':>8s} {'q1..q3':>17s} {'ms':>9s}")
+    for group in ("speed", "rivals"):
+        for name, figure in report[group].items():
+            if isinstance(figure, str):
+                print(f"{name:40s} {figure}")
+                continue
+            spread = f"{figure['q1']:.3f}..{figure['q3']:.3f}"
+            print(f"{name:40s} {figure['ratio']:8.3f} {spread:>17s} {figure['median_ms']:9.2f}")
+    for name in ("memory", "sharpness", "cold start"):
+        print(name, {key: round(value, 4) for key, value in report[name].items()})
+
+
+if __name__ == "__main__":
+    if "--cold-start" in sys.argv:
+        _cold_start_probe()
+    else:
+        main()

@@ -1,0 +1,149 @@
+"""Other people's warps on the same points; each needs its own library, absent ones are named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+
+from kogao_core.field import Field
+from kogao_core.geometry import Array, Image
+from kogao_core.lattice import ORDER, Lattice, basis
+from kogao_core.targets import Pairs
+
+Warp = Callable[[], object]
+
+
+def literal(photo: Image, lattice: Lattice) -> Warp:
+    """Eq. (1) at every pixel of the image, sixteen gathers each, and one full remap."""
+
+    def run() -> object:
+        height, width = photo.shape[:2]
+        ys, xs = np.mgrid[0:height, 0:width]
+        i, s = lattice.grid.locate(xs, 0)
+        j, t = lattice.grid.locate(ys, 1)
+        bx, by = basis(s), basis(t)
+        first = (int(i.min()) - 1, int(j.min()) - 1)
+        phi = lattice.window(first, (int(np.ptp(j)) + ORDER, int(np.ptp(i)) + ORDER))
+        pull = np.zeros((height, width, 2))
+        for row in range(ORDER):
+            for column in range(ORDER):
+                weight = by[..., row] * bx[..., column]
+                at = phi[j - 1 + row - first[1], i - 1 + column - first[0]]
+                pull += weight[..., None] * at
+        x, y = (xs + pull[..., 0]).astype(np.float32), (ys + pull[..., 1]).astype(np.float32)
+        return cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    return run
+
+
+def conventional(photo: Image, field: Field) -> Warp:
+    """The whole image's map by two matrix products, and one full remap."""
+    height, width = photo.shape[:2]
+    result = np.empty_like(photo)
+    lattice = field.lattices[0]
+
+    def run() -> object:
+        grid, (i0, j0), (rows, columns) = lattice.grid, lattice.first, lattice.shape
+        bx = grid.matrix(np.arange(width), i0, columns, 0).astype(np.float32)
+        by = grid.matrix(np.arange(height), j0, rows, 1).astype(np.float32)
+        phi = lattice.phi.astype(np.float32)
+        x = (by @ phi[..., 0]) @ bx.T
+        x += np.arange(width, dtype=np.float32)
+        y = (by @ phi[..., 1]) @ bx.T
+        y += np.arange(height, dtype=np.float32)[:, None]
+        border = cv2.BORDER_REPLICATE
+        return cv2.remap(photo, x, y, cv2.INTER_LINEAR, dst=result, borderMode=border)
+
+    return run
+
+
+def simpleitk(photo: Image, field: Field) -> Warp:
+    """The same control points in SimpleITK's BSplineTransform and resampler."""
+    import SimpleITK
+
+    height, width = photo.shape[:2]
+    lattice = field.lattices[0]
+    h = lattice.grid.spacing_px
+    first = np.floor(-np.array(lattice.grid.origin_px) / h).astype(int) - 1
+    mesh = [int(np.ceil(size / h)) + 1 for size in (width, height)]
+    phi = lattice.window((int(first[0]), int(first[1])), (mesh[1] + 3, mesh[0] + 3))
+    transform = SimpleITK.BSplineTransform(2, 3)
+    origin = np.array(lattice.grid.origin_px) + h * (first + 1)
+    transform.SetTransformDomainOrigin(origin.tolist())
+    transform.SetTransformDomainPhysicalDimensions([cells * h for cells in mesh])
+    transform.SetTransformDomainMeshSize(mesh)
+    transform.SetParameters(phi.transpose(2, 0, 1).ravel().tolist())
+    picture = SimpleITK.GetImageFromArray(photo, isVector=True)
+    return lambda: SimpleITK.Resample(picture, picture, transform, SimpleITK.sitkLinear)
+
+
+def _anchored(photo: Image, pairs: Pairs) -> tuple[Array, Array]:
+    """Return sources and targets with the picture's corners pinned, as these methods need."""
+    height, width = photo.shape[:2]
+    corners = np.array([[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1]], float)
+    return np.vstack([pairs.source_px, corners]), np.vstack([pairs.target_px, corners])
+
+
+def piecewise_affine(photo: Image, pairs: Pairs) -> Warp:
+    """scikit-image's PiecewiseAffineTransform."""
+    from skimage.transform import PiecewiseAffineTransform, warp
+
+    source, target = _anchored(photo, pairs)
+
+    def run() -> object:
+        transform = PiecewiseAffineTransform.from_estimate(target, source)
+        return warp(photo, transform, order=1, preserve_range=True)
+
+    return run
+
+
+def opencv_tps(photo: Image, pairs: Pairs) -> Warp:
+    """OpenCV's thin-plate spline transformer."""
+    source, target = _anchored(photo, pairs)
+    matches = [cv2.DMatch(k, k, 0) for k in range(len(source))]
+
+    def run() -> object:
+        transformer = cv2.createThinPlateSplineShapeTransformer()
+        shapes = (np.float32(target)[None], np.float32(source)[None])
+        transformer.estimateTransformation(*shapes, matches)
+        return transformer.warpImage(photo)
+
+    return run
+
+
+def scipy_rbf(photo: Image, pairs: Pairs) -> Warp:
+    """A thin-plate field by scipy's RBFInterpolator at every pixel, and one full remap."""
+    from scipy.interpolate import RBFInterpolator
+
+    source, target = _anchored(photo, pairs)
+    height, width = photo.shape[:2]
+
+    def run() -> object:
+        field = RBFInterpolator(target, source - target)
+        ys, xs = np.mgrid[0:height, 0:width]
+        pull = np.empty((height, width, 2))
+        for top in range(0, height, 128):
+            rows = slice(top, min(top + 128, height))
+            spots = np.column_stack([xs[rows].ravel(), ys[rows].ravel()])
+            pull[rows] = field(spots).reshape(*xs[rows].shape, 2)
+        x, y = (xs + pull[..., 0]).astype(np.float32), (ys + pull[..., 1]).astype(np.float32)
+        return cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    return run
+
+
+def facetweak_shift(photo: Image, pairs: Pairs) -> Warp:
+    """facetweak's local shift, once for each landmark, cubic."""
+    from facetweak.warp import shift
+
+    spacing = float(np.linalg.norm(np.diff(pairs.source_px, axis=0), axis=1).mean())
+
+    def run() -> object:
+        result = photo
+        for (x, y), (dx, dy) in zip(pairs.source_px, -pairs.pull_px, strict=True):
+            result = shift(result, x, y, 2 * spacing, dx, dy)
+        return result
+
+    return run
