@@ -17,6 +17,7 @@ from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import DomainName, Recipe
 from kogao_core.targets import Pairs, aim
+from kogao_core.threads import one_blas_thread
 from kogao_core.timing import Stopwatch
 from kogao_core.warp import Canvas
 
@@ -113,17 +114,18 @@ def render(
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     watch = watch or Stopwatch()
-    with watch.lap("targets"):
-        pairs = tuple(aim(face, recipe) for face in faces)
-    with watch.lap("lattice"):
-        lattices = fit(pairs, [face.frame for face in faces], recipe, protection)
-        pull = Field(lattices, domains.fade_of(recipe))
-    with watch.lap("guard"):
-        pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
-    with watch.lap("domain"):
-        area = domains.reduce(pull, Box.of(photo), recipe.domain, recipe.threshold_px)
-    with watch.lap("copy"):
-        canvas = canvas or Canvas(photo)
-    with watch.lap("warp"):
-        changed = canvas.pull(pull, area, recipe.interpolation, threads)
+    with one_blas_thread():
+        with watch.lap("targets"):
+            pairs = tuple(aim(face, recipe) for face in faces)
+        with watch.lap("lattice"):
+            lattices = fit(pairs, [face.frame for face in faces], recipe, protection)
+            pull = Field(lattices, domains.fade_of(recipe))
+        with watch.lap("guard"):
+            pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
+        with watch.lap("domain"):
+            area = domains.reduce(pull, Box.of(photo), recipe.domain, recipe.threshold_px)
+        with watch.lap("copy"):
+            canvas = canvas or Canvas(photo)
+        with watch.lap("warp"):
+            changed = canvas.pull(pull, area, recipe.interpolation, threads)
     return Rendering(canvas.pixels, pairs, pull, shares, area, changed, recipe, dict(watch.laps_ms))

@@ -6,11 +6,8 @@ never on which other tiles are worked on: a partial update equals a full one bit
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from typing import Final
 
 import cv2
@@ -20,8 +17,9 @@ import numpy.typing as npt
 from kogao_core.domain import Cells, Domain
 from kogao_core.field import Field, fade
 from kogao_core.geometry import Box, Image
-from kogao_core.lattice import Lattice
+from kogao_core.lattice import ORDER, Lattice, basis
 from kogao_core.recipe import Interpolation
+from kogao_core.threads import default_threads, pool
 
 TILE_WIDTH_PX: Final = 256
 TILE_HEIGHT_PX: Final = 128
@@ -75,7 +73,7 @@ class Canvas:
         for tile in stale:
             rows, columns = self._box(tile).slices
             self.pixels[rows, columns] = self.source[rows, columns]
-        _spread(job, [self._box(tile) for tile in sorted(todo)], threads or _default_threads())
+        _spread(job, [self._box(tile) for tile in sorted(todo)], threads or default_threads())
         self._warped, self._job = active, job
         return [self._box(tile) for tile in sorted(todo | stale)]
 
@@ -137,7 +135,7 @@ class _Job:
         self.source, self.result, self.flag, self.field = source, result, flag, field
         self.image = Box.of(source)
         self.fade_px = field.fade_px
-        self.maps = [_LatticeMap(lattice) for lattice in field.lattices]
+        self.maps = [_LatticeMap(lattice, self.image) for lattice in field.lattices]
         self.margin_px = _MARGIN_PX
         longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
         while self.margin_px < longest + _KERNEL_REACH_PX:
@@ -189,8 +187,9 @@ class _Job:
 class _LatticeMap:
     """Eq. (1) at every pixel of a tile, as two small matrix products in single precision."""
 
-    def __init__(self, lattice: Lattice) -> None:
+    def __init__(self, lattice: Lattice, image: Box) -> None:
         self.lattice = lattice
+        self._axes = [_axis(lattice, size, k) for k, size in enumerate((image.right, image.bottom))]
         self._weights: dict[tuple[int, int, int], tuple[int, Float32]] = {}
 
     def on(self, box: Box, origin: tuple[int, int] | None = None) -> Float32:
@@ -210,21 +209,17 @@ class _LatticeMap:
         # Tiles of a row or column share their weights; threads may at worst compute them twice.
         key = (start_px, stop_px, axis)
         if key not in self._weights:
-            grid, coords = self.lattice.grid, np.arange(start_px, stop_px)
-            cells, _ = grid.locate(coords[[0, -1]], axis)
-            first, count = int(cells[0]) - 1, int(cells[1] - cells[0]) + 4
-            weights = grid.matrix(coords, first, count, axis).astype(np.float32)
-            self._weights[key] = first, weights
+            cells, values = (part[start_px:stop_px] for part in self._axes[axis])
+            weights = np.zeros((len(cells), int(cells[-1] - cells[0]) + ORDER), np.float32)
+            np.put_along_axis(weights, (cells - cells[0])[:, None] + np.arange(ORDER), values, 1)
+            self._weights[key] = int(cells[0]) - 1, weights
         return self._weights[key]
 
 
-def _default_threads() -> int:
-    return min(4, os.cpu_count() or 1)
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads, thread_name_prefix="kogao-warp")
+def _axis(lattice: Lattice, size_px: int, axis: int) -> tuple[npt.NDArray[np.int64], Float32]:
+    """Return the cell of every pixel along an axis and its four weights, eq. (2)."""
+    cells, s = lattice.grid.locate(np.arange(size_px), axis)
+    return cells, basis(s).astype(np.float32)
 
 
 def _spread(job: _Job, boxes: Iterable[Box], threads: int) -> None:
@@ -240,7 +235,7 @@ def _spread(job: _Job, boxes: Iterable[Box], threads: int) -> None:
                 return
             job.run(box)
 
-    helpers = [_pool(threads).submit(work) for _ in range(min(threads, len(waiting)) - 1)]
+    helpers = [pool(threads).submit(work) for _ in range(min(threads, len(waiting)) - 1)]
     work()
     for helper in helpers:
         helper.result()

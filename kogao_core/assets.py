@@ -1,0 +1,45 @@
+"""Where the files that travel with the program lie: network weights, models, sample pictures."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+
+class AssetMissing(RuntimeError):
+    """A file that this installation should carry isn't there; the message says how to get it."""
+
+
+def path(name: str) -> Path:
+    """Return where a packed file lies.
+
+    Parameters
+    ----------
+    name : str
+        Path inside the resources folder, such as ``"models/face_detection_back.tflite"``.
+
+    Raises
+    ------
+    AssetMissing
+        If the resources aren't installed, or this installation was built without that file.
+    """
+    try:
+        resources = importlib.import_module("kogao_resources")
+    except ModuleNotFoundError:
+        raise AssetMissing(
+            "Kogao runs from a checkout that isn't installed; run `pip install -e .` in its folder"
+        ) from None
+    file = Path(resources.__path__[0]) / name
+    if not file.is_file():
+        raise AssetMissing(_how_to_get(name))
+    return file
+
+
+def _how_to_get(name: str) -> str:
+    if not name.endswith(".tflite"):
+        return f"{name} is not in this installation; reinstall Kogao"
+    return (
+        f"the face networks are not in this installation ({name} is missing). Reinstall with a "
+        "network connection and without KOGAO_SKIP_ASSETS: `pip install --force-reinstall kogao`. "
+        "Faces can still be placed by hand."
+    )

@@ -1,0 +1,79 @@
+"""``kogao-cli``: the same rendering as the editor, without Qt."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+import kogao_core
+from kogao_core.cli import detect, doctor, licences, warp
+from kogao_core.cli.common import USAGE, Stop
+
+PROGRAM = "kogao-cli"
+INTERRUPTED = 130
+
+EPILOG = """\b
+Exit codes:
+  0  done
+  1  the installation is incomplete (see kogao-cli doctor)
+  2  wrong usage: an unknown option, a value out of range, a recipe that
+     can't be used, an output that exists (--force replaces it) or whose
+     format can't hold the photo
+  3  the photo can't be read, or the output can't be written (no such
+     folder, no permission, disk full)
+  4  no face found
+
+Errors are one line on stderr; nothing half-written is left behind.
+"""
+
+
+@click.group(no_args_is_help=False, epilog=EPILOG)
+@click.version_option(kogao_core.__version__, prog_name=PROGRAM)
+def program() -> None:
+    """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
+
+
+for module in (warp, detect, doctor, licences):
+    module.command.epilog = EPILOG
+    program.add_command(module.command)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the program and exit; `arguments` default to the process's own."""
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
+    try:
+        code = program.main(arguments, prog_name=PROGRAM, standalone_mode=False)
+        sys.stdout.flush()
+    except Stop as stop:
+        return _say(_sentence(stop), stop.code)
+    except click.UsageError as error:
+        return _say(f"{_sentence(error)} (see {_path(error)} --help)", USAGE)
+    except click.Abort:
+        return _say("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader has had enough (| head); Python would complain again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return code if isinstance(code, int) else 0
+
+
+def _sentence(error: click.ClickException) -> str:
+    return " ".join(error.format_message().split()).rstrip(".")
+
+
+def _path(error: click.UsageError) -> str:
+    return error.ctx.command_path if error.ctx else PROGRAM
+
+
+def _say(message: str, code: int) -> int:
+    click.echo(f"{PROGRAM}: {message}", err=True)
+    return code

@@ -1,0 +1,96 @@
+"""What the commands share: exit codes, one-line errors, the input and its faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from kogao_core.face import Face
+    from kogao_core.photo import Photo
+
+BROKEN: Final = 1
+USAGE: Final = 2
+UNREADABLE: Final = 3
+NO_FACE: Final = 4
+
+SAMPLE: Final = "samples/average.jpg"
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+class Stop(click.ClickException):
+    """Ends the command with one line on stderr and an exit code."""
+
+    def __init__(self, message: object, code: int) -> None:
+        super().__init__(str(message))
+        self.code = code
+
+
+@contextmanager
+def stopping(kind: type[Exception], code: int) -> Iterator[None]:
+    """Turn one kind of exception into a `Stop`."""
+    try:
+        yield
+    except kind as error:
+        raise Stop(error, code) from error
+
+
+def takes_photo(command: _Command) -> _Command:
+    """Add the input argument, ``--sample`` and ``--max-megapixels`` to a command."""
+    limit = click.option(
+        "--max-megapixels",
+        type=click.FloatRange(min=0, min_open=True),
+        default=300.0,
+        show_default=True,
+        help="Refuse larger photos.",
+    )
+    sample = click.option("--sample", is_flag=True, help="Use the built-in portrait as IN.")
+    photo = click.argument(
+        "source", metavar="[IN]", required=False, type=click.Path(path_type=Path)
+    )
+    return photo(sample(limit(command)))
+
+
+def input_path(source: Path | None, sample: bool) -> Path:
+    """Return the photo to read; exactly one of the two must be asked for."""
+    if (source is None) != sample:
+        raise Stop("name one photo, or use --sample", USAGE)
+    if source is not None:
+        return source
+    from kogao_core import assets
+
+    with stopping(assets.AssetMissing, BROKEN):
+        return assets.path(SAMPLE)
+
+
+def read_photo(path: Path, max_megapixels: float) -> Photo:
+    """Read the input or stop."""
+    from kogao_core.photo import UnreadablePhoto, read
+
+    with stopping(UnreadablePhoto, UNREADABLE):
+        return read(path, max_megapixels=max_megapixels)
+
+
+def find_faces(photo: Photo) -> list[Face]:
+    """Find the faces, largest first, or stop where there is none."""
+    from kogao_core.assets import AssetMissing
+    from kogao_core.landmarks import MeshSource
+
+    with stopping(AssetMissing, BROKEN):
+        faces = MeshSource().find(photo.pixels)
+    if not faces:
+        raise Stop(
+            f"no face in {photo.path}; crop closer or place the landmarks by hand in the editor "
+            f"(kogao {photo.path})",
+            NO_FACE,
+        )
+    return faces
+
+
+def count_of_faces(count: int) -> str:
+    """Return ``1 face`` or ``2 faces``."""
+    return f"{count} face" if count == 1 else f"{count} faces"

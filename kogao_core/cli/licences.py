@@ -1,0 +1,78 @@
+"""``kogao-cli licenses``: whose work this program stands on, and on what terms."""
+
+from __future__ import annotations
+
+import json
+from importlib import metadata
+from typing import Any, Final
+
+import click
+
+import kogao_core
+from kogao_core import assets
+
+OWN: Final = "Apache-2.0"
+# What pyproject.toml asks for, and what that brings along; a test compares the two.
+DEPENDENCIES: Final = (
+    "click",
+    "numpy",
+    "opencv-contrib-python-headless",
+    "Pillow",
+    "pyqtgraph",
+    "PySide6-Essentials",
+)
+_BROUGHT_ALONG: Final = ("shiboken6", "colorama")
+_UNNAMED: Final = "see its documentation"
+
+
+@click.command("licenses")
+def command() -> None:
+    """Print the licences of the program, its dependencies and its assets."""
+    click.echo(f"Kogao {kogao_core.__version__}: {OWN}\n\nDependencies")
+    for name in (*DEPENDENCIES, *_BROUGHT_ALONG):
+        click.echo(f"  {_dependency(name)}")
+    click.echo("\nAssets")
+    for asset in manifest():
+        click.echo(f"  {asset['file']}: {asset['licence']}; {asset['from']}")
+        wheel = asset["wheel"]
+        click.echo(
+            f"    {asset['what']}; taken from {wheel['project']} {wheel['version']} "
+            f"({wheel['licence']})"
+        )
+    click.echo(_samples())
+
+
+def manifest() -> list[dict[str, Any]]:
+    """Return the entries of the asset manifest; none where it isn't installed."""
+    try:
+        text = assets.path("assets.json").read_text(encoding="utf-8")
+    except assets.AssetMissing:
+        return []
+    entries: list[dict[str, Any]] = json.loads(text)["assets"]
+    return entries
+
+
+def _dependency(name: str) -> str:
+    try:
+        about = metadata.metadata(name)
+    except metadata.PackageNotFoundError:
+        return f"{name}: not installed"
+    return f"{about['Name']} {about['Version']}: {_licence(about)}"
+
+
+def _licence(about: metadata.PackageMetadata) -> str:
+    for field in ("License-Expression", "License"):  # the second is a whole licence in some
+        for text in about.get_all(field) or []:
+            if text.strip():
+                return str(text).strip().splitlines()[0]
+    classifiers = about.get_all("Classifier") or []
+    names = [line.rsplit(" :: ", 1)[-1] for line in classifiers if line.startswith("License ::")]
+    return ", ".join(names) or _UNNAMED
+
+
+def _samples() -> str:
+    try:
+        text = assets.path("samples/ATTRIBUTION.md").read_text(encoding="utf-8")
+    except assets.AssetMissing:
+        return "\nNo sample portraits in this installation."
+    return "\n" + text.strip()

@@ -1,0 +1,205 @@
+"""``kogao-cli warp``: read, find, render, write; everything is checked before work begins."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+import click
+
+from kogao_core import recipe as recipes
+from kogao_core.cli import common
+from kogao_core.recipe import Recipe
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kogao_core.face import Face
+    from kogao_core.photo import Photo
+    from kogao_core.pipeline import Rendering
+
+_FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
+_DEFAULTS = Recipe()
+
+
+def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
+    if not _FACES.fullmatch(value):
+        raise click.BadParameter(f"{value!r} is none of all, largest, or numbers such as 1,3.")
+    return value
+
+
+@click.command("warp")
+@common.takes_photo
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path),
+    help="Where to write; .jpg, .png, .tif or .webp.",
+)  # fmt: skip
+@click.option("--percent", type=float, help=f"Warp distance in % of D [{_DEFAULTS.percent:g}].")
+@click.option("--center", type=int, help=f"Centre candidate 1..4 [{_DEFAULTS.center}].")
+@click.option("--lattice", type=float, help=f"Lattice spacing R [{_DEFAULTS.lattice:g}].")
+@click.option(
+    "--lattice-unit", type=click.Choice(get_args(recipes.LatticeUnit)),
+    help=f"What R counts: landmark spacings or warp distances [{_DEFAULTS.lattice_unit}].",
+)  # fmt: skip
+@click.option(
+    "--fit", type=click.Choice(get_args(recipes.Fit)),
+    help=f"How the lattice follows the landmarks [{_DEFAULTS.fit}].",
+)  # fmt: skip
+@click.option(
+    "--domain", type=click.Choice(get_args(recipes.DomainName)),
+    help=f"Which pixels are worked on [{_DEFAULTS.domain}].",
+)  # fmt: skip
+@click.option(
+    "--threshold", "threshold_px", type=float, metavar="PX",
+    help="Position change below which a pixel stays [1/64: no byte is lost].",
+)  # fmt: skip
+@click.option(
+    "--interpolation", type=click.Choice(get_args(recipes.Interpolation)),
+    help=f"Resampling kernel [{_DEFAULTS.interpolation}].",
+)  # fmt: skip
+@click.option(
+    "--guard/--no-guard", default=None,
+    help="Hold faces that would fold back to the largest move that doesn't [guard].",
+)  # fmt: skip
+@click.option(
+    "--face", "which", default="all", show_default=True, callback=_face_choice, metavar="WHICH",
+    help="all, largest, or numbers as detect prints them, such as 1,3.",
+)  # fmt: skip
+@click.option(
+    "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="A saved recipe (JSON); the options above override it.",
+)  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+@click.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
+def command(
+    source: Path | None,
+    sample: bool,
+    max_megapixels: float,
+    output: Path,
+    which: str,
+    recipe_file: Path | None,
+    as_json: bool,
+    force: bool,
+    **choices: Any,
+) -> None:
+    """Make the faces in the photo IN smaller and write the result to OUTPUT."""
+    recipe = _recipe(recipe_file, choices)
+    path = common.input_path(source, sample)
+    _check_output(path, output, force)
+    photo = common.read_photo(path, max_megapixels)
+    _check_holds(output, photo)
+    faces = _chosen(common.find_faces(photo), which)
+    rendering = _render(photo, faces, recipe)
+    _write(photo, rendering, output, force)
+    if as_json:
+        click.echo(json.dumps(_report(photo, output, faces, rendering)))
+    else:
+        click.echo(_summary(photo, output, faces, rendering))
+
+
+def _recipe(file: Path | None, choices: dict[str, Any]) -> Recipe:
+    given = {name: value for name, value in choices.items() if value is not None}
+    with common.stopping(ValueError, common.USAGE):
+        return dataclasses.replace(_saved_recipe(file) if file else _DEFAULTS, **given)
+
+
+def _saved_recipe(file: Path) -> Recipe:
+    try:
+        return Recipe.from_dict(json.loads(file.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise ValueError(f"the recipe {file} can't be read ({error.strerror})") from error
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise ValueError(f"the recipe {file} is not JSON ({error})") from error
+    except ValueError as error:
+        raise ValueError(f"the recipe {file} can't be used: {error}") from error
+
+
+def _check_output(path: Path, output: Path, force: bool) -> None:
+    from kogao_core.photo import CannotWrite, RefusedOutput, check_output
+
+    if output.exists() and path.exists() and output.samefile(path) and not force:
+        raise common.Stop(
+            f"{output} is the photo itself; choose another output, or --force to replace it",
+            common.USAGE,
+        )
+    with (
+        common.stopping(CannotWrite, common.UNREADABLE),
+        common.stopping(RefusedOutput, common.USAGE),
+    ):
+        check_output(output, force=force)
+
+
+def _check_holds(output: Path, photo: Photo) -> None:
+    from kogao_core.photo import RefusedOutput, check_holds
+
+    with common.stopping(RefusedOutput, common.USAGE):
+        check_holds(output, photo.pixels)
+
+
+def _chosen(faces: Sequence[Face], which: str) -> list[Face]:
+    from kogao_core.face import select
+
+    with common.stopping(ValueError, common.USAGE):
+        return select(faces, which)
+
+
+def _render(photo: Photo, faces: Sequence[Face], recipe: Recipe) -> Rendering:
+    from kogao_core.pipeline import render
+
+    return render(photo.pixels, faces, recipe)
+
+
+def _write(photo: Photo, rendering: Rendering, output: Path, force: bool) -> None:
+    from kogao_core.photo import CannotWrite, RefusedOutput, write
+
+    with (
+        common.stopping(CannotWrite, common.UNREADABLE),
+        common.stopping(RefusedOutput, common.USAGE),
+    ):
+        write(photo, rendering.pixels, output, force=force)
+
+
+def _report(
+    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering
+) -> dict[str, Any]:
+    return {
+        "input": str(photo.path),
+        "output": str(output),
+        "image": {"width": photo.width, "height": photo.height},
+        "faces": [face.to_dict() for face in faces],
+        "recipe": rendering.recipe.to_dict(),
+        "timings_ms": rendering.timings_ms,
+        "domains": {
+            name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
+            for name, count in rendering.pixel_counts.items()
+        },
+        "residual": dataclasses.asdict(rendering.residual),
+        "shares": list(rendering.shares),
+        "one_to_one": dataclasses.asdict(rendering.one_to_one),
+        "notes": list(photo.notes),
+    }
+
+
+def _summary(photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering) -> str:
+    recipe, share = rendering.recipe, photo.width * photo.height / 100.0
+    counts = rendering.pixel_counts.items()
+    sound = rendering.one_to_one
+    lines = [
+        f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.percent:g} % towards centre "
+        f"{recipe.center}, written to {output}",
+        "domain    " + ", ".join(f"{name} {count / share:.1f} %" for name, count in counts),
+        f"residual  {rendering.residual.max_px:.2f} px at most; min det J {sound.min_det:.2f}",
+        "time      " + ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms",
+    ]
+    if min(rendering.shares) < 1.0:
+        kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
+        lines.append(f"guard     held back to {kept} of the move, which would have folded")
+    if sound.folded_cells:
+        lines.append(
+            f"warning   the warp folds in {len(sound.folded_cells)} places: lower --percent or "
+            "raise --lattice"
+        )
+    return "\n".join([*lines, *(f"note      {note}" for note in photo.notes)])

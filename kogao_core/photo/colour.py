@@ -1,0 +1,51 @@
+"""Decoded 8-bit pictures of any colour model as grey, grey + alpha, RGB or RGBA."""
+
+from __future__ import annotations
+
+import io
+from typing import Final
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import ImageCms
+
+from kogao_core.geometry import Image
+
+_PLAIN: Final = ("L", "LA", "RGB", "RGBA")
+# The palette, transparency and premultiplied modes lose nothing here.
+_WIDER: Final = {"1": "L", "P": "RGB", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
+
+
+def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]:
+    """Return uint8 pixels of shape (H, W) or (H, W, 2..4), their ICC profile, and notes.
+
+    Raises
+    ------
+    ValueError
+        If Pillow has no way from this colour model to RGB.
+    """
+    profile = image.info.get("icc_profile") or None
+    if image.mode in _PLAIN or image.mode in _WIDER:
+        return np.array(_plain(image)), profile, ()
+    note = f"converted from {image.mode} to RGB"
+    if image.mode == "CMYK" and profile:
+        try:
+            return *_managed(image, profile), (f"{note} by its colour profile",)
+        except (ImageCms.PyCMSError, OSError):
+            pass
+    return np.array(image.convert("RGB")), None, (f"{note} without a colour profile",)
+
+
+def _plain(image: Pillow.Image) -> Pillow.Image:
+    if "transparency" in image.info:
+        return image.convert("LA" if image.mode == "L" else "RGBA")
+    return image.convert(_WIDER[image.mode]) if image.mode in _WIDER else image
+
+
+def _managed(image: Pillow.Image, profile: bytes) -> tuple[Image, bytes]:
+    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB"))
+    source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+    converted = ImageCms.profileToProfile(image, source, srgb, outputMode="RGB")
+    if converted is None:
+        raise ImageCms.PyCMSError("no picture came back")
+    return np.array(converted), srgb.tobytes()

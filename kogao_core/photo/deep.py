@@ -1,0 +1,86 @@
+"""Pixels deeper than 8 bits, which Pillow would cut: OpenCV decodes and encodes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO
+
+import cv2
+import numpy as np
+from PIL import Image as Pillow
+
+from kogao_core.geometry import Image
+
+
+def is_16_bit_png(image: Pillow.Image, file: IO[bytes]) -> bool:
+    """Tell by the depth in the file's IHDR chunk."""
+    if image.format != "PNG":
+        return False
+    position = file.tell()
+    file.seek(24)
+    depth = file.read(1)
+    file.seek(position)
+    return depth == b"\x10"
+
+
+def verify_png(file: IO[bytes]) -> None:
+    """Check every chunk of an open PNG file, where OpenCV would complain on stderr; stays put.
+
+    Raises
+    ------
+    OSError
+        If a chunk is damaged or missing.
+    """
+    position = file.tell()
+    file.seek(0)
+    with Pillow.open(file, formats=["PNG"]) as image:
+        image.verify()
+    file.seek(position)
+
+
+def decode(data: bytes) -> Image:
+    """Decode a file at full depth to grey, RGB or RGBA.
+
+    Raises
+    ------
+    ValueError
+        If OpenCV can't.
+    """
+    with _silent_opencv():
+        stored = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if stored is None:
+        raise ValueError("OpenCV can't decode it")
+    if stored.ndim == 3 and stored.shape[2] in (3, 4):
+        flip = cv2.COLOR_BGR2RGB if stored.shape[2] == 3 else cv2.COLOR_BGRA2RGBA
+        return np.asarray(cv2.cvtColor(stored, flip))
+    return np.asarray(stored)
+
+
+@contextmanager
+def _silent_opencv() -> Iterator[None]:
+    level = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+
+
+def encode(pixels: Image, suffix: str) -> bytes:
+    """Encode grey, RGB or RGBA pixels at full depth.
+
+    Raises
+    ------
+    ValueError
+        If OpenCV can't.
+    """
+    stored = pixels
+    if pixels.ndim == 3 and pixels.shape[2] in (3, 4):
+        flip = cv2.COLOR_RGB2BGR if pixels.shape[2] == 3 else cv2.COLOR_RGBA2BGRA
+        stored = np.asarray(cv2.cvtColor(pixels, flip))
+    with _silent_opencv():
+        done, data = cv2.imencode(suffix, stored)
+    if not done:
+        raise ValueError("OpenCV can't encode it")
+    return data.tobytes()

@@ -1,0 +1,125 @@
+"""Pixels and metadata of a photo as the bytes of a file."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import PngImagePlugin
+
+from kogao_core.geometry import Image
+from kogao_core.photo import deep, metadata, tiff
+from kogao_core.photo.model import Format, Photo
+
+_QUALITY: Final = 95
+_FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
+_IHDR_END: Final = 33
+_CHUNK_OVERHEAD: Final = 12
+
+
+def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
+    """Return a file with new pixels and the photo's metadata, telling that it is upright.
+
+    Parameters
+    ----------
+    photo : Photo
+        Where the metadata and the compression come from.
+    pixels : array of shape (H, W) or (H, W, C)
+        Upright, of a depth and layout that `form` holds.
+    form : {"JPEG", "PNG", "TIFF", "WEBP"}
+        What to write.
+    """
+    content = _holdable(_upright(photo, pixels), form)
+    if form == "JPEG":
+        return _jpeg(content, photo)
+    if form == "PNG":
+        return _png(content)
+    if form == "TIFF":
+        return tiff.with_metadata(deep.encode(content.pixels, ".tiff"), **content.blocks)
+    del content.blocks["dpi"]  # WebP has no place for it
+    return content.saved(
+        "WEBP", quality=_QUALITY, lossless=photo.lossless_webp, exact=True, method=4
+    )
+
+
+@dataclass(frozen=True)
+class _Content:
+    """Pixels to write and the metadata there is, by Pillow's names."""
+
+    pixels: Image
+    blocks: dict[str, Any]
+
+    def saved(self, form: Format, **options: Any) -> bytes:
+        known = {name: block for name, block in self.blocks.items() if block is not None}
+        with io.BytesIO() as out:
+            Pillow.fromarray(self.pixels).save(out, form, **known, **options)
+            return out.getvalue()
+
+
+def _upright(photo: Photo, pixels: Image) -> _Content:
+    height, width = pixels.shape[:2]
+    return _Content(
+        np.ascontiguousarray(pixels),
+        {
+            "icc_profile": photo.icc_profile,
+            "exif": photo.exif and metadata.upright_exif(photo.exif, width, height),
+            "xmp": photo.xmp and metadata.upright_xmp(photo.xmp),
+            "dpi": photo.dpi,
+        },
+    )
+
+
+def _holdable(content: _Content, form: Format) -> _Content:
+    """Turn grey into colour where the encoder knows no grey, and leave grey's profile behind."""
+    pixels = content.pixels
+    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
+    grey_is_known = form != "WEBP"
+    grey_alpha_is_known = form == "JPEG" or (form == "PNG" and pixels.dtype == np.uint8)
+    if channels >= 3 or (grey_alpha_is_known if channels == 2 else grey_is_known):
+        return content
+    grey = pixels.reshape(*pixels.shape[:2], channels)
+    coloured = grey[..., [0, 0, 0, 1][: 2 + channels]]
+    return _Content(np.ascontiguousarray(coloured), {**content.blocks, "icc_profile": None})
+
+
+def _jpeg(content: _Content, photo: Photo) -> bytes:
+    content = dataclasses.replace(content, pixels=_without_alpha(content.pixels))
+    coding = photo.jpeg
+    if coding is None:
+        return content.saved("JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
+    return content.saved(
+        "JPEG",
+        qtables=[list(table) for table in coding.tables],
+        subsampling=coding.subsampling,
+        progressive=coding.progressive,
+    )
+
+
+def _without_alpha(pixels: Image) -> Image:
+    if pixels.ndim == 2 or pixels.shape[2] == 3:
+        return pixels
+    return np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] == 4 else pixels[..., 0])
+
+
+def _png(content: _Content) -> bytes:
+    xmp = content.blocks.pop("xmp")
+    text = PngImagePlugin.PngInfo()
+    if xmp is not None:
+        text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
+    if content.pixels.dtype == np.uint8:
+        return content.saved("PNG", pnginfo=text)
+    # Pillow can't write 16-bit colour: OpenCV writes the pixels, Pillow the chunks around them.
+    carrier = _Content(np.zeros((1, 1), np.uint8), content.blocks).saved("PNG", pnginfo=text)
+    written = deep.encode(content.pixels, ".png")
+    return written[:_IHDR_END] + _chunks_before_pixels(carrier) + written[_IHDR_END:]
+
+
+def _chunks_before_pixels(png: bytes) -> bytes:
+    end = _IHDR_END
+    while png[end + 4 : end + 8] != b"IDAT":
+        end += _CHUNK_OVERHEAD + int.from_bytes(png[end : end + 4], "big")
+    return png[_IHDR_END:end]

@@ -1,0 +1,111 @@
+"""A photo: its upright pixels and whatever must come out of the editor as it went in."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+from kogao_core.geometry import Image
+
+Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
+
+FORMATS: Final[dict[str, Format]] = {
+    ".jpg": "JPEG",
+    ".jpeg": "JPEG",
+    ".png": "PNG",
+    ".tif": "TIFF",
+    ".tiff": "TIFF",
+    ".webp": "WEBP",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class JpegCoding:
+    """How a JPEG file was compressed.
+
+    Parameters
+    ----------
+    tables : tuple of tuple of int
+        Quantisation tables, 64 numbers each, in Pillow's order.
+    subsampling : int
+        Pillow's code: 0 is 4:4:4, 1 is 4:2:2, 2 is 4:2:0.
+    progressive : bool
+        Whether the scans are progressive.
+    """
+
+    tables: tuple[tuple[int, ...], ...]
+    subsampling: int
+    progressive: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """What tells a file from a later version of it: size in bytes and time of change in ns."""
+
+    size: int
+    changed_ns: int
+
+    @staticmethod
+    def of(state: os.stat_result) -> Stamp:
+        """Return the stamp of a file's state."""
+        return Stamp(state.st_size, state.st_mtime_ns)
+
+
+@dataclass(frozen=True, eq=False)
+class Photo:
+    r"""A photograph as it was read.
+
+    Parameters
+    ----------
+    pixels : array of shape (H, W) or (H, W, C)
+        Grey, grey + alpha (C = 2), RGB or RGBA; uint8, uint16 or float32; upright; read-only.
+    path : Path
+        Where it was read.
+    format : {"JPEG", "PNG", "TIFF", "WEBP"}
+        What the file is, whatever its name says.
+    icc_profile, exif, xmp : bytes, optional
+        Metadata as stored; `exif` starts with ``Exif\0\0`` and still tells the file's own
+        orientation.
+    dpi : tuple of float, optional
+        Print resolution (x, y).
+    orientation : int
+        EXIF orientation 1 to 8 of the file; `pixels` are already turned by it.
+    jpeg : JpegCoding, optional
+        Compression of a JPEG source, for writing another like it.
+    lossless_webp : bool
+        Whether a WebP source was lossless.
+    stamp : Stamp, optional
+        The version of the file that was read.
+    notes : tuple of str
+        What the user should know: conversions made, data that won't be kept.
+    """
+
+    pixels: Image
+    path: Path
+    format: Format
+    icc_profile: bytes | None = None
+    exif: bytes | None = None
+    xmp: bytes | None = None
+    dpi: tuple[float, float] | None = None
+    orientation: int = 1
+    jpeg: JpegCoding | None = None
+    lossless_webp: bool = False
+    stamp: Stamp | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Columns of the upright photo, px."""
+        return int(self.pixels.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Rows of the upright photo, px."""
+        return int(self.pixels.shape[0])
+
+    @property
+    def bits(self) -> int:
+        """Bits per channel: 8, 16 or 32 (float)."""
+        return 8 * int(self.pixels.dtype.itemsize)

@@ -1,0 +1,243 @@
+"""Open a photo: upright pixels at full depth, with the metadata that must survive."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import struct
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import JpegImagePlugin, UnidentifiedImageError
+
+from kogao_core.photo import colour, deep, metadata, tiff
+from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.model import Format, JpegCoding, Photo, Stamp
+from kogao_core.photo.turning import turn_upright
+
+MAX_MEGAPIXELS: Final = 300.0
+# TIFF has a way of its own.
+_COMMON: Final[tuple[Format, ...]] = ("JPEG", "PNG", "WEBP")
+_LOCK: Final = threading.Lock()
+
+
+def read(path: str | os.PathLike[str], *, max_megapixels: float = MAX_MEGAPIXELS) -> Photo:
+    """Read a JPEG, PNG, TIFF or WebP file.
+
+    Parameters
+    ----------
+    path : path
+        The file; its content decides the format, not its name.
+    max_megapixels : float
+        Larger pictures are refused before they are decoded.
+
+    Returns
+    -------
+    Photo
+        Its pixels are upright and as deep as the file: 16-bit PNG and TIFF stay uint16, float TIFF
+        stays float32. Palettes and CMYK become RGB(A).
+
+    Raises
+    ------
+    UnreadablePhoto
+        If the file is missing, damaged, too large or no photo; the message says what to do.
+    """
+    path = Path(path)
+    try:
+        with _present(path).open("rb") as file:
+            return _read_open(file, path, max_megapixels)
+    except PermissionError:
+        raise UnreadablePhoto(f"{path} may not be read; check its permissions") from None
+    except OSError as error:
+        reason = error.strerror or error
+        raise UnreadablePhoto(f"{path} can't be read ({reason}); try again or copy it") from error
+
+
+def _present(path: Path) -> Path:
+    if path.is_dir():
+        raise UnreadablePhoto(f"{path} is a folder; name a photo inside it")
+    if not path.exists():
+        raise UnreadablePhoto(f"{path} doesn't exist; check the name and the folder")
+    if not path.is_file():
+        raise UnreadablePhoto(f"{path} is not an ordinary file; copy the photo to a file first")
+    if path.stat().st_size == 0:
+        raise UnreadablePhoto(f"{path} is empty (0 bytes); copy it again from where it came")
+    return path
+
+
+def _read_open(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
+    stamp = Stamp.of(os.fstat(file.fileno()))
+    with _own_limits():
+        try:
+            if tiff.is_tiff(file, path):
+                photo = _read_tiff(file, path, max_megapixels)
+            else:
+                photo = _read_common(file, path, max_megapixels)
+        except UnreadablePhoto:
+            raise
+        except UnidentifiedImageError:
+            raise UnreadablePhoto(
+                f"{path} is not a JPEG, PNG, TIFF or WebP picture; convert it to one of them first"
+            ) from None
+        except MemoryError:
+            raise UnreadablePhoto(
+                f"{path} doesn't fit into memory; make it smaller or close other programs"
+            ) from None
+        except Exception as error:  # decoders raise almost anything on damaged files
+            raise UnreadablePhoto(
+                f"{path} is damaged or incomplete; copy it again from where it came"
+            ) from error
+    photo.pixels.setflags(write=False)
+    return dataclasses.replace(photo, stamp=stamp)
+
+
+@contextmanager
+def _own_limits() -> Iterator[None]:
+    # Our limit replaces Pillow's, and its warnings are not for the user; both are global state.
+    with _LOCK, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        limit, Pillow.MAX_IMAGE_PIXELS = Pillow.MAX_IMAGE_PIXELS, None
+        try:
+            yield
+        finally:
+            Pillow.MAX_IMAGE_PIXELS = limit
+
+
+def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> None:
+    megapixels = width * height / 1e6
+    if megapixels > max_megapixels:
+        raise UnreadablePhoto(
+            f"{path} is {width} x {height} px, {megapixels:.0f} megapixels; the limit is "
+            f"{max_megapixels:g}: raise max-megapixels if it is genuine, or make it smaller"
+        )
+
+
+def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
+    with Pillow.open(file, formats=_COMMON) as image:
+        _check_size(path, *image.size, max_megapixels)
+        jpeg = _jpeg_coding(image)
+        deep_png = deep.is_16_bit_png(image, file)
+        if deep_png:
+            deep.verify_png(file)
+        image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
+        notes: tuple[str, ...]
+        pixels, image.info["icc_profile"], notes = colour.to_array(image)
+        if deep_png:
+            pixels = deep.decode(_all_of(file))
+        blocks = _blocks(image)
+        turn = metadata.orientation(blocks["exif"], blocks["xmp"])
+        return Photo(
+            turn_upright(pixels, turn),
+            path,
+            _format_of(image),
+            **blocks,
+            dpi=_dpi(image.info.get("dpi")),
+            orientation=turn,
+            jpeg=jpeg if not notes else None,
+            lossless_webp=_is_lossless_webp(file),
+            notes=(*notes, *_not_kept(image)),
+        )
+
+
+def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
+    tags = tiff.TiffTags.read(file)
+    _check_size(path, tags.width, tags.height, max_megapixels)
+    tags.check_whole(os.fstat(file.fileno()).st_size)
+    notes: tuple[str, ...] = ()
+    profile = tags.icc_profile
+    # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
+    # good, so Pillow's is asked where it can.
+    if tags.is_deep:
+        tags.check_layout(path)
+        pixels = tags.decode(_all_of(file))
+    else:
+        file.seek(0)
+        with Pillow.open(file, formats=["TIFF"]) as image:
+            image.load()
+            pixels, profile, notes = colour.to_array(image)
+    if tags.pages_follow:
+        notes = (*notes, "only the first page of the TIFF is read and kept")
+    return Photo(
+        np.ascontiguousarray(pixels),
+        path,
+        "TIFF",
+        icc_profile=profile,
+        exif=tags.exif,
+        xmp=tags.xmp,
+        dpi=_dpi(tags.dpi),
+        orientation=tags.orientation,
+        notes=notes,
+    )
+
+
+def _all_of(file: IO[bytes]) -> bytes:
+    file.seek(0)
+    return file.read()
+
+
+def _format_of(image: Pillow.Image) -> Format:
+    # MPO is what phones call a JPEG followed by a depth or gain map.
+    return "JPEG" if isinstance(image, JpegImagePlugin.JpegImageFile) else _as_format(image.format)
+
+
+def _as_format(name: str | None) -> Format:
+    return next(known for known in _COMMON if known == name)
+
+
+def _jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
+    if not isinstance(image, JpegImagePlugin.JpegImageFile):
+        return None
+    tables = tuple(tuple(image.quantization[key]) for key in sorted(image.quantization))
+    # -1 is grey or a sampling that Pillow can't write: keep all the colour there is.
+    subsampling = max(0, JpegImagePlugin.get_sampling(image))
+    return JpegCoding(tables, subsampling, bool(image.info.get("progressive")))
+
+
+def _blocks(image: Pillow.Image) -> dict[str, Any]:
+    exif = image.info.get("exif")
+    legacy = image.info.get("Raw profile type exif")  # ImageMagick's PNG files
+    if exif is None and isinstance(legacy, str):
+        exif = bytes.fromhex("".join(legacy.split("\n")[3:]))
+    if exif is not None and not exif.startswith(metadata.PREFIX):
+        exif = metadata.PREFIX + exif
+    xmp = image.info.get("xmp")
+    xmp = xmp.encode() if isinstance(xmp, str) else xmp
+    return {
+        "icc_profile": image.info.get("icc_profile") or None,
+        "exif": exif,
+        "xmp": xmp or None,
+    }
+
+
+def _dpi(value: Any) -> tuple[float, float] | None:
+    try:
+        x, y = (float(part) for part in value)
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None
+    return (x, y) if 0 < x < math.inf and 0 < y < math.inf else None
+
+
+def _is_lossless_webp(file: IO[bytes]) -> bool:
+    file.seek(8)
+    if file.read(4) != b"WEBP":
+        return False
+    while len(head := file.read(8)) == 8:
+        name, size = struct.unpack("<4sI", head)
+        if name in (b"VP8 ", b"VP8L"):
+            return bool(name == b"VP8L")
+        file.seek(size + size % 2, os.SEEK_CUR)
+    return False
+
+
+def _not_kept(image: Pillow.Image) -> Iterator[str]:
+    if getattr(image, "n_frames", 1) > 1:
+        yield "only the first picture of the file is read and kept"
+    if "photoshop" in image.info:
+        yield "IPTC and Photoshop data are kept only in a photo that isn't changed"

@@ -1,0 +1,238 @@
+"""The directory of a TIFF file: what it says, and how to say more in one that OpenCV wrote."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+from PIL import ExifTags, TiffImagePlugin
+from PIL import Image as Pillow
+
+from kogao_core.geometry import Image
+from kogao_core.photo import deep
+from kogao_core.photo.errors import UnreadablePhoto
+
+_HEADS: Final = (b"II*\0", b"MM\0*")
+_BIG_HEADS: Final = (b"II+\0", b"MM\0+")
+_WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _ORIENTATION = 256, 257, 258, 262, 274
+_SAMPLES, _PLANES, _EXTRA, _SAMPLE_FORMAT = 277, 284, 338, 339
+_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT, _XMP, _ICC = 282, 283, 296, 700, 34675
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB = 0, 1, 2
+_UNSIGNED, _FLOAT = 1, 3
+_PREMULTIPLIED, _STRAIGHT = 1, 2
+_PER_INCH, _PER_CENTIMETRE = 2, 3
+_STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
+_WITH_ALPHA: Final = 4
+_HEADER_BYTES: Final = 8
+# What a TIFF directory says about the picture rather than about its storage: description, make,
+# model, software, date, artist, copyright, and the EXIF and GPS directories.
+_TELLING: Final = (270, 271, 272, 305, 306, 315, 33432, 0x8769, 0x8825)
+_DIRECTORIES: Final = (0x8769, 0x8825)
+
+
+def is_tiff(file: IO[bytes], path: Path) -> bool:
+    """Tell by the first bytes of an open file; leaves it at its start.
+
+    Raises
+    ------
+    UnreadablePhoto
+        If it is a BigTIFF.
+    """
+    head = file.read(4)
+    file.seek(0)
+    if head in _BIG_HEADS:
+        raise UnreadablePhoto(f"{path} is a BigTIFF file; save it as an ordinary TIFF first")
+    return head in _HEADS
+
+
+@dataclass(frozen=True)
+class TiffTags:
+    """The first directory of a TIFF file; Pillow can't open all of those that OpenCV decodes."""
+
+    tags: Pillow.Exif
+
+    @staticmethod
+    def read(file: IO[bytes]) -> TiffTags:
+        """Read the directory of an open file.
+
+        Raises
+        ------
+        ValueError
+            If it isn't the directory of a picture.
+        """
+        tags = Pillow.Exif()
+        tags.load_from_fp(file)
+        if _WIDTH not in tags or _HEIGHT not in tags:
+            raise ValueError("a directory without a picture")
+        return TiffTags(tags)
+
+    def _first(self, tag: int, default: int) -> int:
+        value = self.tags.get(tag, default)
+        return int(value[0] if isinstance(value, tuple) else value)
+
+    def check_whole(self, file_bytes: int) -> None:
+        """Check that all pixels lie within the file: libtiff would complain on stderr.
+
+        Raises
+        ------
+        ValueError
+            If they don't.
+        """
+        for places, lengths in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
+            parts = zip(self._all(places), self._all(lengths), strict=False)
+            if any(start + length > file_bytes for start, length in parts):
+                raise ValueError("the file ends before its pixels")
+
+    def _all(self, tag: int) -> tuple[int, ...]:
+        value = self.tags.get(tag, ())
+        return value if isinstance(value, tuple) else (value,)
+
+    @property
+    def orientation(self) -> int:
+        """EXIF orientation, 1 to 8."""
+        value = self._first(_ORIENTATION, 1)
+        return value if 1 <= value <= 8 else 1
+
+    @property
+    def width(self) -> int:
+        """Stored columns, px."""
+        return self._first(_WIDTH, 0)
+
+    @property
+    def height(self) -> int:
+        """Stored rows, px."""
+        return self._first(_HEIGHT, 0)
+
+    @property
+    def is_deep(self) -> bool:
+        """Whether a channel has more than 8 bits."""
+        return self._first(_BITS, 1) > 8
+
+    def check_layout(self, path: Path) -> None:
+        """Refuse deep layouts that OpenCV decodes wrongly, without a word, or not at all.
+
+        Raises
+        ------
+        UnreadablePhoto
+            If a deep file isn't 16-bit whole or 32-bit float, grey or RGB(A), interleaved.
+        """
+        samples = self._first(_SAMPLES, 1)
+        depth = (self._first(_BITS, 1), self._first(_SAMPLE_FORMAT, _UNSIGNED))
+        plain = (
+            depth in ((16, _UNSIGNED), (32, _FLOAT))
+            and self._first(_PHOTOMETRIC, _RGB) in (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB)
+            and samples in (1, 3, 4)
+            and (samples == 1 or self._first(_PLANES, 1) == 1)
+            and self._first(_EXTRA, 0) != _PREMULTIPLIED
+        )
+        if not plain:
+            raise UnreadablePhoto(
+                f"{path} is a TIFF of a kind that Kogao doesn't read; save it as interleaved RGB "
+                "with 8 or 16 bits, or 32-bit float, with straight alpha"
+            )
+
+    def decode(self, data: bytes) -> Image:
+        """Decode a deep file of a layout that was checked; upright."""
+        pixels = deep.decode(data)
+        if self._first(_PHOTOMETRIC, _RGB) == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
+            pixels = np.asarray(np.iinfo(np.uint16).max - pixels)
+        return pixels
+
+    @property
+    def pages_follow(self) -> bool:
+        """Whether there is more than one page."""
+        return bool(self.tags.get_ifd(ExifTags.IFD.IFD1))
+
+    @property
+    def icc_profile(self) -> bytes | None:
+        """Embedded ICC profile."""
+        return _as_bytes(self.tags.get(_ICC))
+
+    @property
+    def xmp(self) -> bytes | None:
+        """Embedded XMP packet."""
+        return _as_bytes(self.tags.get(_XMP))
+
+    @property
+    def dpi(self) -> tuple[Any, Any] | None:
+        """Resolution (x, y) in dots per inch."""
+        if _X_RESOLUTION not in self.tags or _Y_RESOLUTION not in self.tags:
+            return None
+        unit = self._first(_RESOLUTION_UNIT, _PER_INCH)
+        factor = {_PER_INCH: 1.0, _PER_CENTIMETRE: 2.54}.get(unit)
+        if factor is None:
+            return None
+        return self.tags[_X_RESOLUTION] * factor, self.tags[_Y_RESOLUTION] * factor
+
+    @property
+    def exif(self) -> bytes | None:
+        """What the directory says about the picture, as a block like a JPEG's."""
+        block = Pillow.Exif()
+        for tag, value in _telling(self.tags):
+            block[tag] = value
+        try:
+            return block.tobytes() if len(block) else None
+        except (struct.error, TypeError, ValueError):  # damaged entries, not worth the photo
+            return None
+
+
+def _as_bytes(value: object) -> bytes | None:
+    if isinstance(value, tuple):  # a wrong type in the file: numbers for bytes
+        value = bytes(value)
+    return value if isinstance(value, bytes) and value else None
+
+
+def with_metadata(
+    written: bytes,
+    *,
+    exif: bytes | None,
+    xmp: bytes | None,
+    icc_profile: bytes | None,
+    dpi: tuple[float, float] | None,
+) -> bytes:
+    """Return a TIFF file as OpenCV wrote it, with a fuller directory.
+
+    Parameters
+    ----------
+    written : bytes
+        A file whose pixels lie between its header and its directory.
+    exif, xmp, icc_profile, dpi
+        As in `Photo`.
+    """
+    directory = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES])
+    start = directory.next
+    with io.BytesIO(written) as file:
+        file.seek(start)
+        directory.load(file)
+    dict(directory)  # entries that were never looked at would not be saved
+    # Pillow counts strips from the end of the directory, where the pixels go now.
+    strips = directory[_STRIPS]
+    directory[_STRIPS] = tuple(offset - _HEADER_BYTES for offset in strips)
+    if directory[_SAMPLES] == _WITH_ALPHA:
+        directory[_EXTRA] = _STRAIGHT
+    if dpi is not None:
+        directory[_X_RESOLUTION], directory[_Y_RESOLUTION] = dpi
+        directory[_RESOLUTION_UNIT] = _PER_INCH
+    for tag, stored in ((_ICC, icc_profile), (_XMP, xmp)):
+        if stored is not None:
+            directory[tag] = stored
+    if exif is not None:
+        block = Pillow.Exif()
+        block.load(exif)
+        for tag, value in _telling(block):
+            directory[tag] = value
+    with io.BytesIO() as out:
+        directory.save(out)
+        out.write(written[_HEADER_BYTES:start])
+        return out.getvalue()
+
+
+def _telling(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
+    for tag in _TELLING:
+        if tag in tags:
+            yield tag, tags.get_ifd(tag) if tag in _DIRECTORIES else tags[tag]

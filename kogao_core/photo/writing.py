@@ -1,0 +1,157 @@
+"""Save a photo without ever harming a file: checked first, written aside, put in place at once."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from kogao_core.geometry import Image
+from kogao_core.photo.encoding import encode
+from kogao_core.photo.errors import CannotWrite, RefusedOutput
+from kogao_core.photo.model import FORMATS, Format, Photo, Stamp
+
+_LONGEST_SIDE_PX: Final[dict[Format, int]] = {"JPEG": 65500, "WEBP": 16383}
+_DEPTHS: Final[dict[Format, tuple[str, ...]]] = {
+    "JPEG": ("uint8",),
+    "WEBP": ("uint8",),
+    "PNG": ("uint8", "uint16"),
+    "TIFF": ("uint8", "uint16", "float32"),
+}
+
+
+def write(
+    photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False
+) -> None:
+    """Write new pixels with the photo's metadata; the name's ending tells the format.
+
+    The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP
+    and resolution are kept; JPEG to JPEG keeps the quantisation tables and the subsampling, other
+    sources get quality 95 and 4:4:4. If nothing changed and the format is the source's, its bytes
+    are copied.
+
+    Parameters
+    ----------
+    photo : Photo
+        Where the metadata come from.
+    pixels : array of shape (H, W) or (H, W, C)
+        uint8; uint16 for PNG and TIFF; float32 for TIFF.
+    path : path
+        ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff`` or ``.webp``.
+    force : bool
+        Replace an existing file.
+
+    Raises
+    ------
+    RefusedOutput
+        If the file exists and `force` isn't set, or the format can't hold these pixels.
+    CannotWrite
+        If the folder is missing or not writable, or the disk is full.
+    """
+    path = Path(path)
+    form = check_output(path, force=force)
+    check_holds(path, pixels)
+    try:
+        unchanged = _is_unchanged(photo, pixels, form)
+        data = photo.path.read_bytes() if unchanged else _encoded(photo, pixels, path, form)
+        _put(data, path, force)
+    except OSError as error:
+        reason = error.strerror or error
+        raise CannotWrite(
+            f"{path} can't be written ({reason}); choose another folder or make room"
+        ) from error
+
+
+def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format:
+    """Return the format of an output path, or say why nothing can be written there.
+
+    Raises
+    ------
+    RefusedOutput
+        If the ending is unknown, or the file exists and `force` isn't set.
+    CannotWrite
+        If the folder is missing or not writable.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise RefusedOutput(f"{path} is a folder; name a file inside it")
+    form = FORMATS.get(path.suffix.lower())
+    if form is None:
+        raise RefusedOutput(f"{path} must end in one of {', '.join(FORMATS)}")
+    if not path.parent.is_dir():
+        raise CannotWrite(f"the folder {path.parent} doesn't exist; make it first")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise CannotWrite(f"the folder {path.parent} isn't writable; choose another one")
+    if path.exists() and not force:
+        raise RefusedOutput(f"{path} exists; choose another name, or --force to replace it")
+    return form
+
+
+def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
+    """Check that the format of an output path can hold these pixels.
+
+    Raises
+    ------
+    RefusedOutput
+        If it would cut their depth, their transparency or their size.
+    """
+    path = Path(path)
+    form = FORMATS[path.suffix.lower()]
+    if pixels.dtype.name not in _DEPTHS[form]:
+        deep = "32-bit float" if pixels.dtype == np.float32 else f"{8 * pixels.dtype.itemsize}-bit"
+        other = ".tif" if pixels.dtype == np.float32 else ".png or .tif"
+        raise RefusedOutput(f"{path}: {form} can't hold this {deep} photo; write it as {other}")
+    if form == "JPEG" and _shows_through(pixels):
+        raise RefusedOutput(f"{path}: JPEG can't hold transparency; write it as .png or .tif")
+    longest = _LONGEST_SIDE_PX.get(form)
+    if longest is not None and max(pixels.shape[:2]) > longest:
+        raise RefusedOutput(
+            f"{path}: {form} can't hold more than {longest} px a side; write it as .png or .tif"
+        )
+
+
+def _shows_through(pixels: Image) -> bool:
+    has_alpha = pixels.ndim == 3 and pixels.shape[2] in (2, 4)
+    return has_alpha and bool((pixels[..., -1] != np.iinfo(np.uint8).max).any())
+
+
+def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
+    if form != photo.format or photo.orientation != 1 or photo.stamp is None:
+        return False
+    if pixels.dtype != photo.pixels.dtype or not np.array_equal(pixels, photo.pixels):
+        return False
+    try:
+        # Saving over the source earlier would have left other bytes there.
+        return Stamp.of(photo.path.stat()) == photo.stamp
+    except OSError:
+        return False
+
+
+def _encoded(photo: Photo, pixels: Image, path: Path, form: Format) -> bytes:
+    try:
+        return encode(photo, pixels, form)
+    except ValueError as error:
+        raise CannotWrite(
+            f"{path} can't be encoded as {form} ({error}); write it as .tif or .png"
+        ) from error
+
+
+def _put(data: bytes, path: Path, force: bool) -> None:
+    # Through a link to the file it names, and beside it: a rename must not cross file systems.
+    target = Path(os.path.realpath(path))
+    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
+    try:
+        with partial.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if target.exists():
+            shutil.copymode(target, partial)
+        check_output(path, force=force)  # someone may have been quicker
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,544 @@
+"""Reading and writing photos: every byte of pixels and metadata that goes in comes out."""
+
+import dataclasses
+import io
+import os
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from PIL import ExifTags, Image, ImageCms, PngImagePlugin
+
+from kogao_core import photo
+from kogao_core.photo import CannotWrite, RefusedOutput, UnreadablePhoto
+
+SRGB = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+XMP = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><r tiff:Orientation="6" keep="me"/></x:xmpmeta>'
+ORIENTATION, ARTIST, EXIF_DIRECTORY, MAKER_NOTE = 0x0112, 0x013B, 0x8769, 0x927C
+
+
+@pytest.fixture
+def picture():
+    rng = np.random.default_rng(7)
+    return np.kron(rng.integers(0, 256, (6, 9, 3)), np.ones((8, 8, 1))).astype(np.uint8)
+
+
+@pytest.fixture
+def deep_picture():
+    return np.random.default_rng(8).integers(0, 65536, (13, 17, 3), dtype=np.uint16)
+
+
+def exif_block(orientation=1, thumbnail=b"", order="<"):
+    """An EXIF block as a camera writes it: two directories, a maker's note, a thumbnail."""
+
+    def entry(tag, kind, count, value):
+        field = (
+            struct.pack(order + "HH", value, 0) if kind == 3 else struct.pack(order + "I", value)
+        )
+        return struct.pack(order + "HHI", tag, kind, count) + field
+
+    main, sub, note = 8, 8 + 2 + 36 + 4, 8 + 42 + 2 + 36 + 4
+    thumbs = note + 8
+    data = {"<": b"II*\0", ">": b"MM\0*"}[order] + struct.pack(order + "I", main)
+    data += struct.pack(order + "H", 3) + entry(ORIENTATION, 3, 1, orientation)
+    data += entry(ARTIST, 2, 4, int.from_bytes(b"Me!\0", "little" if order == "<" else "big"))
+    data += entry(EXIF_DIRECTORY, 4, 1, sub) + struct.pack(order + "I", thumbs if thumbnail else 0)
+    data += struct.pack(order + "H", 3) + entry(MAKER_NOTE, 7, 8, note)
+    data += entry(0xA002, 4, 1, 72) + entry(0xA003, 4, 1, 48) + struct.pack(order + "I", 0)
+    data += b"MAKER\1\2\3"
+    if thumbnail:
+        data += struct.pack(order + "H", 2) + entry(0x201, 4, 1, thumbs + 30)
+        data += entry(0x202, 4, 1, len(thumbnail)) + struct.pack(order + "I", 0) + thumbnail
+    return b"Exif\0\0" + data
+
+
+def saved(path, picture, **options):
+    Image.fromarray(picture).save(path, **options)
+    return path
+
+
+def inverted(source):
+    return np.iinfo(source.pixels.dtype).max - source.pixels
+
+
+def stored_for(upright, orientation):
+    """Rows and columns as a camera would store them, by the words of the EXIF standard."""
+    first_row, first_column = {
+        1: ("top", "left"), 2: ("top", "right"), 3: ("bottom", "right"), 4: ("bottom", "left"),
+        5: ("left", "top"), 6: ("right", "top"), 7: ("right", "bottom"), 8: ("left", "bottom"),
+    }[orientation]  # fmt: skip
+    stored = upright if first_row in ("top", "bottom") else upright.swapaxes(0, 1)
+    if first_row in ("bottom", "right"):
+        stored = stored[::-1]
+    if first_column in ("bottom", "right"):
+        stored = stored[:, ::-1]
+    return np.ascontiguousarray(stored)
+
+
+# ---- orientation ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".webp"])
+def test_orientation_is_applied_exactly_once(tmp_path, picture, orientation, suffix):
+    path = tmp_path / f"in{suffix}"
+    options = {"quality": 100, "subsampling": 0} if suffix == ".jpg" else {"lossless": True}
+    options = {} if suffix == ".png" else options
+    saved(path, stored_for(picture, orientation), exif=exif_block(orientation), **options)
+    source = photo.read(path)
+    np.testing.assert_allclose(source.pixels, picture, atol=8)
+    assert source.orientation == orientation
+
+    photo.write(source, inverted(source), tmp_path / f"out{suffix}")
+    again = photo.read(tmp_path / f"out{suffix}")
+    assert again.orientation == 1
+    np.testing.assert_allclose(again.pixels, 255 - picture, atol=16)
+    with Image.open(tmp_path / f"out{suffix}") as seen:
+        assert seen.size == (72, 48)
+        directory = seen.getexif().get_ifd(EXIF_DIRECTORY)
+    assert (directory[0xA002], directory[0xA003]) == (72, 48)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_tiff_orientation_is_applied_exactly_once(tmp_path, deep_picture, orientation, dtype):
+    picture = (deep_picture >> 8).astype(np.uint8) if dtype == np.uint8 else deep_picture
+    data = bytearray(cv2.imencode(".tiff", stored_for(picture, orientation)[..., ::-1])[1])
+    # OpenCV's last entry but one is the planar configuration: make it the orientation.
+    start = struct.unpack_from("<I", data, 4)[0]
+    at = next(
+        at for at in range(start + 2, len(data), 12) if data[at : at + 2] == struct.pack("<H", 284)
+    )
+    struct.pack_into("<HHIHH", data, at, 274, 3, 1, orientation, 0)
+    entries = [data[start + 2 + 12 * i : start + 14 + 12 * i] for i in range(data[start])]
+    data[start + 2 : start + 2 + 12 * len(entries)] = b"".join(
+        sorted(entries, key=lambda entry: struct.unpack_from("<H", entry)[0])
+    )
+    (tmp_path / "in.tif").write_bytes(data)
+    source = photo.read(tmp_path / "in.tif")
+    assert source.orientation == orientation
+    np.testing.assert_array_equal(source.pixels, picture)
+    photo.write(source, inverted(source), tmp_path / "out.tif")
+    again = photo.read(tmp_path / "out.tif")
+    assert again.orientation == 1
+    np.testing.assert_array_equal(again.pixels, np.iinfo(dtype).max - picture)
+
+
+def test_orientation_of_xmp_counts_where_exif_has_none(tmp_path, picture):
+    stored = stored_for(picture, 6)
+    source = photo.read(saved(tmp_path / "in.jpg", stored, xmp=XMP, quality=100, subsampling=0))
+    np.testing.assert_allclose(source.pixels, picture, atol=8)
+    photo.write(source, inverted(source), tmp_path / "out.jpg")
+    again = photo.read(tmp_path / "out.jpg")
+    assert again.pixels.shape == picture.shape
+    assert again.xmp == XMP.replace(b'"6"', b'"1"')
+
+
+# ---- metadata -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".tif", ".webp"])
+def test_metadata_survive_from_jpeg(tmp_path, picture, suffix, order):
+    path = saved(
+        tmp_path / "in.jpg", picture, icc_profile=SRGB, xmp=XMP, dpi=(240, 240),
+        exif=exif_block(1, b"\xff\xd8 a face \xff\xd9", order),
+    )  # fmt: skip
+    source = photo.read(path)
+    out = tmp_path / f"out{suffix}"
+    photo.write(source, inverted(source), out)
+    again = photo.read(out)
+    assert again.icc_profile == SRGB
+    assert again.xmp == XMP.replace(b'"6"', b'"1"')
+    assert b"a face" not in out.read_bytes()
+    with Image.open(out) as seen:
+        exif = seen.getexif()
+        assert exif[ARTIST] == "Me!"
+        assert exif.get_ifd(EXIF_DIRECTORY)[MAKER_NOTE] == b"MAKER\1\2\3"
+        assert not exif.get_ifd(ExifTags.IFD.IFD1)
+    if suffix != ".webp":
+        assert again.dpi == pytest.approx((240, 240), abs=0.01)
+
+
+def test_maker_notes_stay_at_their_offset(tmp_path, picture):
+    block = exif_block(6, b"thumbnail")
+    source = photo.read(saved(tmp_path / "in.jpg", picture, exif=block))
+    photo.write(source, inverted(source), tmp_path / "out.jpg")
+    kept = photo.read(tmp_path / "out.jpg").exif
+    assert kept.index(b"MAKER") == block.index(b"MAKER")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_deep_metadata_survive(tmp_path, deep_picture, suffix):
+    source = photo.Photo(
+        deep_picture, tmp_path / "none", "PNG", SRGB, exif_block(), XMP, (300.0, 200.0)
+    )
+    photo.write(source, deep_picture, tmp_path / f"out{suffix}")
+    again = photo.read(tmp_path / f"out{suffix}")
+    np.testing.assert_array_equal(again.pixels, deep_picture)
+    assert again.icc_profile == SRGB
+    assert again.xmp == XMP.replace(b'"6"', b'"1"')
+    assert again.dpi == pytest.approx((300, 200), abs=0.02)
+    assert b"Me!" in again.exif
+    assert b"MAKER\1\2\3" in again.exif
+
+
+def test_a_damaged_exif_block_is_kept_and_does_not_stop_reading(tmp_path, picture):
+    block = exif_block()[:30]
+    source = photo.read(saved(tmp_path / "in.jpg", picture, exif=block))
+    photo.write(source, inverted(source), tmp_path / "out.jpg")
+    assert photo.read(tmp_path / "out.jpg").exif == block
+
+
+def test_png_metadata_after_the_pixels_are_found(tmp_path, deep_picture):
+    source = photo.Photo(deep_picture, tmp_path / "none", "PNG", exif=exif_block(6))
+    photo.write(source, deep_picture, tmp_path / "early.png")
+    png = (tmp_path / "early.png").read_bytes()
+    at = png.index(b"eXIf") - 4
+    chunk = png[at : at + 12 + int.from_bytes(png[at : at + 4], "big")]
+    turned = chunk[:8] + exif_block(6)[6:]
+    turned += struct.pack(">I", zlib.crc32(turned[4:]))
+    late = png.replace(chunk, b"")
+    (tmp_path / "late.png").write_bytes(late[:-12] + turned + late[-12:])
+    again = photo.read(tmp_path / "late.png")
+    assert again.orientation == 6
+    assert again.pixels.shape == (17, 13, 3)
+
+
+# ---- depth, colour and layout ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(
+    ("suffix", "dtype"),
+    [
+        (".png", np.uint8), (".tif", np.uint8), (".webp", np.uint8),
+        (".png", np.uint16), (".tif", np.uint16), (".tif", np.float32),
+    ],
+)  # fmt: skip
+def test_lossless_round_trip(tmp_path, channels, suffix, dtype):
+    rng = np.random.default_rng(9)
+    pixels = (rng.random((40, 33, channels)) * (1.5 if dtype == np.float32 else 65535)).astype(
+        dtype
+    )
+    pixels = pixels[..., 0] if channels == 1 else pixels
+    source = photo.Photo(pixels, tmp_path / "none", "PNG", lossless_webp=True)
+    photo.write(source, pixels, tmp_path / f"out{suffix}")
+    again = photo.read(tmp_path / f"out{suffix}")
+    assert again.pixels.dtype == dtype
+    expected = np.dstack([pixels] * 3) if suffix == ".webp" and channels == 1 else pixels
+    np.testing.assert_array_equal(again.pixels, expected)
+    assert again.lossless_webp == (suffix == ".webp")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".webp"])
+def test_grey_with_alpha_round_trip(tmp_path, picture, suffix):
+    source = photo.read(saved(tmp_path / "in.png", np.ascontiguousarray(picture[..., :2])))
+    assert source.pixels.shape == (48, 72, 2)
+    source = dataclasses.replace(source, lossless_webp=True)
+    photo.write(source, inverted(source), tmp_path / f"out{suffix}")
+    again = photo.read(tmp_path / f"out{suffix}").pixels
+    np.testing.assert_array_equal(again[..., [0, -1]], 255 - picture[..., :2])
+
+
+def test_grey_written_as_colour_leaves_its_grey_profile_behind(tmp_path, picture):
+    grey = np.ascontiguousarray(picture[..., 0])
+    source = photo.Photo(grey, tmp_path / "none", "PNG", icc_profile=b"a profile of grey")
+    for suffix, kept in ((".webp", None), (".tif", b"a profile of grey")):
+        photo.write(source, grey, tmp_path / f"out{suffix}")
+        assert photo.read(tmp_path / f"out{suffix}").icc_profile == kept
+
+
+def test_tiff_says_that_its_alpha_is_straight(tmp_path, picture):
+    pixels = np.dstack([picture, picture[..., :1]])
+    photo.write(photo.Photo(pixels, tmp_path / "none", "PNG"), pixels, tmp_path / "out.tif")
+    with Image.open(tmp_path / "out.tif") as seen:
+        assert seen.tag_v2[338] in (2, (2,))
+
+
+def test_palette_becomes_rgb_or_rgba(tmp_path, picture):
+    indexed = Image.fromarray(picture).quantize(40)
+    indexed.save(tmp_path / "p.png")
+    indexed.save(tmp_path / "t.png", transparency=bytes([0, 128] + [255] * 38))
+    indexed.save(tmp_path / "p.tif")
+    expected = np.asarray(indexed.convert("RGB"))
+    for name in ("p.png", "p.tif"):
+        np.testing.assert_array_equal(photo.read(tmp_path / name).pixels, expected)
+    assert set(np.unique(photo.read(tmp_path / "t.png").pixels[..., 3])) == {0, 128, 255}
+
+
+def test_cmyk_is_converted_with_a_word(tmp_path, picture):
+    Image.fromarray(picture).convert("CMYK").save(tmp_path / "in.jpg", quality=100)
+    source = photo.read(tmp_path / "in.jpg")
+    np.testing.assert_allclose(source.pixels, picture, atol=12)
+    assert "CMYK" in source.notes[0]
+    assert source.jpeg is None
+
+
+def test_bilevel_becomes_grey(tmp_path):
+    Image.fromarray(np.eye(9, dtype=np.uint8) * 255).convert("1").save(tmp_path / "in.png")
+    np.testing.assert_array_equal(photo.read(tmp_path / "in.png").pixels, np.eye(9) * 255)
+
+
+def test_pixels_are_contiguous_and_read_only(tmp_path, picture):
+    source = photo.read(saved(tmp_path / "in.png", picture, exif=exif_block(6)))
+    assert source.pixels.flags.c_contiguous
+    with pytest.raises(ValueError, match="read-only"):
+        source.pixels[0, 0] = 0
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".webp"])
+def test_one_pixel_is_a_photo(tmp_path, suffix):
+    source = photo.read(saved(tmp_path / f"one{suffix}", np.full((1, 1, 3), 90, np.uint8)))
+    photo.write(source, inverted(source), tmp_path / f"out{suffix}")
+    np.testing.assert_allclose(photo.read(tmp_path / f"out{suffix}").pixels, 165, atol=3)
+
+
+def test_the_first_of_several_pictures_is_read_with_a_word(tmp_path, picture):
+    pages = [Image.fromarray(255 - picture)]
+    for name in ("in.tif", "in.webp"):
+        Image.fromarray(picture).save(tmp_path / name, save_all=True, append_images=pages)
+        assert "first" in photo.read(tmp_path / name).notes[0]
+
+
+# ---- JPEG -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("subsampling", [0, 1, 2])
+def test_jpeg_keeps_its_tables_and_subsampling(tmp_path, picture, subsampling):
+    path = saved(
+        tmp_path / "in.jpg", picture, quality=71, subsampling=subsampling, progressive=True
+    )
+    source = photo.read(path)
+    photo.write(source, inverted(source), tmp_path / "out.jpg")
+    with Image.open(path) as before, Image.open(tmp_path / "out.jpg") as after:
+        assert after.quantization == before.quantization
+        assert after.layer == before.layer
+        assert "progressive" in after.info
+        assert after.mode == "RGB"
+
+
+def test_other_sources_become_fine_jpegs(tmp_path, picture):
+    source = photo.read(saved(tmp_path / "in.png", picture))
+    photo.write(source, picture, tmp_path / "out.jpg")
+    with Image.open(tmp_path / "out.jpg") as seen:
+        assert [layer[1:3] for layer in seen.layer] == [(1, 1)] * 3
+        reference = io.BytesIO()
+        Image.fromarray(picture).save(reference, "JPEG", quality=95)
+        with Image.open(reference) as fine:
+            assert seen.quantization == fine.quantization
+
+
+def test_grey_jpeg_stays_grey(tmp_path, picture):
+    source = photo.read(saved(tmp_path / "in.jpg", picture[..., 0]))
+    photo.write(source, inverted(source), tmp_path / "out.jpg")
+    assert photo.read(tmp_path / "out.jpg").pixels.ndim == 2
+
+
+def test_opaque_alpha_fits_into_jpeg_and_transparency_does_not(tmp_path, picture):
+    opaque = np.dstack([picture, np.full(picture.shape[:2], 255, np.uint8)])
+    source = photo.read(saved(tmp_path / "in.png", opaque))
+    photo.write(source, opaque, tmp_path / "out.jpg")
+    assert photo.read(tmp_path / "out.jpg").pixels.shape == picture.shape
+    opaque[0, 0, 3] = 254
+    with pytest.raises(RefusedOutput, match="transparency"):
+        photo.write(source, opaque, tmp_path / "out2.jpg")
+
+
+# ---- zero means zero ------------------------------------------------------------------------
+
+
+def test_an_unchanged_photo_is_copied_to_the_byte(tmp_path, picture):
+    path = saved(tmp_path / "in.jpg", picture, comment=b"lost by any re-encoding")
+    source = photo.read(path)
+    photo.write(source, source.pixels.copy(), tmp_path / "out.jpeg")
+    assert (tmp_path / "out.jpeg").read_bytes() == path.read_bytes()
+    photo.write(source, source.pixels.copy(), tmp_path / "out.png")
+    assert (tmp_path / "out.png").read_bytes() != path.read_bytes()
+
+
+def test_an_unchanged_photo_that_was_turned_is_written_upright(tmp_path, picture):
+    source = photo.read(saved(tmp_path / "in.png", picture, exif=exif_block(6)))
+    photo.write(source, source.pixels, tmp_path / "out.png")
+    again = photo.read(tmp_path / "out.png")
+    assert again.orientation == 1
+    np.testing.assert_array_equal(again.pixels, source.pixels)
+
+
+def test_a_source_written_over_is_not_taken_for_the_original(tmp_path, picture):
+    path = saved(tmp_path / "in.png", picture)
+    source = photo.read(path)
+    photo.write(source, inverted(source), path, force=True)
+    os.utime(path, ns=(0, 0))
+    photo.write(source, source.pixels, path, force=True)
+    np.testing.assert_array_equal(photo.read(path).pixels, picture)
+
+
+# ---- bad input ------------------------------------------------------------------------------
+
+
+def png_header(width, height):
+    body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    head = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
+    data = b"IDAT" + zlib.compress(b"\0")
+    return head + struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
+
+
+def assert_refused(path, words, **options):
+    with pytest.raises(UnreadablePhoto, match=words) as refusal:
+        photo.read(path, **options)
+    message = str(refusal.value)
+    assert "\n" not in message
+    assert str(path) in message
+
+
+def test_what_cannot_be_read_says_what_to_do(tmp_path):
+    assert_refused(tmp_path / "missing.jpg", "doesn't exist; check")
+    assert_refused(tmp_path, "is a folder; name")
+    bad = tmp_path / "bad.jpg"
+    for content, words in (
+        (b"", "empty .0 bytes.; copy"),
+        (b"this is no photo at all", "not a JPEG.*convert"),
+        (b"GIF89a" + bytes(20), "not a JPEG.*convert"),
+        (b"II*\0" + bytes(20), "damaged.*copy"),
+        (b"II+\0" + bytes(20), "BigTIFF.*save"),
+        (b"\x89PNG\r\n\x1a\n", "not a JPEG|damaged"),
+    ):
+        bad.write_bytes(content)
+        assert_refused(bad, words)
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root reads everything")
+def test_an_unreadable_file_says_so(tmp_path, picture):
+    path = saved(tmp_path / "in.png", picture)
+    path.chmod(0)
+    assert_refused(path, "permissions")
+
+
+@pytest.mark.parametrize("kind", ["jpg", "png", "webp", "tif", "deep.png", "deep.tif"])
+def test_a_truncated_file_is_refused_without_noise(tmp_path, deep_picture, kind, capfd):
+    deep_picture = np.tile(deep_picture, (9, 9, 1))
+    path = tmp_path / f"in.{kind}"
+    pixels = deep_picture if kind.startswith("deep") else (deep_picture >> 8).astype(np.uint8)
+    photo.write(photo.Photo(pixels, path, "PNG"), pixels, path)
+    whole = path.read_bytes()
+    # An 8-bit PNG that lacks its last bytes alone still holds every pixel.
+    tail = 2000 if kind == "png" else 20
+    for size in (len(whole) // 10, len(whole) // 2, len(whole) - tail):
+        path.write_bytes(whole[:size])
+        assert_refused(path, "damaged or incomplete; copy|not a JPEG")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_too_large_is_refused_before_decoding(tmp_path):
+    path = tmp_path / "large.png"
+    path.write_bytes(png_header(40_000, 40_000))
+    assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise max-mega")
+    path.write_bytes(png_header(14_000, 14_000))  # beyond Pillow's own limit, within ours
+    assert_refused(path, "damaged or incomplete")
+    assert_refused(path, "the limit is 100", max_megapixels=100)
+
+
+def test_reading_leaves_pillow_as_it_was(tmp_path, picture):
+    limit = Image.MAX_IMAGE_PIXELS
+    photo.read(saved(tmp_path / "in.png", picture))
+    assert limit == Image.MAX_IMAGE_PIXELS
+
+
+def test_deep_layouts_that_opencv_gets_wrong_are_refused_or_put_right(tmp_path, deep_picture):
+    path = tmp_path / "in.tif"
+    data = cv2.imencode(".tiff", deep_picture[..., 0])[1].tobytes()
+    white_is_zero = struct.pack("<HHIHH", 262, 3, 1, 0, 0)
+    path.write_bytes(data.replace(struct.pack("<HHIHH", 262, 3, 1, 1, 0), white_is_zero))
+    np.testing.assert_array_equal(photo.read(path).pixels, 65535 - deep_picture[..., 0])
+    data = cv2.imencode(".tiff", deep_picture)[1].tobytes()
+    separate = struct.pack("<HHIHH", 284, 3, 1, 2, 0)
+    path.write_bytes(data.replace(struct.pack("<HHIHH", 284, 3, 1, 1, 0), separate))
+    assert_refused(path, "TIFF of a kind")
+
+
+@pytest.mark.parametrize("kind", ["jpg", "png", "webp", "tif", "deep.png", "deep.tif"])
+def test_damaged_bytes_never_raise_anything_else(tmp_path, picture, kind):
+    rng = np.random.default_rng(10)
+    path = tmp_path / f"in.{kind}"
+    pixels = picture.astype(np.uint16) * 257 if kind.startswith("deep") else picture
+    source = photo.Photo(pixels, path, "PNG", SRGB, exif_block(1, b"thumb"), XMP, (72.0, 72.0))
+    photo.write(source, pixels, path)
+    whole = np.frombuffer(path.read_bytes(), np.uint8)
+    for _ in range(60):
+        damaged = whole.copy()
+        where = rng.integers(0, min(len(whole), 4000), 12)
+        damaged[where] = rng.integers(0, 256, 12)
+        path.write_bytes(damaged.tobytes())
+        try:
+            found = photo.read(path, max_megapixels=1)
+            photo.write(found, inverted(found), tmp_path / f"out{path.suffix}", force=True)
+        except (UnreadablePhoto, CannotWrite):
+            pass
+
+
+# ---- bad output -----------------------------------------------------------------------------
+
+
+def test_outputs_that_are_refused_leave_nothing_behind(tmp_path, picture, deep_picture):
+    source = photo.read(saved(tmp_path / "in.png", picture))
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    (tmp_path / "folder.png").mkdir()
+    floating = deep_picture.astype(np.float32)
+    wide = np.zeros((1, 70_000, 3), np.uint8)
+    for name, pixels, words, kind in (
+        ("in.png", picture, "exists; choose", RefusedOutput),
+        ("out.gif", picture, "must end in", RefusedOutput),
+        ("out", picture, "must end in", RefusedOutput),
+        ("folder.png", picture, "is a folder; name", RefusedOutput),
+        ("missing/out.png", picture, "doesn't exist; make it", CannotWrite),
+        ("out.jpg", deep_picture, "16-bit photo; write it as .png", RefusedOutput),
+        ("out.webp", deep_picture, "16-bit photo; write it as .png", RefusedOutput),
+        ("out.png", floating, "32-bit float photo; write it as .tif", RefusedOutput),
+        ("out.jpg", wide, "more than 65500", RefusedOutput),
+        ("out.webp", wide, "more than 16383", RefusedOutput),
+    ):
+        with pytest.raises(kind, match=words) as refusal:
+            photo.write(source, pixels, tmp_path / name)
+        assert "\n" not in str(refusal.value)
+    (tmp_path / "folder.png").rmdir()
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_failing_disk_leaves_the_old_file_whole(tmp_path, picture, monkeypatch):
+    path = saved(tmp_path / "in.png", picture)
+    before = path.read_bytes()
+    source = photo.read(path)
+
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(CannotWrite, match=r"No space left on device.*make room"):
+        photo.write(source, inverted(source), path, force=True)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX permissions and links")
+def test_replacing_keeps_permissions_and_links(tmp_path, picture):
+    path = saved(tmp_path / "in.png", picture)
+    path.chmod(0o640)
+    link = tmp_path / "link.png"
+    link.symlink_to(path)
+    source = photo.read(link)
+    photo.write(source, inverted(source), link, force=True)
+    assert link.is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o640
+    np.testing.assert_array_equal(photo.read(path).pixels, 255 - picture)
+
+
+def test_metadata_too_long_for_jpeg_is_a_sentence(tmp_path, picture):
+    text = PngImagePlugin.PngInfo()
+    text.add_itxt("XML:com.adobe.xmp", "x" * 70_000)
+    source = photo.read(saved(tmp_path / "in.png", picture, pnginfo=text))
+    with pytest.raises(CannotWrite, match=r"can't be encoded as JPEG.*write it as"):
+        photo.write(source, picture, tmp_path / "out.jpg")
+    assert not (tmp_path / "out.jpg").exists()

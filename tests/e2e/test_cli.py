@@ -1,0 +1,474 @@
+"""The command line as its users meet it: files, exit codes, one line when something is wrong."""
+
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tomllib
+import zlib
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import assets, photo, pipeline
+from kogao_core.cli import doctor, licences, main
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+
+ROOT = Path(__file__).parents[2]
+STAGES = {"targets", "lattice", "domain", "warp"}
+
+
+@pytest.fixture(scope="session")
+def portrait():
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        return assets.path("samples/average.jpg")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+
+
+@pytest.fixture
+def cli(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ending:
+            main([str(argument) for argument in arguments])
+        return ending.value.code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def fails(cli, tmp_path):
+    """Run a command that must fail with a code, one line on stderr, and leave no file behind."""
+
+    def run(code, words, *arguments):
+        before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+        found, out, err = cli(*arguments)
+        assert (found, out) == (code, "")
+        assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
+        assert re.search(words, err), err
+        assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+
+    return run
+
+
+@pytest.fixture
+def faceless(tmp_path):
+    path = tmp_path / "faceless.png"
+    shade = np.linspace(40, 200, 160, dtype=np.uint8)
+    Image.fromarray(np.dstack([np.tile(shade, (120, 1))] * 3)).save(path)
+    return path
+
+
+# ---- what works -----------------------------------------------------------------------------
+
+
+def test_warp_writes_what_render_gives(cli, portrait, tmp_path):
+    out = tmp_path / "out.png"
+    code, said, err = cli("warp", portrait, "-o", out, "--percent", 6, "--center", 3)
+    assert (code, err) == (0, "")
+    assert "1 face, 6 % towards centre 3" in said
+    source = photo.read(portrait)
+    faces = json.loads(cli("detect", portrait, "--json")[1])["faces"]
+    written = photo.read(out).pixels
+    assert (written != source.pixels).any()
+    from kogao_core.landmarks import MeshSource
+
+    found = MeshSource().find(source.pixels)
+    expected = pipeline.render(source.pixels, found, Recipe(percent=6.0, center=3)).pixels
+    np.testing.assert_array_equal(written, expected)
+    np.testing.assert_allclose(faces[0]["outline"], found[0].outline)
+
+
+@pytest.mark.usefixtures("portrait")
+def test_warp_reports_in_json(cli, tmp_path):
+    out = tmp_path / "out.jpg"
+    code, said, err = cli("warp", "--sample", "-o", out, "--json", "--fit", "approximation")
+    assert (code, err) == (0, "")
+    report = json.loads(said)
+    assert report["recipe"] == Recipe(fit="approximation").to_dict()
+    assert set(report["timings_ms"]) >= STAGES
+    assert len(report["faces"]) == 1
+    size = report["image"]["width"] * report["image"]["height"]
+    counts = [
+        report["domains"][name]["pixels"] for name in ("image", "control-points", "threshold")
+    ]
+    assert counts[0] == size > counts[1] > counts[2] > 0
+    assert report["domains"]["image"]["percent"] == 100.0
+    assert report["residual"]["max_px"] > report["residual"]["mean_px"] > 0
+    assert 0 < report["one_to_one"]["min_det"] < 1
+    assert out.exists()
+
+
+def test_detect_prints_exactly_the_documented_json(cli, portrait):
+    code, said, err = cli("detect", "--sample", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(said)
+    with Image.open(portrait) as image:
+        assert found["image"] == {"width": image.width, "height": image.height}
+    assert list(found) == ["image", "faces"]
+    face = found["faces"][0]
+    assert list(face) == ["box", "score", "outline", "eyes", "mouth"]
+    shapes = {name: np.shape(value) for name, value in face.items()}
+    expected = {"box": (4,), "score": (), "outline": (21, 2), "eyes": (4, 2), "mouth": (2, 2)}
+    assert shapes == expected
+    assert list(np.argsort(np.array(face["eyes"])[:, 0])) == [0, 1, 2, 3]
+
+
+def test_detect_prints_a_table(cli, portrait):
+    code, said, _ = cli("detect", portrait)
+    assert code == 0
+    assert len(said.splitlines()) == 3
+    assert said.splitlines()[2].split()[0] == "1"
+
+
+def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, portrait, tmp_path):
+    source = photo.read(portrait)
+    deep = photo.Photo(source.pixels, portrait, "PNG", exif=b"Exif\0\0II*\0\x08\0\0\0\0\0\0\0\0\0")
+    for suffix in (".png", ".tif"):
+        photo.write(deep, source.pixels.astype(np.uint16) * 257, tmp_path / f"in{suffix}")
+        out = tmp_path / f"out{suffix}"
+        assert cli("warp", tmp_path / f"in{suffix}", "-o", out)[0] == 0
+        written = photo.read(out).pixels
+        assert written.dtype == np.uint16
+        assert 0.02 < (written != source.pixels.astype(np.uint16) * 257).any(-1).mean() < 0.2
+
+    lying = Image.Exif()
+    lying[0x0112] = 6
+    turned = Image.fromarray(np.rot90(source.pixels))
+    turned.save(tmp_path / "turned.png", exif=lying)
+    for name, reference in (("turned", portrait), ("straight", tmp_path / "turned.png")):
+        assert cli("warp", reference, "-o", tmp_path / f"{name}-out.png")[0] == 0
+    upright, straight = (photo.read(tmp_path / f"{n}-out.png") for n in ("turned", "straight"))
+    assert upright.orientation == straight.orientation == 1
+    np.testing.assert_array_equal(upright.pixels, straight.pixels)
+
+
+@pytest.mark.usefixtures("portrait")
+def test_folding_is_held_back_or_told(cli, tmp_path):
+    arguments = ["warp", "--sample", "--percent", 12, "--lattice-unit", "warp", "--force"]
+    arguments += ["--lattice", 0.5, "-o", tmp_path / "out.png"]
+    report = json.loads(cli(*arguments, "--json")[1])
+    assert report["shares"][0] < 1
+    assert report["one_to_one"]["min_det"] > 0
+    assert "held back to" in cli(*arguments)[1]
+    report = json.loads(cli(*arguments, "--no-guard", "--json")[1])
+    assert report["shares"] == [1]
+    assert report["one_to_one"]["folded_cells"]
+    assert "the warp folds in" in cli(*arguments, "--no-guard")[1]
+
+
+def test_zero_percent_copies_the_file(cli, portrait, tmp_path):
+    assert cli("warp", portrait, "-o", tmp_path / "out.jpg", "--percent", 0)[0] == 0
+    assert (tmp_path / "out.jpg").read_bytes() == portrait.read_bytes()
+
+
+def test_options_override_the_recipe_file(cli, portrait, tmp_path):
+    saved = Recipe(percent=2.0, center=4, lattice=1.5, threshold_px=0.25)
+    (tmp_path / "r.json").write_text(json.dumps(saved.to_dict()), encoding="utf-8")
+    arguments = ["--recipe", tmp_path / "r.json", "--percent", 3, "--json"]
+    _, said, _ = cli("warp", portrait, "-o", tmp_path / "out.png", *arguments)
+    used = json.loads(said)["recipe"]
+    assert used == {**saved.to_dict(), "percent": 3.0}
+    assert used["threshold_px"] != LOSSLESS_PX
+
+
+def test_faces_are_chosen_by_number(cli, portrait, tmp_path, fails):
+    source = photo.read(portrait).pixels
+    small = np.ascontiguousarray(source[::2, ::2])
+    pair = np.full((source.shape[0], source.shape[1] + small.shape[1], 3), 128, np.uint8)
+    pair[:, : source.shape[1]] = source
+    pair[: small.shape[0], source.shape[1] :] = small
+    Image.fromarray(pair).save(tmp_path / "pair.png")
+    _, said, _ = cli("detect", tmp_path / "pair.png", "--json")
+    both = json.loads(said)["faces"]
+    assert len(both) == 2
+    for which, expected in (("largest", [both[0]]), ("2", [both[1]]), ("1,2", both)):
+        out = tmp_path / f"{which}.png"
+        _, said, _ = cli("warp", tmp_path / "pair.png", "-o", out, "--face", which, "--json")
+        assert json.loads(said)["faces"] == expected
+    for number in (0, 3):
+        bad = ("warp", tmp_path / "pair.png", "-o", tmp_path / "bad.png", "--face", number)
+        fails(2, f"there is no face {number}; the photo has 2", *bad)
+
+
+def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
+    path = Path(shutil.copy(portrait, tmp_path / "in.jpg"))
+    fails(2, "is the photo itself", "warp", path, "-o", path)
+    (tmp_path / "out.jpg").write_text("mine")
+    fails(2, "exists; choose another name, or --force", "warp", path, "-o", tmp_path / "out.jpg")
+    for out in (tmp_path / "out.jpg", path):
+        assert cli("warp", path, "-o", out, "--force")[0] == 0
+        assert photo.read(out).pixels.shape == photo.read(portrait).pixels.shape
+    assert path.read_bytes() != portrait.read_bytes()
+
+
+# ---- bad values: refused before the photo is even opened ------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--percent", "-1"], "percent must be within 0..15, got -1"),
+        (["--percent", "99"], "percent must be within 0..15, got 99"),
+        (["--percent", "nan"], "percent must be within"),
+        (["--percent", "much"], "'much' is not a valid float"),
+        (["--lattice", "0"], "lattice must be within 0.1..8, got 0"),
+        (["--center", "5"], "center must be within 1..4"),
+        (["--threshold", "-1"], "threshold_px must be within"),
+        (["--fit", "tight"], "'tight' is not one of"),
+        (["--face", "biggest"], "none of all, largest, or numbers"),
+        (["--face", "1,"], "none of all, largest, or numbers"),
+        (["--recipe", "missing.json"], "missing.json can't be read"),
+        (["--max-megapixels", "0"], "not in the range"),
+        (["--sample"], "name one photo, or use --sample"),
+        (["--wrong"], "No such option.*see kogao-cli warp --help"),
+    ],
+)
+def test_bad_values_are_usage(fails, tmp_path, arguments, words):
+    never = tmp_path / "never-opened.jpg"
+    fails(2, words, "warp", never, "-o", tmp_path / "out.jpg", *arguments)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", "is not JSON"),
+        ("\x80", "is not JSON"),
+        ("[]", "must be a JSON object"),
+        ('{"percent": 99}', "can't be used: percent must be"),
+        ('{"percent": "4"}', "percent must be a number"),
+        ('{"fit": ["exact"]}', "fit must be one of"),
+        ('{"strength": 4}', "unknown recipe field 'strength'"),
+        ('{"version": 2}', "version"),
+    ],
+)
+def test_a_bad_recipe_file_is_usage(fails, tmp_path, content, words):
+    (tmp_path / "r.json").write_bytes(content.encode("latin-1"))
+    arguments = ["-o", tmp_path / "out.jpg", "--recipe", tmp_path / "r.json"]
+    fails(2, words, "warp", tmp_path / "never-opened.jpg", *arguments)
+
+
+def test_missing_words_are_usage(fails, tmp_path):
+    fails(2, "Missing command", *[])
+    fails(2, "No such command 'wrap'", "wrap")
+    fails(2, "Missing option '-o'", "warp", tmp_path / "in.jpg")
+    fails(2, "name one photo", "warp", "-o", tmp_path / "out.jpg")
+    fails(2, "name one photo", "detect")
+
+
+# ---- bad files ------------------------------------------------------------------------------
+
+
+def bad_inputs(folder):
+    yield "missing.jpg", None, "doesn't exist"
+    yield "text.jpg", b"not a photo\n", "not a JPEG"
+    yield "empty.jpg", b"", "0 bytes"
+    whole = folder / "whole.jpg"
+    Image.fromarray(np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)).save(whole)
+    yield "truncated.jpg", whole.read_bytes()[:4000], "damaged or incomplete"
+    header = struct.pack(">4sIIBBBBB", b"IHDR", 40_000, 40_000, 8, 2, 0, 0, 0)
+    png = b"\x89PNG\r\n\x1a\n\0\0\0\r" + header + struct.pack(">I", zlib.crc32(header))
+    data = b"IDAT" + zlib.compress(b"\0")
+    png += struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
+    yield "large.png", png, "40000 x 40000 px, 1600 megapixels; the limit is 300"
+
+
+def test_unreadable_photos(fails, tmp_path):
+    for name, content, words in bad_inputs(tmp_path):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        fails(3, words, "detect", tmp_path / name, "--json")
+        fails(3, words, "warp", tmp_path / name, "-o", tmp_path / "out.jpg")
+    fails(3, "is a folder", "detect", tmp_path)
+
+
+@pytest.mark.usefixtures("portrait")
+def test_the_size_limit_can_be_raised(fails, faceless):
+    fails(3, "the limit is 0.01: raise max-mega", "detect", faceless, "--max-megapixels", 0.01)
+    fails(4, "no face", "detect", faceless, "--max-megapixels", 0.02)
+
+
+@pytest.mark.usefixtures("portrait")
+def test_no_face(fails, faceless, tmp_path):
+    words = r"no face in .*faceless\.png; crop closer or place the landmarks by hand in the editor"
+    fails(4, words, "detect", faceless)
+    fails(4, words, "warp", faceless, "-o", tmp_path / "out.png")
+    one = tmp_path / "one.png"
+    Image.new("RGB", (1, 1)).save(one)
+    fails(4, "no face in", "warp", one, "-o", tmp_path / "out.png", "--json")
+
+
+def test_bad_outputs(fails, tmp_path, faceless):
+    never = tmp_path / "never-opened.jpg"
+    fails(3, "doesn't exist; make it first", "warp", never, "-o", tmp_path / "no" / "out.jpg")
+    fails(2, "must end in one of", "warp", never, "-o", tmp_path / "out.bmp")
+    fails(2, "is a folder", "warp", never, "-o", tmp_path)
+    deep = tmp_path / "deep.png"
+    source = photo.read(faceless)
+    photo.write(source, source.pixels.astype(np.uint16) * 257, deep)
+    fails(2, "JPEG can't hold this 16-bit photo", "warp", deep, "-o", tmp_path / "out.jpg")
+
+
+def test_a_full_disk_leaves_nothing(fails, portrait, tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    fails(3, "No space left on device", "warp", portrait, "-o", tmp_path / "out.jpg")
+
+
+def test_missing_networks_say_how_to_get_them(fails, faceless, tmp_path, monkeypatch):
+    def missing(name):
+        raise assets.AssetMissing(f"{name} is missing; reinstall")
+
+    monkeypatch.setattr(assets, "path", missing)
+    fails(1, "is missing; reinstall", "warp", faceless, "-o", tmp_path / "out.png")
+    fails(1, "is missing; reinstall", "detect", "--sample")
+
+
+# ---- the program ----------------------------------------------------------------------------
+
+
+def test_help_documents_the_exit_codes_and_version_is_told(cli):
+    for arguments in (["--help"], ["warp", "--help"], ["detect", "--help"]):
+        code, said, _ = cli(*arguments)
+        assert code == 0
+        for meaning in ("0  done", "2  wrong usage", "3  the photo can't be read", "4  no face"):
+            assert meaning in said
+    code, said, _ = cli("--version")
+    assert (code, said) == (0, "kogao-cli, version 0.1.0\n")
+
+
+def test_a_whole_warp_loads_no_qt(portrait, tmp_path):
+    program = (
+        "import sys; from kogao_core.cli import main\n"
+        "try: main()\n"
+        "except SystemExit as ending: code = ending.code\n"
+        "qt = {'PySide6', 'shiboken6', 'pyqtgraph'} & {m.split('.')[0] for m in sys.modules}\n"
+        "print(code, qt)"
+    )
+    for arguments in (["warp", portrait, "-o", tmp_path / "out.jpg"], ["doctor"], ["licenses"]):
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", program, *map(str, arguments)],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert re.fullmatch(r"[01] set\(\)", done.stdout.splitlines()[-1]), done.stdout
+        assert done.stderr == ""
+
+
+def test_help_loads_neither_numpy_nor_opencv():
+    program = "import sys, kogao_core.cli; print({'numpy', 'cv2', 'PIL'} & set(sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX pipes")
+def test_a_reader_that_leaves_is_no_error():
+    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' licenses | true"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+# ---- doctor and licences --------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("portrait")
+def test_doctor_is_well_when_nothing_is_missing(cli, monkeypatch):
+    monkeypatch.setattr(doctor, "_loads", lambda _: True)
+    code, said, err = cli("doctor")
+    assert (code, err) == (0, "")
+    assert said.rstrip().endswith("All is well.")
+    for name in ("numpy", "opencv", "Pillow", "PySide6", "pyqtgraph", "Python 3"):
+        assert name in said
+
+
+@pytest.mark.usefixtures("portrait")
+def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch):
+    missing = ("libxcb-cursor.so.0", "libEGL.so.1")
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(doctor, "_loads", lambda name: name not in missing)
+    code, said, _ = cli("doctor", "--json")
+    assert code == 1
+    found = json.loads(said)
+    assert found["missing_libraries"] == {
+        "libxcb-cursor.so.0": "libxcb-cursor0",
+        "libEGL.so.1": "libegl1",
+    }
+    assert found["mend"] == ["sudo apt-get install libegl1 libxcb-cursor0"]
+    code, said, _ = cli("doctor")
+    assert code == 1
+    assert "libxcb-cursor.so.0: missing (Debian and Ubuntu: libxcb-cursor0)" in said
+    assert "To mend it: sudo apt-get install libegl1 libxcb-cursor0" in said
+
+
+@pytest.mark.usefixtures("portrait")
+def test_doctor_sees_wrong_and_missing_networks(cli, tmp_path, monkeypatch):
+    real = assets.path
+
+    def path(name):
+        if name == "models/face_detection_back.tflite":
+            (tmp_path / "wrong").write_bytes(b"something else")
+            return tmp_path / "wrong"
+        if name.startswith("models/"):
+            raise assets.AssetMissing(name)
+        return real(name)
+
+    monkeypatch.setattr(assets, "path", path)
+    monkeypatch.setattr(doctor, "_loads", lambda _: True)
+    code, said, _ = cli("doctor", "--json")
+    assert code == 1
+    states = json.loads(said)["assets"]
+    assert states["face_detection_back.tflite"] == "not the file it should be"
+    assert states["face_landmarks_detector.tflite"] == "missing"
+    assert any("pip install" in command for command in json.loads(said)["mend"])
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Qt needs these on Linux only")
+def test_doctor_knows_every_library_that_qt_asks_for():
+    spec, readelf = util.find_spec("PySide6"), shutil.which("readelf")
+    if spec is None or readelf is None:
+        pytest.skip("needs PySide6 and binutils' readelf")
+    qt = Path(spec.submodule_search_locations[0]) / "Qt"
+    bundled = {path.name for path in (qt / "lib").iterdir()}
+    todo = [qt / "plugins/platforms/libqxcb.so", qt / "plugins/platforms/libqoffscreen.so"]
+    todo += [qt / "lib/libQt6Gui.so.6", qt / "lib/libQt6Widgets.so.6"]
+    seen, outside = set(), set()
+    while todo:
+        path = todo.pop()
+        seen.add(path.name)
+        said = subprocess.run([readelf, "-d", path], capture_output=True, text=True, check=True)
+        for name in re.findall(r"NEEDED.*\[(.*)\]", said.stdout):
+            if name not in bundled:
+                outside.add(name)
+            elif name not in seen:
+                todo.append(qt / "lib" / name)
+    base = re.compile(
+        r"(libc|libm|libdl|librt|libpthread|libgcc_s|libstdc\+\+|ld-linux.*)\.so\.\d+"
+    )
+    assert {name for name in outside if not base.fullmatch(name)} == set(doctor.LIBRARIES)
+
+
+@pytest.mark.usefixtures("portrait")
+def test_licences_name_everything_that_is_used(cli):
+    code, said, err = cli("licenses")
+    assert (code, err) == (0, "")
+    for name in ("Kogao 0.1.0: Apache-2.0", *licences.DEPENDENCIES, "DeBruine", "CC BY 4.0"):
+        assert name.lower().replace("-", "_") in said.lower().replace("-", "_")
+    for asset in licences.manifest():
+        assert f"{asset['file']}: {asset['licence']}; {asset['from']}" in said
+    assert "see its documentation" not in said
+
+
+def test_the_list_of_dependencies_is_the_projects():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    names = {re.split(r"[<>=!\[; ]", line)[0] for line in project["dependencies"]}
+    assert names == set(licences.DEPENDENCIES)
