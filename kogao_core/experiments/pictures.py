@@ -1,0 +1,52 @@
+"""Make the pictures of the documentation from the program's own sample.
+
+``python -m kogao_core.experiments.pictures docs/pictures``
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core import assets
+from kogao_core.geometry import Image
+from kogao_core.landmarks import MeshSource
+from kogao_core.photo import read
+from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
+
+PERCENT: Final = 6.0
+GAP_PX: Final = 12
+
+
+def before_after() -> Image:
+    """Return the sample and its warp side by side, cut to head and shoulders, RGB."""
+    photo = read(assets.path("samples/average.jpg")).pixels
+    faces = MeshSource().find(photo)
+    after = render(photo, faces, Recipe(percent=PERCENT)).pixels
+    x, y, width, height = faces[0].box
+    rows = slice(max(0, int(y - 0.9 * height)), int(y + 1.6 * height))
+    columns = slice(max(0, int(x - 0.6 * width)), int(x + 1.6 * width))
+    gap = np.full((rows.stop - rows.start, GAP_PX, 3), 255, np.uint8)
+    return np.hstack([photo[rows, columns], gap, after[rows, columns]])
+
+
+def main(arguments: list[str]) -> None:
+    """Write ``before-after.jpg`` and ``window.png`` into the folder named."""
+    folder = Path(arguments[0])
+    folder.mkdir(parents=True, exist_ok=True)
+    bgr = cv2.cvtColor(before_after(), cv2.COLOR_RGB2BGR)
+    cv2.imwrite(str(folder / "before-after.jpg"), bgr, [cv2.IMWRITE_JPEG_QUALITY, 90])
+    window = ["--sample", "--screenshot", str(folder / "window.png")]
+    offscreen = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+    subprocess.run([sys.executable, "-m", "kogao_app", *window], check=True, env=offscreen)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,168 @@
+"""BlazeFace's "back" network: where faces are, at any size, number and angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core.geometry import Affine, Array
+from kogao_core.landmarks.pixels import Pyramid
+
+INPUT_PX: Final = 256
+SAME_FACE_IOU: Final = 0.3
+# Widths of view, in sides of the face, that tell faces from the rest best: in the wide one upright
+# faces score 0.90 to 0.97, those upside down and false ones less; the close one weeds out others.
+WIDE: Final = 4.0
+CLOSE: Final = 1.5
+SURE: Final = 0.9
+_GRIDS: Final = ((16, 2), (8, 6))  # cells per side, anchors per cell
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detection:
+    """One face box, turned with the face.
+
+    Parameters
+    ----------
+    center_px : array of shape (2,)
+        Middle of the box.
+    side_px : float
+        Longer side of the box.
+    degrees : float
+        Roll of the line between the eyes, from +x towards +y.
+    score : float
+        The network's probability, 0 to 1.
+    """
+
+    center_px: Array
+    side_px: float
+    degrees: float
+    score: float
+
+    def is_like(self, other: Detection) -> bool:
+        """Tell whether two boxes frame one face: near in place and alike in size."""
+        apart = float(np.linalg.norm(self.center_px - other.center_px))
+        return apart < 0.5 * other.side_px and 0.5 < self.side_px / other.side_px < 2.0
+
+    def overlaps(self, other: Detection) -> bool:
+        """Tell whether two boxes can't be two faces: much in common, or one inside the other."""
+        reach = (self.side_px + other.side_px) / 2.0 - np.abs(self.center_px - other.center_px)
+        common = float(np.clip(reach, 0.0, min(self.side_px, other.side_px)).prod())
+        small, large = sorted((self.side_px**2, other.side_px**2))
+        return common > 0.6 * small or common > SAME_FACE_IOU * (small + large - common)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """A square of the image that the network looks at.
+
+    Parameters
+    ----------
+    center_px : array of shape (2,)
+        Its middle in the image.
+    side_px : float
+        Its side.
+    degrees : float
+        Its turn, from +x towards +y.
+    """
+
+    center_px: Array
+    side_px: float
+    degrees: float = 0.0
+
+    @property
+    def to_image(self) -> Affine:
+        """Map from pixel centres of the network's input to the image."""
+        scale = self.side_px / INPUT_PX
+        turn = Affine.similarity(scale, self.degrees, (0.0, 0.0))
+        middle = (INPUT_PX - 1) / 2.0
+        return Affine(turn.matrix, self.center_px - turn((middle, middle)))
+
+
+class BlazeFace:
+    """The detector network; not thread-safe.
+
+    Parameters
+    ----------
+    weights : path
+        ``face_detection_back.tflite``.
+    """
+
+    def __init__(self, weights: Path) -> None:
+        self._net = cv2.dnn.readNetFromTFLite(str(weights))
+        self._anchors = _anchors()
+
+    def look(self, image: Pyramid, view: View, least_score: float) -> list[Detection]:
+        """Return the faces in one view, best first, none twice."""
+        pixels = image.sample(view.to_image, INPUT_PX).astype(np.float32) / 127.5 - 1.0
+        self._net.setInput(np.ascontiguousarray(pixels.transpose(2, 0, 1)[None]))
+        regressors, logits = self._net.forward(["regressors", "classificators"])
+        scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
+        likely = scores > least_score
+        # 16 numbers per anchor: centre, size, then six points of which the eyes come first.
+        values = regressors.reshape(-1, 16)[likely].astype(np.float64)
+        values[:, [0, 1]] += self._anchors[likely]
+        values[:, 4:] += np.tile(self._anchors[likely], 6)
+        return [_detection(row, view, score) for row, score in _blended(values, scores[likely])]
+
+    def look_closer(self, image: Pyramid, box: Detection) -> Detection | None:
+        """Return a proposal seen again at a better size, turned upright; None if it is gone."""
+        seen = self._best(image, box, WIDE)
+        if seen is not None and seen.score > SURE:
+            return seen
+        # Heads are also found lying or upside down, but less surely, and with eyes where none are.
+        turned = (replace(box, degrees=box.degrees + turn) for turn in (90.0, 180.0, 270.0))
+        found = [seen, *(self._best(image, one, WIDE) for one in turned)]
+        return max(filter(None, found), key=lambda one: one.score, default=None)
+
+    def sight(self, image: Pyramid, box: Detection, sides: float) -> float:
+        """Return the probability that a box holds an upright face, in a view `sides` as wide."""
+        seen = self._best(image, box, sides)
+        return 0.0 if seen is None else seen.score
+
+    def _best(self, image: Pyramid, box: Detection, sides: float) -> Detection | None:
+        view = View(box.center_px, sides * box.side_px, box.degrees)
+        return next((one for one in self.look(image, view, 0.1) if one.is_like(box)), None)
+
+
+def _anchors() -> Array:
+    rows = [
+        np.stack(np.meshgrid(centers, centers), axis=-1).reshape(-1, 2).repeat(count, axis=0)
+        for cells, count in _GRIDS
+        for centers in [(np.arange(cells) + 0.5) * INPUT_PX / cells]
+    ]
+    return np.vstack(rows)
+
+
+def _blended(values: Array, scores: Array) -> Iterator[tuple[Array, float]]:
+    # The anchors of one face vote, weighted by score: steadier than the best (BlazeFace, 3.4).
+    low, high = values[:, :2] - values[:, 2:4] / 2.0, values[:, :2] + values[:, 2:4] / 2.0
+    open_ = np.ones(len(scores), bool)
+    for best in np.argsort(-scores):
+        if open_[best]:
+            group = open_ & (_iou(low, high, best) > SAME_FACE_IOU)
+            group[best] = True
+            open_ &= ~group
+            yield np.average(values[group], axis=0, weights=scores[group]), float(scores[best])
+
+
+def _iou(low: Array, high: Array, one: int) -> Array:
+    overlap = np.clip(np.minimum(high, high[one]) - np.maximum(low, low[one]), 0.0, None).prod(
+        axis=1
+    )
+    area = (high - low).prod(axis=1)
+    return np.asarray(overlap / np.maximum(area + area[one] - overlap, 1e-9))
+
+
+def _detection(row: Array, view: View, score: float) -> Detection:
+    # The network counts from the edge of its first pixel; we count from its centre.
+    to_image = view.to_image
+    center, *eyes = to_image(np.vstack([row[:2], row[4:6], row[6:8]]) - 0.5)
+    across = eyes[1] - eyes[0]
+    degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+    return Detection(center, float(row[2:4].max()) * to_image.scale, degrees, score)

@@ -1,0 +1,123 @@
+"""Where to look for faces: the whole image, ever smaller tiles, turned and from afar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+
+from kogao_core.face import Face
+from kogao_core.landmarks.blazeface import BlazeFace, Detection, View
+from kogao_core.landmarks.pixels import Pyramid
+
+# Least probability worth a closer look: a wrong one costs time, not a false face.
+WHOLE_SCORE: Final = 0.5
+TILE_SCORE: Final = 0.6
+SURE_SCORE: Final = 0.8
+# Faces below this part of the long side make others likely that the last views couldn't show.
+TILES_BELOW: Final = {2: 0.25, 4: 0.1}
+LEAST_TILE_PX: Final = 96
+
+Fitted = tuple[Face, Detection]
+"""A face and the box that its mesh fills."""
+
+
+def faces(
+    image: Pyramid, detector: BlazeFace, fit: Callable[[Detection], Fitted | None]
+) -> list[Face]:
+    """Return every face that `fit` bears out, each once.
+
+    Parameters
+    ----------
+    image : Pyramid
+        The image.
+    detector : BlazeFace
+        Proposes boxes.
+    fit : callable
+        Turns a box into a face and its own box, or None.
+    """
+    found: list[Fitted] = []
+
+    def look(views: Sequence[View], least_score: float) -> None:
+        for proposal in _proposals(image, detector, views, least_score):
+            if not _known(proposal, found):
+                fitted = fit(proposal)
+                if fitted is not None and not _known(fitted[1], found):
+                    found.append(fitted)
+
+    whole, long_side = _whole(image), max(image.width, image.height)
+    look([whole], WHOLE_SCORE)
+    if max((face.score for face, _ in found), default=0.0) < SURE_SCORE:
+        look(_turned(whole), WHOLE_SCORE)
+    for parts, share in TILES_BELOW.items():
+        if min((box.side_px for _, box in found), default=0.0) < share * long_side:
+            look(_tiles(image, parts), TILE_SCORE)
+    if not found:
+        look([turned for tile in _tiles(image, 2) for turned in _turned(tile)], TILE_SCORE)
+    if not found:
+        # A face larger than the frame is one again from afar.
+        far = View(whole.center_px, 2.0 * whole.side_px)
+        look([far, *_turned(far)], TILE_SCORE)
+    return [face for face, _ in found]
+
+
+def _known(box: Detection, found: Sequence[Fitted]) -> bool:
+    return any(box.overlaps(known) for _, known in found)
+
+
+def _proposals(
+    image: Pyramid, detector: BlazeFace, views: Sequence[View], least_score: float
+) -> list[Detection]:
+    """Return the boxes seen in any of the views, best first, overlapping ones dropped."""
+    kept: list[Detection] = []
+    seen = [
+        box
+        for view in views
+        for box in detector.look(image, view, least_score)
+        if _whole_in_view(box, view, image)
+    ]
+    for box in sorted(seen, key=lambda one: -one.score):
+        if not any(box.overlaps(other) for other in kept):
+            kept.append(box)
+    return kept
+
+
+def _whole_in_view(box: Detection, view: View, image: Pyramid) -> bool:
+    # A face cut by a tile's border lies whole in the next tile; one cut by the image's is kept.
+    low, high = _sides(box.center_px, box.side_px)
+    view_low, view_high = _sides(view.center_px, view.side_px)
+    size = np.array([image.width, image.height])
+    cut_low = (low < view_low) & (view_low > 0.0)
+    cut_high = (high > view_high) & (view_high < size - 1.0)
+    return not bool((cut_low | cut_high).any())
+
+
+def _sides(center_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarray]:
+    return center_px - side_px / 2.0, center_px + side_px / 2.0
+
+
+def _whole(image: Pyramid) -> View:
+    center = np.array([image.width - 1.0, image.height - 1.0]) / 2.0
+    return View(center, float(max(image.width, image.height)))
+
+
+def _turned(view: View) -> list[View]:
+    return [View(view.center_px, view.side_px, turn) for turn in (180.0, 90.0, 270.0)]
+
+
+def _tiles(image: Pyramid, parts: int) -> list[View]:
+    """Cover the image by squares of 1 / `parts` of its long side that overlap by half."""
+    side = max(image.width, image.height) / parts
+    if side < LEAST_TILE_PX:
+        return []
+    rows, columns = _middles(image.height, side), _middles(image.width, side)
+    return [View(np.array([x, y]), side) for y in rows for x in columns]
+
+
+def _middles(length_px: int, side_px: float) -> list[float]:
+    if length_px <= side_px:
+        return [(length_px - 1.0) / 2.0]
+    steps = int(np.ceil(2.0 * (length_px - side_px) / side_px))
+    ends = side_px / 2.0 - 0.5, length_px - side_px / 2.0 - 0.5
+    return [float(middle) for middle in np.linspace(*ends, steps + 1)]

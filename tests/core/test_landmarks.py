@@ -1,0 +1,138 @@
+"""What holds for the mesh source without any photograph of a face."""
+
+import sys
+import threading
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from kogao_core import assets
+from kogao_core.geometry import Affine
+from kogao_core.landmarks import MeshSource
+from kogao_core.landmarks.blazeface import Detection, View
+from kogao_core.landmarks.pixels import Pyramid, rgb8
+
+
+def ramp(rows: int, columns: int) -> np.ndarray:
+    """An image whose red is its x and whose green is its y."""
+    y, x = np.mgrid[:rows, :columns]
+    return np.dstack([x, y, np.full_like(x, 50)]).astype(np.uint8)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("shape", [(5, 7), (5, 7, 1), (5, 7, 2), (5, 7, 3), (5, 7, 4)])
+def test_every_kind_of_pixel_becomes_8_bit_rgb(dtype: type, shape: tuple[int, ...]) -> None:
+    scale = {np.uint8: 1, np.uint16: 257, np.float32: 1.0 / 255.0}[dtype]
+    image = np.full(shape, 100 * scale, dtype)
+    result = rgb8(image)
+    assert (result.dtype, result.shape) == (np.uint8, (5, 7, 3))
+    np.testing.assert_array_equal(result, 100)
+
+
+def test_float_pixels_out_of_range_are_clipped() -> None:
+    row = np.array([[-3.0, 0.0, 1.0, 9.0, np.nan, np.inf]], np.float32)
+    np.testing.assert_array_equal(rgb8(row)[0, :, 0], [0, 0, 255, 255, 0, 255])
+
+
+@pytest.mark.parametrize("shape", [(0, 4, 3), (4,), (4, 4, 5), (2, 3, 4, 3)])
+def test_what_is_no_image_is_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(ValueError, match="image"):
+        rgb8(np.zeros(shape, np.uint8))
+    with pytest.raises(ValueError, match="float64"):
+        rgb8(np.zeros((4, 4)))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("side", [40.0, 100.0, 190.0])
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 180.0])
+def test_a_view_samples_where_its_map_says(side: float, degrees: float) -> None:
+    view = View(np.array([120.0, 118.0]), side, degrees)
+    image = np.clip(ramp(241, 237), 0, 255)
+    sampled = Pyramid(image).sample(view.to_image, 256)
+    points = np.array([(60.0, 70.0), (128.0, 127.0), (190.0, 170.0)])
+    there = view.to_image(points)
+    got = np.array([sampled[int(y), int(x), :2] for x, y in points])
+    np.testing.assert_allclose(got, there, atol=0.75)
+
+
+@pytest.mark.parametrize("shrink", [1.5, 2.0, 3.3, 8.0])
+def test_shrinking_keeps_places_and_averages_noise(shrink: float) -> None:
+    rng = np.random.default_rng(1)
+    noise = rng.integers(0, 2, (512, 512), np.uint8) * 255
+    to_image = Affine.resize(shrink, shrink)
+    size = int(512 / shrink)
+    sampled = Pyramid(noise).sample(to_image, size).astype(float)
+    ideal = cv2.resize(noise, (size, size), interpolation=cv2.INTER_AREA).astype(float)
+    inner = slice(2, size - 2)
+    assert sampled[inner, inner].std() < 1.25 * ideal[inner, inner].std()
+    y, x = np.mgrid[:512, :512] / 2.0
+    gradient = Pyramid(np.dstack([x, y, x]).astype(np.uint8)).sample(to_image, size)
+    centers = np.arange(size) * shrink + (shrink - 1.0) / 2.0
+    np.testing.assert_allclose(gradient[size // 2, inner, 0], centers[inner] / 2.0, atol=1.3)
+
+
+def test_sources_wider_than_opencv_warps_are_sampled() -> None:
+    wide = np.zeros((40, 40_000, 3), np.uint8)
+    wide[:, 39_000:] = 200
+    sampled = Pyramid(wide).sample(View(np.array([39_500.0, 20.0]), 30.0).to_image, 256)
+    np.testing.assert_array_equal(sampled, 200)
+    assert not Pyramid(wide).sample(View(np.array([-900.0, 20.0]), 30.0).to_image, 256).any()
+
+
+def test_boxes_of_one_face_overlap_and_neighbours_do_not() -> None:
+    face = Detection(np.array([100.0, 100.0]), 80.0, 0.0, 0.9)
+    cut = Detection(np.array([115.0, 100.0]), 45.0, 0.0, 0.8)
+    neighbour = Detection(np.array([170.0, 100.0]), 80.0, 0.0, 0.8)
+    assert face.overlaps(face)
+    assert face.overlaps(cut)
+    assert cut.overlaps(face)
+    assert not face.overlaps(neighbour)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9, 3), (3, 3, 4), (2, 500, 3), (17, 5)])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.usefixtures("weights")
+def test_an_image_of_almost_nothing_has_no_face(shape: tuple[int, ...], dtype: type) -> None:
+    assert MeshSource().find(np.zeros(shape, dtype)) == []
+
+
+@pytest.mark.usefixtures("weights")
+def test_patterns_have_no_face() -> None:
+    rng = np.random.default_rng(2)
+    noise = rng.integers(0, 256, (300, 400, 3), np.uint8)
+    soft = cv2.GaussianBlur(noise, (0, 0), 9)
+    stretched = cv2.normalize(soft, None, 0, 255, cv2.NORM_MINMAX)
+    source = MeshSource()
+    for pattern in (noise, stretched, ramp(255, 255), np.full((300, 300), 255, np.uint8)):
+        assert source.find(pattern) == []
+
+
+@pytest.mark.usefixtures("weights")
+def test_one_source_serves_several_threads() -> None:
+    source, results = MeshSource(), []
+    picture = np.random.default_rng(4).integers(0, 256, (90, 90, 3), np.uint8)
+    threads = [
+        threading.Thread(target=lambda: results.append(source.find(picture))) for _ in range(4)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert results == [[]] * 4
+
+
+def test_a_missing_network_is_named_with_a_way_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = type(sys)("kogao_resources")
+    package.__path__ = [str(tmp_path)]
+    monkeypatch.setitem(sys.modules, "kogao_resources", package)
+    with pytest.raises(assets.AssetMissing, match=r"--force-reinstall kogao.*placed by hand"):
+        MeshSource().find(np.zeros((64, 64, 3), np.uint8))
+
+
+def test_a_checkout_that_is_not_installed_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "kogao_resources", None)
+    with pytest.raises(assets.AssetMissing, match=r"pip install -e \."):
+        assets.path("models/face_detection_back.tflite")

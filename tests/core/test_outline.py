@@ -1,0 +1,93 @@
+"""The silhouette: order, spacing, and that it moves with the mesh."""
+
+import numpy as np
+import pytest
+
+from kogao_core.geometry import Affine, Array
+from kogao_core.landmarks import outline, template_face
+from kogao_core.landmarks.outline import silhouette
+
+
+def oval_mesh(width: float = 200.0, height: float = 260.0) -> Array:
+    """A mesh whose rim lies on an ellipse; the other points crowd its middle."""
+    rng = np.random.default_rng(3)
+    mesh = rng.normal(0.0, 10.0, (478, 2))
+    angles = np.linspace(0.0, 2.0 * np.pi, len(outline._OVAL), endpoint=False)
+    mesh[list(outline._OVAL)] = np.column_stack(
+        [np.sin(angles) * width / 2.0, -np.cos(angles) * height / 2.0]
+    )
+    return mesh + 300.0
+
+
+def test_runs_from_left_ear_round_the_chin_to_right_ear() -> None:
+    points = silhouette(oval_mesh())
+    assert points.shape == (21, 2)
+    assert points[0, 0] < points[10, 0] < points[20, 0]
+    assert points[10, 1] > points[[0, 20], 1].max() + 100.0
+    assert (np.diff(points[:, 0])[4:16] > 0.0).all()
+
+
+def test_points_lie_at_equal_steps() -> None:
+    steps = np.linalg.norm(np.diff(silhouette(oval_mesh()), axis=0), axis=1)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.06)
+
+
+def test_lies_on_the_mesh_edge_and_a_little_outside() -> None:
+    points = (silhouette(oval_mesh()) - 300.0) / (100.0, 130.0)
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, atol=0.03)
+    assert np.linalg.norm(points[10]) > 1.0
+
+
+@pytest.mark.parametrize("degrees", [0.0, 37.0, 90.0, 180.0, -120.0])
+@pytest.mark.parametrize("scale", [0.1, 1.0, 12.0])
+def test_moves_with_the_mesh(degrees: float, scale: float) -> None:
+    move = Affine.similarity(scale, degrees, (40.0, -7.0))
+    moved = silhouette(move(oval_mesh()))
+    np.testing.assert_allclose(moved, move(silhouette(oval_mesh())), atol=2e-3 * scale)
+
+
+def test_a_mirrored_mesh_gives_the_mirrored_outline() -> None:
+    mirror = Affine(np.diag([-1.0, 1.0]), np.array([600.0, 0.0]))
+    np.testing.assert_allclose(
+        silhouette(mirror(oval_mesh())), mirror(silhouette(oval_mesh())), atol=1e-3
+    )
+
+
+def test_a_turned_head_keeps_its_cheek() -> None:
+    mesh = oval_mesh()
+    mesh[435] = mesh[outline.RIGHT_EAR] + (15.0, 60.0)
+    assert silhouette(mesh)[:, 0].max() > mesh[435, 0] - 5.0
+
+
+def test_a_nose_never_becomes_the_outline() -> None:
+    mesh = oval_mesh()
+    mesh[[1, 4, 5]] = mesh[outline.LEFT_EAR] + (-80.0, 40.0)
+    np.testing.assert_array_equal(silhouette(mesh), silhouette(oval_mesh()))
+
+
+def test_a_collapsed_mesh_is_refused() -> None:
+    with pytest.raises(ValueError, match="collapsed"):
+        silhouette(np.zeros((478, 2)))
+
+
+def test_template_has_the_order_of_every_other_face() -> None:
+    face = template_face((100.0, 80.0), 60.0)
+    assert (face.score, face.source, len(face.points)) == (1.0, "manual", 27)
+    assert face.outline[20, 0] - face.outline[0, 0] == pytest.approx(60.0)
+    assert (np.diff(face.eyes[:, 0]) > 0.0).all()
+    assert face.outline[10, 1] > face.mouth_center[1] > face.eye_center[1]
+    left, top, width, height = face.box
+    assert (left + width / 2.0, top + height / 2.0) == pytest.approx((100.0, 80.0), abs=0.1)
+
+
+def test_template_turns_and_grows() -> None:
+    move = Affine.similarity(2.0, 25.0, (7.0, 9.0))
+    small = template_face((0.0, 0.0), 60.0)
+    large = template_face((7.0, 9.0), 120.0, 25.0)
+    np.testing.assert_allclose(large.points, move(small.points), atol=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.0, -3.0, float("nan")])
+def test_template_refuses_a_width_of_nothing(width: float) -> None:
+    with pytest.raises(ValueError, match="width_px"):
+        template_face((0.0, 0.0), width)
