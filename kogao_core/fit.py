@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from kogao_core.face import Frame
 from kogao_core.geometry import Array
-from kogao_core.lattice import ORDER, Grid, Lattice, basis
+from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.targets import Pairs
@@ -96,18 +96,35 @@ def _problem(pairs: Pairs, grid: Grid, protection: Protection) -> Problem:
     return Problem(grid, target, pull, len(pairs.target_px))
 
 
-def _weights(
-    problem: Problem,
-) -> tuple[Array, npt.NDArray[np.int64], tuple[int, int], tuple[int, int]]:
-    """Return w_kl of each point (N, 4, 4), its node rows and columns, first node and shape."""
-    column, s = problem.grid.locate(problem.target_px[:, 0], 0)
-    row, t = problem.grid.locate(problem.target_px[:, 1], 1)
-    first = (int(column.min()) - 1, int(row.min()) - 1)
-    shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
-    reach = np.arange(ORDER) - 1
-    rows = row[:, None, None] + reach[:, None] - first[1]
-    columns = column[:, None, None] + reach - first[0]
-    return basis(t)[:, :, None] * basis(s)[:, None, :], rows * shape[1] + columns, first, shape
+class _Support:
+    """The 4 x 4 control points of each of a problem's points, eq. (1), and the array they fill."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.grid = problem.grid
+        column, s = self.grid.locate(problem.target_px[:, 0], 0)
+        row, t = self.grid.locate(problem.target_px[:, 1], 1)
+        self.first = (int(column.min()) - 1, int(row.min()) - 1)
+        self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
+        reach = np.arange(ORDER) - 1
+        rows = row[:, None, None] + reach[:, None] - self.first[1]
+        columns = column[:, None, None] + reach - self.first[0]
+        self.weights = basis(t)[:, :, None] * basis(s)[:, None, :]
+        self.nodes: npt.NDArray[np.int64] = rows * self.shape[1] + columns
+
+    @property
+    def size(self) -> int:
+        """Number of control points in the array."""
+        return self.shape[0] * self.shape[1]
+
+    def lattice(self, phi: Array) -> Lattice:
+        """Return the lattice with these control points, shape (size, 2)."""
+        return Lattice(self.grid, self.first, phi.reshape(*self.shape, 2))
+
+    def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> Array:
+        """Return the weight of each of `nodes` at each point, shape (N, len(nodes))."""
+        bx = self.grid.matrix(points_px[:, 0], self.first[0], self.shape[1], 0)
+        by = self.grid.matrix(points_px[:, 1], self.first[1], self.shape[0], 1)
+        return np.asarray(by[:, nodes // self.shape[1]] * bx[:, nodes % self.shape[1]])
 
 
 def approximate(problem: Problem) -> Lattice:
@@ -117,17 +134,15 @@ def approximate(problem: Problem) -> Lattice:
     landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
     ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4).
     """
-    w, node, first, shape = _weights(problem)
-    w2 = w**2
-    own = w / w2.sum(axis=(1, 2), keepdims=True)
-    size = shape[0] * shape[1]
-    total = np.bincount(node.ravel(), w2.ravel(), size)
-    phi = np.zeros((size, 2))
+    support = _Support(problem)
+    w2 = support.weights**2
+    own = support.weights / w2.sum(axis=(1, 2), keepdims=True)
+    total = np.bincount(support.nodes.ravel(), w2.ravel(), support.size)
+    phi = np.zeros((support.size, 2))
     for c in (0, 1):
         shares = w2 * own * problem.pull_px[:, c, None, None]
-        phi[:, c] = np.bincount(node.ravel(), shares.ravel(), size)
-    phi /= np.where(total > 0.0, total, 1.0)[:, None]
-    return Lattice(problem.grid, first, phi.reshape(*shape, 2))
+        phi[:, c] = np.bincount(support.nodes.ravel(), shares.ravel(), support.size)
+    return support.lattice(phi / np.where(total > 0.0, total, 1.0)[:, None])
 
 
 def multilevel(problem: Problem) -> Lattice:
@@ -146,34 +161,35 @@ def multilevel(problem: Problem) -> Lattice:
 def exact(problems: Sequence[Problem]) -> list[Lattice]:
     """Interpolate every landmark of every face with the smallest control points that do.
 
-    The same control points as `approximate`, ``phi = A' (A A')^-1 z``. Faces are solved together,
-    so landmarks stay exact where the fields of neighbours overlap. Where protected places and
-    landmarks ask for more than the lattice can give, both give way: least squares.
+    The same control points as `approximate`, ``phi = A' (A A')^-1 z``. Faces that reach into each
+    other are solved together, so landmarks stay exact where neighbours overlap. Where protected
+    places and landmarks ask for more than the lattice can give, both give way: least squares.
     """
-    if not problems:
-        return []
-    empty = [approximate(problem) for problem in problems]
-    targets = np.vstack([problem.target_px for problem in problems])
-    pulls = np.vstack([problem.pull_px for problem in problems])
-    own_nodes = [np.unique(_weights(problem)[1][: problem.movers]) for problem in problems]
-    blocks = [
-        _design(lattice, targets)[:, own] for lattice, own in zip(empty, own_nodes, strict=True)
-    ]
-    design = np.hstack(blocks)
-    solution = design.T @ (np.linalg.pinv(design @ design.T, EXACT_CUTOFF, hermitian=True) @ pulls)
-    parts = np.split(solution, np.cumsum([block.shape[1] for block in blocks])[:-1])
-    lattices = []
-    for lattice, own, part in zip(empty, own_nodes, parts, strict=True):
-        phi = np.zeros((lattice.phi.shape[0] * lattice.phi.shape[1], 2))
-        phi[own] = part
-        lattices.append(Lattice(lattice.grid, lattice.first, phi.reshape(lattice.phi.shape)))
+    supports = [_Support(problem) for problem in problems]
+    lattices = [support.lattice(np.zeros((support.size, 2))) for support in supports]
+    for group in groups(lattices):
+        solved = _solve_together([problems[k] for k in group], [supports[k] for k in group])
+        for k, lattice in zip(group, solved, strict=True):
+            lattices[k] = lattice
     return lattices
 
 
-def _design(lattice: Lattice, points_px: Array) -> Array:
-    bx = lattice.grid.matrix(points_px[:, 0], lattice.first[0], lattice.shape[1], 0)
-    by = lattice.grid.matrix(points_px[:, 1], lattice.first[1], lattice.shape[0], 1)
-    return np.asarray((by[:, :, None] * bx[:, None, :]).reshape(len(points_px), -1))
+def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[Lattice]:
+    targets = np.vstack([problem.target_px for problem in problems])
+    pulls = np.vstack([problem.pull_px for problem in problems])
+    both = list(zip(problems, supports, strict=True))
+    own_nodes = [np.unique(support.nodes[: problem.movers]) for problem, support in both]
+    design = np.hstack([s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)])
+    inverse = np.linalg.pinv(design @ design.T, EXACT_CUTOFF, hermitian=True)
+    ends = np.cumsum([len(nodes) for nodes in own_nodes])
+    lattices = []
+    for support, nodes, part in zip(
+        supports, own_nodes, np.split(design.T @ (inverse @ pulls), ends[:-1]), strict=True
+    ):
+        phi = np.zeros((support.size, 2))
+        phi[nodes] = part
+        lattices.append(support.lattice(phi))
+    return lattices
 
 
 def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], list[Lattice]]:

@@ -6,8 +6,8 @@ import dataclasses
 from typing import Final
 
 from kogao_core.field import Field
-from kogao_core.lattice import Lattice
-from kogao_core.one_to_one import certify, check_one_to_one, overlaps, provable
+from kogao_core.lattice import groups
+from kogao_core.one_to_one import certify, check_one_to_one, provable
 
 # Between samples det J can be a little smaller than at them, so measured fields keep a distance.
 LEAST_MEASURED_DET: Final = 0.05
@@ -32,22 +32,12 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
         Share of each face's pull that was kept; 1 where nothing had to be done.
     """
     shares = [1.0] * len(field.lattices)
-    for group in _groups(field.lattices):
+    for group in groups(field.lattices):
         part = Field(tuple(field.lattices[k] for k in group), field.fade_px)
         share = _largest_safe_share(part)
         for k in group:
             shares[k] = share
     return _scaled(field, shares), tuple(shares)
-
-
-def _groups(lattices: tuple[Lattice, ...]) -> list[list[int]]:
-    """Return indices of lattices that reach into each other, directly or through others."""
-    groups: list[list[int]] = []
-    for k, lattice in enumerate(lattices):
-        near = [g for g in groups if any(overlaps(lattice, lattices[other]) for other in g)]
-        merged = sorted([k, *(index for group in near for index in group)])
-        groups = [group for group in groups if group not in near] + [merged]
-    return groups
 
 
 def _largest_safe_share(field: Field) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -184,7 +185,7 @@ class Lattice:
     @property
     def reach_px(self) -> tuple[float, float, float, float]:
         """Rectangle (left, top, right, bottom) outside which the field is zero, px."""
-        (i0, j0), (rows, columns) = self.first_cell, self.cell_bound_px.shape
+        (i0, j0), (rows, columns) = self.first_cell, (n + ORDER - 1 for n in self.shape)
         h, (ox, oy) = self.grid.spacing_px, self.grid.origin_px
         return ox + h * i0, oy + h * j0, ox + h * (i0 + columns), oy + h * (j0 + rows)
 
@@ -194,6 +195,21 @@ class Lattice:
         phi = _refined_axis(rows, 1)
         first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)
         return Lattice(self.grid.halved(), first, phi)
+
+
+def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
+    """Return the indices of lattices that reach into each other, directly or through others."""
+    found: list[list[int]] = []
+    for k, lattice in enumerate(lattices):
+        near = [group for group in found if any(_meet(lattice, lattices[i]) for i in group)]
+        merged = sorted([k, *(index for group in near for index in group)])
+        found = [group for group in found if group not in near] + [merged]
+    return found
+
+
+def _meet(a: Lattice, b: Lattice) -> bool:
+    (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
+    return left < r2 and l2 < right and top < b2 and t2 < bottom
 
 
 def _refined_axis(phi: Array, axis: int) -> Array:

@@ -7,7 +7,7 @@ move little (Choi and Lee, 2000).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 from math import comb
 from typing import Final
 
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from kogao_core.field import Field
 from kogao_core.geometry import Array
-from kogao_core.lattice import ORDER, Lattice
+from kogao_core.lattice import ORDER, Lattice, groups
 
 # Choi and Lee (2000): control points that move less than this many spacings can't fold a lattice.
 INJECTIVE_BOUND: Final = 0.48
@@ -87,14 +87,7 @@ def certify(field: Field) -> bool:
 
 def provable(field: Field) -> bool:
     """Return False for fields with a fade or with lattices that reach into each other."""
-    pairs = combinations(field.lattices, 2)
-    return field.fade_px <= 0.0 and not any(overlaps(a, b) for a, b in pairs)
-
-
-def overlaps(a: Lattice, b: Lattice) -> bool:
-    """Return True when both fields can be other than zero at the same place."""
-    (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
-    return left < r2 and l2 < right and top < b2 and t2 < bottom
+    return field.fade_px <= 0.0 and len(groups(field.lattices)) == len(field.lattices)
 
 
 def lower_bound(lattice: Lattice) -> float:
