@@ -98,17 +98,18 @@ def fade_of(recipe: Recipe) -> float:
     return 0.0 if lossless else recipe.threshold_px
 
 
-def reduce(field: Field, image: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Domain:
+def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     """Select the cells to work on.
 
     ``control-points`` keeps every cell that a non-zero control point reaches: 4 x 4 of them, not
     the 3 x 3 of section 4.1, which leaves a seam. ``threshold`` keeps the cells in which a pixel
-    could move by more than T: by the convex hull property, no pixel moves further than the
-    longest pull of its cell's control points.
+    could move by more than T, the field's own or the lossless one: by the convex hull property, no
+    pixel moves further than the longest pull of its cell's control points.
     """
     # Neighbours' pulls add up, so each face may only use up its share of the threshold; a little
     # less, because single precision may round a pull up.
-    bound = 0.99 * threshold_px / max(1, len(field.lattices)) if name == "threshold" else 0.0
+    least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
+    bound = least_px if name == "threshold" else 0.0
     cells = tuple(Cells(lattice, lattice.cell_bound_px > bound) for lattice in field.lattices)
     return Domain(name, image, cells)
 

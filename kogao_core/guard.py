@@ -7,7 +7,7 @@ from typing import Final
 
 from kogao_core.field import Field
 from kogao_core.lattice import groups
-from kogao_core.one_to_one import certify, check_one_to_one, provable
+from kogao_core.one_to_one import certify, check_one_to_one, fade_is_safe
 
 # Between samples det J can be a little smaller than at them, so measured fields keep a distance.
 LEAST_MEASURED_DET: Final = 0.05
@@ -15,9 +15,11 @@ _BISECTIONS: Final = 10
 
 
 def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
-    """Scale the pulls of faces that would fold.
+    """Scale the pulls of faces that would fold, and refuse a fade that would.
 
-    Faces whose lattices reach into each other are held back together.
+    A lattice that stands alone is held back until it is proven one-to-one; faces whose lattices
+    reach into each other are held back together, until proven or at least measured so. A fade is
+    kept only where it is proven harmless; without it the lossless threshold holds.
 
     Parameters
     ----------
@@ -27,17 +29,20 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     Returns
     -------
     Field
-        A field whose det J is positive everywhere: proven where there is a proof, else measured.
+        A field whose det J is positive.
     tuple of float
         Share of each face's pull that was kept; 1 where nothing had to be done.
     """
     shares = [1.0] * len(field.lattices)
     for group in groups(field.lattices):
-        part = Field(tuple(field.lattices[k] for k in group), field.fade_px)
+        part = Field(tuple(field.lattices[k] for k in group))
         share = _largest_safe_share(part)
         for k in group:
             shares[k] = share
-    return _scaled(field, shares), tuple(shares)
+    held = _scaled(field, shares)
+    if not fade_is_safe(held):
+        held = dataclasses.replace(held, fade_px=0.0)
+    return held, tuple(shares)
 
 
 def _largest_safe_share(field: Field) -> float:
@@ -54,9 +59,10 @@ def _largest_safe_share(field: Field) -> float:
 
 
 def _safe(field: Field) -> bool:
-    if provable(field):
-        return certify(field)
-    return check_one_to_one(field).min_det >= LEAST_MEASURED_DET
+    if certify(field):
+        return True
+    alone = len(field.lattices) == 1
+    return not alone and check_one_to_one(field).min_det >= LEAST_MEASURED_DET
 
 
 def _scaled(field: Field, shares: list[float]) -> Field:

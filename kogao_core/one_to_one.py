@@ -22,6 +22,8 @@ from kogao_core.lattice import ORDER, Lattice, groups
 INJECTIVE_BOUND: Final = 0.48
 SAMPLES_PER_CELL: Final = 8
 _HALVINGS: Final = 2
+# The fade f(|d|) d has slope (f I + f' |d| u u') D; f + f' |d| is largest at |d| = 1.64 T.
+_FADE_STRETCH: Final = 2.972
 
 # One segment of a uniform cubic B-spline as a Bezier curve.
 _TO_BEZIER: Final = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
@@ -77,17 +79,61 @@ def _sampled_det(field: Field, lattice: Lattice) -> Array:
 
 
 def certify(field: Field) -> bool:
-    """Return True when the control points prove that no determinant is 0 or less."""
-    return provable(field) and all(
-        float(lattice.magnitude_px.max()) < INJECTIVE_BOUND * lattice.grid.spacing_px
-        or lower_bound(lattice) > 0.0
-        for lattice in field.lattices
-    )
+    """Return True when the control points prove that no determinant is 0 or less.
+
+    Where faces' lattices reach into each other there is a proof only while all slopes together
+    stay below 1.
+    """
+    if not fade_is_safe(field):
+        return False
+    for group in groups(field.lattices):
+        lattices = [field.lattices[k] for k in group]
+        if len(group) == 1 and not _lattice_is_safe(lattices[0]):
+            return False
+        if len(group) > 1 and sum(_steepest(_bezier(a), a) for a in lattices) >= 1.0:
+            return False
+    return True
 
 
-def provable(field: Field) -> bool:
-    """Return False for fields with a fade or with lattices that reach into each other."""
-    return field.fade_px <= 0.0 and len(groups(field.lattices)) == len(field.lattices)
+def _lattice_is_safe(lattice: Lattice) -> bool:
+    short = INJECTIVE_BOUND * lattice.grid.spacing_px
+    return float(lattice.magnitude_px.max()) < short or lower_bound(lattice) > 0.0
+
+
+def fade_is_safe(field: Field) -> bool:
+    """Return True when the field's fade can't fold what doesn't fold without it.
+
+    Where the fade is at work, over [T, 2T], it turns the slope D of the displacement into A D,
+    and no direction of A stretches by more than 2.972, whatever T; so ``|D| < 1 / 2.972`` there
+    keeps I + A D invertible.
+    """
+    if field.fade_px <= 0.0:
+        return True
+    for group in groups(field.lattices):
+        fine = [field.lattices[k].refined().refined() for k in group]
+        cells = [_bezier(lattice) for lattice in fine]
+        if len(group) == 1:
+            cells = [_within(cells[0], 2.0 * field.fade_px)]
+        slope = sum(_steepest(bezier, a) for bezier, a in zip(cells, fine, strict=True))
+        if slope * _FADE_STRETCH >= 1.0:
+            return False
+    return True
+
+
+def _within(bezier: Array, length_px: float) -> Array:
+    """Return the cells in which the pull may be shorter than `length_px`."""
+    # Elsewhere all control points go further one common way, and so does every mixture of them.
+    toward = bezier.mean(axis=(2, 3))
+    toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-12)
+    least = np.einsum("nc,ncji->nji", toward, bezier).min(axis=(1, 2))
+    return np.asarray(bezier[least <= length_px])
+
+
+def _steepest(bezier: Array, lattice: Lattice) -> float:
+    """Bound the slope of the pull over cells, px per px."""
+    along_x, along_y = _slopes(bezier, lattice)
+    entries = [np.abs(slope).max(axis=(2, 3)) for slope in (along_x, along_y)]
+    return float(np.sqrt(sum((entry**2).sum(axis=1) for entry in entries)).max(initial=0.0))
 
 
 def lower_bound(lattice: Lattice) -> float:
@@ -96,7 +142,7 @@ def lower_bound(lattice: Lattice) -> float:
     In each cell det J is a polynomial of degree 5 x 5; in Bernstein form it is nowhere smaller
     than its smallest coefficient. Cells that this doesn't settle are quartered.
     """
-    coefficients = _det_bernstein(lattice)
+    coefficients = _det_bernstein(lattice)  # of the cells where anything moves; elsewhere it is 1
     bound = coefficients.min(axis=(1, 2))
     settled = float(bound[bound > 0.0].min(initial=1.0))
     for _ in range(_HALVINGS):
@@ -107,15 +153,24 @@ def lower_bound(lattice: Lattice) -> float:
 
 
 def _det_bernstein(lattice: Lattice) -> Array:
-    """Return the Bernstein coefficients of det J in every cell, shape (cells, 6, 6), rows y."""
-    phi = np.pad(lattice.phi, ((ORDER - 1,) * 2, (ORDER - 1,) * 2, (0, 0)))
-    blocks = np.lib.stride_tricks.sliding_window_view(phi, (ORDER, ORDER), axis=(0, 1))
-    bezier = _TO_BEZIER @ blocks.reshape(-1, 2, ORDER, ORDER) @ _TO_BEZIER.T
-    slope = 3.0 / lattice.grid.spacing_px
-    along_x, along_y = slope * np.diff(bezier, axis=3), slope * np.diff(bezier, axis=2)
+    """Return the Bernstein coefficients of det J in cells, shape (cells, 6, 6), rows along y."""
+    along_x, along_y = _slopes(_bezier(lattice), lattice)
     return np.asarray(
         _product(1.0 + along_x[:, 0], 1.0 + along_y[:, 1]) - _product(along_x[:, 1], along_y[:, 0])
     )
+
+
+def _bezier(lattice: Lattice) -> Array:
+    """Return the Bezier control points of the pull in every cell that isn't zero: (N, 2, 4, 4)."""
+    phi = np.pad(lattice.phi, ((ORDER - 1,) * 2, (ORDER - 1,) * 2, (0, 0)))
+    blocks = np.lib.stride_tricks.sliding_window_view(phi, (ORDER, ORDER), axis=(0, 1))
+    return np.asarray(_TO_BEZIER @ blocks[lattice.cell_bound_px > 0.0] @ _TO_BEZIER.T)
+
+
+def _slopes(bezier: Array, lattice: Lattice) -> tuple[Array, Array]:
+    """Return the Bezier coefficients of the derivatives along x and y, px per px."""
+    slope = 3.0 / lattice.grid.spacing_px
+    return slope * np.diff(bezier, axis=3), slope * np.diff(bezier, axis=2)
 
 
 def _product(a: Array, b: Array) -> Array:

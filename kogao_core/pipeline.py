@@ -123,7 +123,7 @@ def render(
         with watch.lap("guard"):
             pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
         with watch.lap("domain"):
-            area = domains.reduce(pull, Box.of(photo), recipe.domain, recipe.threshold_px)
+            area = domains.reduce(pull, Box.of(photo), recipe.domain)
         with watch.lap("copy"):
             canvas = canvas or Canvas(photo)
         with watch.lap("warp"):

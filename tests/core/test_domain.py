@@ -58,7 +58,8 @@ def test_threshold_domain_is_every_pixel_that_moves_further(threshold_px):
     field = field_of(Recipe(percent=8))
     expected = pull_everywhere(field) > threshold_px
     np.testing.assert_array_equal(threshold_mask(field, IMAGE, threshold_px), expected)
-    cells = reduce(field, IMAGE, "threshold", threshold_px).mask(IMAGE)
+    faded = dataclasses.replace(field, fade_px=threshold_px)
+    cells = reduce(faded, IMAGE, "threshold").mask(IMAGE)
     assert cells[expected].all()
 
 

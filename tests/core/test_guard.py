@@ -72,13 +72,30 @@ def test_overlapping_faces_are_held_back_together():
     assert densest_det(field) > 0.0
 
 
-def test_a_fade_that_would_fold_is_held_back():
+def test_a_fade_that_would_fold_is_refused_and_the_move_kept():
     face = oval_face()
     field = field_of(Recipe(percent=8, lattice=0.5), face, fade_px=2.0)
     assert densest_det(field) <= 0.0
     guarded, (share,) = hold_back(field)
-    assert share < 1.0
+    assert share == 1.0
+    assert guarded.fade_px == 0.0
     assert densest_det(guarded) > 0.0
+
+
+def test_where_a_fade_is_refused_the_domain_is_the_lossless_one():
+    photo, face = textured_photo(), oval_face()
+    refused = Recipe(percent=8, lattice=0.5, threshold_px=2.0)
+    lossless = Recipe(percent=8, lattice=0.5)
+    pixels = [render(photo, [face], recipe).pixels for recipe in (refused, lossless)]
+    np.testing.assert_array_equal(*pixels)
+
+
+def test_a_harmless_fade_is_kept():
+    face = oval_face()
+    field = field_of(Recipe(percent=4, lattice=2), face, fade_px=0.5)
+    guarded, shares = hold_back(field)
+    assert guarded is field
+    assert shares == (1.0,)
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -97,7 +114,8 @@ def test_no_random_drag_renders_a_fold(seed):
         lattice=float(np.exp(rng.uniform(np.log(0.25), np.log(4)))),
         fit=fits[seed % 3],
     )
-    field, shares = hold_back(field_of(recipe, face))
+    fade_px = rng.uniform(0.02, 2.0) if rng.random() < 0.5 else 0.0
+    field, shares = hold_back(field_of(recipe, face, fade_px=fade_px))
     assert 0.0 < shares[0] <= 1.0
     assert densest_det(field) > 0.0
 

@@ -1,0 +1,118 @@
+"""Throw landmarks about and look for folds: ``python tests/benchmarks/folds.py [--drags N]``.
+
+Each drag moves one to five landmarks or targets of one or two faces by up to the size of the face,
+with settings from the whole range of the sliders. The guarded field is then looked at on a grid of
+its own, at other places than the guard's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from clock import machine
+from scenes import oval_face
+
+from kogao_core.domain import fade_of
+from kogao_core.face import Face
+from kogao_core.field import Field
+from kogao_core.fit import fit
+from kogao_core.guard import hold_back
+from kogao_core.one_to_one import check_one_to_one
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+from kogao_core.threads import one_blas_thread
+
+FITS = ("approximation", "exact", "multilevel")
+SAMPLES_PER_CELL = 11
+MOST_SAMPLES = 250  # along an axis: bounds the time of tiny lattices
+
+
+def thrown(rng: np.random.Generator) -> Face:
+    """Return a face with a few points dragged somewhere else."""
+    face = oval_face(center=(float(rng.choice([170.0, 330.0, 900.0])), 170.0))
+    for _ in range(rng.integers(1, 6)):
+        index = int(rng.integers(len(face.outline)))
+        spot = face.outline[index] + rng.normal(0.0, np.exp(rng.uniform(0.0, 5.0)), 2)
+        move = face.with_target if rng.random() < 0.5 else face.with_outline_point
+        face = move(index, spot)
+    return face
+
+
+def any_recipe(rng: np.random.Generator) -> Recipe:
+    """Return settings from the whole range of the sliders."""
+    return Recipe(
+        percent=rng.uniform(0.0, 15.0),
+        center=int(rng.integers(1, 5)),
+        lattice=float(np.exp(rng.uniform(np.log(0.25), np.log(4.0)))),
+        fit=FITS[int(rng.integers(3))],
+        threshold_px=float(rng.choice([1 / 64, rng.uniform(0.02, 2.0)])),
+    )
+
+
+def lowest_det(field: Field, rng: np.random.Generator) -> float:
+    """Return the smallest det J at random rows and columns of every lattice's reach."""
+    lowest = 1.0
+    for lattice in field.lattices:
+        left, top, right, bottom = lattice.reach_px
+        columns, rows = (
+            min(MOST_SAMPLES, SAMPLES_PER_CELL * (count + 3)) for count in lattice.shape[::-1]
+        )
+        xs = np.sort(rng.uniform(left, right, columns))
+        ys = np.sort(rng.uniform(top, bottom, rows))
+        lowest = min(lowest, float(field.det_jacobian(xs, ys).min()))
+    return lowest
+
+
+def main() -> None:
+    """Run and print the counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--drags", type=int, default=100_000)
+    parser.add_argument("--seconds", type=float, default=3000.0, help="stop after this long")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    counts: Counter[str] = Counter()
+    rng = np.random.default_rng(options.seed)
+    start = time.perf_counter()
+    with one_blas_thread():
+        for drag in range(options.drags):
+            if time.perf_counter() - start > options.seconds:
+                break
+            counts.update(judge(rng))
+            counts["drags"] = drag + 1
+    seconds = round(time.perf_counter() - start, 1)
+    print(json.dumps({"machine": machine(), "seconds": seconds, **counts}, indent=1))
+    sys.exit(bool(counts["folds rendered with the guard"] or counts["folds not reported"]))
+
+
+def judge(rng: np.random.Generator) -> list[str]:
+    """Return what one drag showed."""
+    faces, recipe = [thrown(rng) for _ in range(int(rng.integers(1, 3)))], any_recipe(rng)
+    pairs = [aim(face, recipe) for face in faces]
+    field = Field(fit(pairs, [face.frame for face in faces], recipe), fade_of(recipe))
+    guarded, shares = hold_back(field)
+    seen = []
+    if min(shares) < 1.0:
+        seen.append("held back")
+    if guarded.fade_px != field.fade_px:
+        seen.append("fade refused")
+    if lowest_det(guarded, rng) <= 0.0:
+        seen.append("folds rendered with the guard")
+    report = check_one_to_one(field)
+    if report.certified or report.min_det > 0.0:
+        folds = lowest_det(field, rng) <= 0.0
+        seen.append("not reported as folding")
+        if folds:
+            seen.append("folds certified" if report.certified else "folds not reported")
+    return seen
+
+
+if __name__ == "__main__":
+    main()
