@@ -24,8 +24,12 @@ from kogao_core.targets import Pairs
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
 MIN_SPACING_PX: Final = 1.0
-# Directions of the pull that the lattice can hardly express would need huge control points.
-EXACT_CUTOFF: Final = 1e-7
+# Landmarks that want what the lattice can hardly express would need huge control points: the
+# exact fit may use control points this many times as long as the approximation's, together. Over
+# the sliders' range a face that has room needs 0.9 to 1.54.
+MOST_EFFORT: Final = 1.6
+_LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks can't feel
+_BISECTIONS: Final = 40
 # Protected lines are sampled this densely, in lattice spacings.
 STILL_STEP: Final = 0.5
 # Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
@@ -161,9 +165,10 @@ def multilevel(problem: Problem) -> Lattice:
 def exact(problems: Sequence[Problem]) -> list[Lattice]:
     """Interpolate every landmark of every face with the smallest control points that do.
 
-    The same control points as `approximate`, ``phi = A' (A A')^-1 z``. Faces that reach into each
-    other are solved together, so landmarks stay exact where neighbours overlap. Where protected
-    places and landmarks ask for more than the lattice can give, both give way: least squares.
+    The same control points as `approximate`, ``phi = A' (A A' + r I)^-1 z``. Faces that reach into
+    each other are solved together, so landmarks stay exact where neighbours overlap. The ridge r
+    is all but zero unless landmarks, neighbours and protected places ask for more than the lattice
+    can give; then it grows, and all of them give way a little.
     """
     supports = [_Support(problem) for problem in problems]
     lattices = [support.lattice(np.zeros((support.size, 2))) for support in supports]
@@ -180,16 +185,35 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     both = list(zip(problems, supports, strict=True))
     own_nodes = [np.unique(support.nodes[: problem.movers]) for problem, support in both]
     design = np.hstack([s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)])
-    inverse = np.linalg.pinv(design @ design.T, EXACT_CUTOFF, hermitian=True)
+    effort = np.sqrt(sum((approximate(problem).phi ** 2).sum() for problem in problems))
+    solution = _ridge_solution(design, pulls, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []
     for support, nodes, part in zip(
-        supports, own_nodes, np.split(design.T @ (inverse @ pulls), ends[:-1]), strict=True
+        supports, own_nodes, np.split(solution, ends[:-1]), strict=True
     ):
         phi = np.zeros((support.size, 2))
         phi[nodes] = part
         lattices.append(support.lattice(phi))
     return lattices
+
+
+def _ridge_solution(design: Array, pulls: Array, longest: float) -> Array:
+    """Return the smallest phi with ``design phi = pulls``, or the best one so long."""
+    values, vectors = np.linalg.eigh(design @ design.T)
+    values = np.maximum(values, 0.0)
+    wanted = vectors.T @ pulls
+    energy = values * (wanted**2).sum(axis=1)
+    low, high = np.log(_LEAST_RIDGE * values[-1]), np.log(10.0 * values[-1])
+    ridge = np.exp(low)
+    if (energy / (values + ridge) ** 2).sum() > longest**2:
+        for _ in range(_BISECTIONS):
+            ridge = np.exp((low + high) / 2.0)
+            if (energy / (values + ridge) ** 2).sum() > longest**2:
+                low = np.log(ridge)
+            else:
+                high = np.log(ridge)
+    return np.asarray(design.T @ (vectors @ (wanted / (values + ridge)[:, None])))
 
 
 def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], list[Lattice]]:

@@ -83,13 +83,23 @@ def test_landmarks_on_top_of_each_other_give_a_finite_compromise():
 
 
 def test_overlapping_faces_are_solved_together():
-    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))
+    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(345.0, 170.0))
     recipe = Recipe(percent=6)
     pairs = [aim(face, recipe) for face in (left, right)]
     field = Field(fit(pairs, [left.frame, right.frame], recipe))
     assert residual(field, pairs).max_px < 0.05
     alone = Field(fit(pairs[:1], [left.frame], recipe)).at(pairs[1].target_px)
     assert np.abs(alone).max() > 0.5, "the fields don't overlap: this test shows nothing"
+
+
+def test_cheek_to_cheek_both_give_way_instead_of_folding():
+    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(325.0, 170.0))
+    recipe = Recipe()
+    pairs = [aim(face, recipe) for face in (left, right)]
+    field = Field(fit(pairs, [left.frame, right.frame], recipe))
+    report = check_one_to_one(field)
+    assert report.min_det > 0.0
+    assert 0.05 < residual(field, pairs).mean_px < 0.25 * pairs[0].warp_distance_px
 
 
 def test_spacing_is_measured_in_landmark_steps_or_warp_distances():

@@ -87,8 +87,8 @@ def test_a_fade_called_safe_never_folds_and_mild_ones_are_called_safe(fade_px):
 
 
 def test_overlapping_fields_are_certified_only_while_gentle():
-    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))
-    assert certify(field_of(Recipe(percent=1.5), left, right))
+    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(350.0, 170.0))
+    assert certify(field_of(Recipe(percent=4), left, right))
     assert not certify(field_of(Recipe(percent=15), left, right))
     far = oval_face(center=(900.0, 170.0))
     assert certify(field_of(Recipe(), left, far))
