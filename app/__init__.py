@@ -1,0 +1,1 @@
+"""The desktop editor; installed as `kogao_app`."""

@@ -1,0 +1,93 @@
+"""``kogao [PHOTO]``: the editor."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from kogao_core.face import LandmarkSource
+
+_SIZE: Final = (1280, 800)
+
+
+def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None) -> int:
+    """Run the editor.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments; those of the process when absent.
+    source : LandmarkSource, optional
+        What finds the faces; the mesh network when absent.
+
+    Returns
+    -------
+    int
+        0, or with ``--screenshot`` 3 for a file that can't be read or written and 4 for no face.
+    """
+    options = _parser().parse_args(argv)
+    # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
+    # of its own makes them up to a hundred times slower. It reads this when numpy is imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if options.screenshot is not None and options.photo is None:
+        options.sample = True
+    # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
+    from PySide6.QtWidgets import QApplication
+
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(app, QApplication)
+    app.setApplicationName("Kogao")
+    from kogao_core.landmarks import MeshSource
+
+    from .editor import Editor
+    from .screenshot import Screenshot
+
+    editor = Editor(app, source or MeshSource(), options.theme)
+    editor.window.resize(*options.size)
+    shot = None if options.screenshot is None else Screenshot(editor, options.screenshot)
+    editor.window.show()
+    if options.photo is not None:
+        editor.files.open(options.photo)
+    else:
+        editor.files.open_sample()
+    code = app.exec()
+    return code if shot is None else shot.finish()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="kogao", description="Make faces a little smaller.")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("photo", nargs="?", type=Path, metavar="PHOTO", help="photo to open")
+    what.add_argument("--sample", action="store_true", help="open the portrait that is built in")
+    parser.add_argument(
+        "--screenshot",
+        type=Path,
+        metavar="OUT.png",
+        help="save a picture of the window with all overlays on, and exit",
+    )
+    parser.add_argument(
+        "--size", type=_size, default=_SIZE, metavar="WxH", help="size of the window in px"
+    )
+    parser.add_argument(
+        "--theme",
+        choices=("system", "light", "dark"),
+        default="system",
+        help="colours of the window",
+    )
+    return parser
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
+        raise argparse.ArgumentTypeError(f"{text!r} isn't a size such as 1280x800")
+    return int(width), int(height)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

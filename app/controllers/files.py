@@ -1,0 +1,213 @@
+"""Opening, finding faces and saving, all in workers; what goes wrong is said in the bar."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, QThreadPool, Signal
+
+from kogao_core import assets
+from kogao_core.face import Face, LandmarkSource
+from kogao_core.landmarks import template_face
+from kogao_core.landmarks.pixels import rgb8
+from kogao_core.photo import FORMATS, Photo, read, write
+from kogao_core.pipeline import render
+
+from ..document import Document
+from ..i18n import tr
+from ..pyramid import Pyramid
+from ..views.bar import Message, Step
+from ..workers import Lane
+from .editing import Editing
+
+SAMPLE = "samples/average.jpg"
+_TEMPLATE_SHARE = 0.35  # of the photo's shorter side
+
+
+class Files(QObject):
+    """Moves photos in and out of the document.
+
+    Signals
+    -------
+    said(Message)
+        For the bar over the canvas.
+    working(str)
+        What is under way, or what can be done next.
+    quiet
+        Earlier messages no longer hold.
+    wants_open, wants_save
+        A dialog is needed.
+    found(int)
+        The search for faces is over, with so many.
+    unreadable(str)
+        The photo that was asked for can't be opened, and why.
+    saved(Path)
+        A copy has been written.
+    """
+
+    said = Signal(object)
+    working = Signal(str)
+    quiet = Signal()
+    wants_open = Signal()
+    wants_save = Signal()
+    found = Signal(int)
+    unreadable = Signal(str)
+    saved = Signal(object)
+
+    def __init__(
+        self,
+        document: Document,
+        editing: Editing,
+        source: LandmarkSource,
+        pool: QThreadPool,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._editing, self._source = document, editing, source
+        self._reading, self._finding, self._writing = (Lane(pool, self) for _ in range(3))
+        self._reading.done.connect(self._opened)
+        self._reading.failed.connect(self._not_opened)
+        self._finding.done.connect(self._take_faces)
+        self._finding.failed.connect(self._not_found)
+        self._writing.done.connect(self._written)
+        self._writing.failed.connect(self._not_written)
+
+    @property
+    def busy(self) -> bool:
+        """True while a file or a face is being worked on."""
+        return any(lane.busy for lane in (self._reading, self._finding, self._writing))
+
+    def stop(self) -> None:
+        """Start nothing more, and forget what is under way."""
+        for lane in (self._reading, self._finding, self._writing):
+            lane.drop()
+
+    # -- opening ---------------------------------------------------------------------------------
+
+    def open(self, path: Path) -> None:
+        """Read a photo and look for faces in it."""
+        self.quiet.emit()
+        self._finding.drop()
+        self._reading.drop()
+        self.working.emit(tr("Opening {name}…", name=path.name))
+        self._reading.submit(lambda: _read(path))
+
+    def open_sample(self) -> None:
+        """Open the portrait that travels with the program."""
+        try:
+            path = assets.path(SAMPLE)
+        except assets.AssetMissing as problem:
+            self._not_opened(problem)
+        else:
+            self.open(path)
+
+    def _opened(self, opened: tuple[Photo, Pyramid]) -> None:
+        self._document.open(*opened)
+        self.find()
+
+    def _not_opened(self, problem: Exception) -> None:
+        self.working.emit("")
+        self.said.emit(Message(_sentence(problem), (self._open_step(),)))
+        self.unreadable.emit(str(problem))
+
+    # -- faces -----------------------------------------------------------------------------------
+
+    def find(self) -> None:
+        """Look for faces."""
+        photo = self._document.photo
+        if photo is not None:
+            self._finding.drop()
+            self.working.emit(tr("Looking for faces…"))
+            self._finding.submit(lambda: self._source.find(photo.pixels))
+
+    def _take_faces(self, faces: list[Face]) -> None:
+        if not faces:
+            self._offer_placing(tr("No face was found in this photo."))
+        elif self._document.undo.count():
+            self._editing.replace_faces(faces)
+        else:
+            self._document.start_with(faces)
+        self.working.emit(tr("Drag a point to correct it") if faces else "")
+        self.found.emit(len(faces))
+
+    def _not_found(self, problem: Exception) -> None:
+        self._offer_placing(_sentence(problem))
+        self.working.emit("")
+        self.found.emit(0)
+
+    def _offer_placing(self, text: str) -> None:
+        place = Step(tr("Place a face by hand"), self.place)
+        self.said.emit(Message(text, (place, self._open_step())))
+
+    def place(self) -> None:
+        """Put a mean face in the middle of the photo, to be dragged into place."""
+        image = self._document.image
+        if not image.area:
+            return
+        middle = np.array([image.width, image.height]) / 2.0
+        width = _TEMPLATE_SHARE * min(image.width, image.height)
+        self._editing.place(lambda: template_face(middle, width))
+        done = Step(tr("It fits"), self._editing.end_placing)
+        text = tr(
+            "Drag the frame onto the face; a corner turns and sizes it. Then drag single points."
+        )
+        self.said.emit(Message(text, (done,)))
+
+    # -- saving ----------------------------------------------------------------------------------
+
+    def suggested(self) -> Path | None:
+        """Return a name for a copy beside the original."""
+        path = self._document.path
+        if path is None:
+            return None
+        suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
+        return path.with_name(f"{path.stem}_kogao{suffix}")
+
+    def save(self, path: Path) -> None:
+        """Render the photo at its own depth and write it; the original is refused."""
+        photo, original = self._document.photo, self._document.path
+        if photo is None or original is None:
+            return
+        if path.exists() and original.exists() and path.samefile(original):
+            self._refuse(tr("That is the original; it is never written over."))
+            return
+        self._editing.commit()
+        state, step = self._document.state, self._document.undo.index()
+
+        def job() -> tuple[Path, int]:
+            # The dialog has asked before replacing a file.
+            write(photo, render(photo.pixels, state.active, state.recipe).pixels, path, force=True)
+            return path, step
+
+        self.working.emit(tr("Saving {name}…", name=path.name))
+        self._writing.submit(job)
+
+    def _written(self, written: tuple[Path, int]) -> None:
+        path, step = written
+        if self._document.undo.index() == step:
+            self._document.undo.setClean()
+        self.working.emit(tr("Saved {name}", name=path.name))
+        self.saved.emit(path)
+
+    def _not_written(self, problem: Exception) -> None:
+        self.working.emit("")
+        self._refuse(_sentence(problem))
+
+    def _refuse(self, text: str) -> None:
+        self.said.emit(Message(text, (Step(tr("Choose another name…"), self.wants_save.emit),)))
+
+    def _open_step(self) -> Step:
+        return Step(tr("Open another photo…"), self.wants_open.emit)
+
+
+def _read(path: Path) -> tuple[Photo, Pyramid]:
+    photo = read(path)
+    return photo, Pyramid(rgb8(photo.pixels))
+
+
+def _sentence(problem: Exception) -> str:
+    """Return a message with its own capital and full stop."""
+    text = str(problem) or type(problem).__name__
+    end = "" if text.endswith((".", "!", "?")) else "."
+    return text[0].upper() + text[1:] + end

@@ -1,0 +1,178 @@
+"""One editor window with everything behind it: the only place where all classes meet."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, QThreadPool
+from PySide6.QtWidgets import QApplication
+
+from kogao_core.face import LandmarkSource
+from kogao_core.pipeline import Rendering
+
+from . import actions, theme
+from .controllers.dialogs import Dialogs
+from .controllers.editing import Editing
+from .controllers.files import Files
+from .controllers.live import Live
+from .document import Document
+from .i18n import tr
+from .layers import ON_AT_FIRST, layers
+from .scene import Scene
+from .surfaces import Frame
+from .views.about import about_box
+from .views.bar import Message
+from .views.window import Window
+
+
+class Editor(QObject):
+    """Builds the parts and joins signals to slots.
+
+    Parameters
+    ----------
+    app : QApplication
+        The application, for its theme.
+    source : LandmarkSource
+        What finds the faces.
+    choice : {"system", "light", "dark"}
+        Colours of the window.
+    """
+
+    def __init__(
+        self, app: QApplication, source: LandmarkSource, choice: theme.Choice = "system"
+    ) -> None:
+        super().__init__()
+        self._app, self._choice = app, choice
+        self._pool = QThreadPool(self)
+        self._pool.setMaxThreadCount(4)
+        self.scene = Scene(visible=set(ON_AT_FIRST))
+        self.document = Document(self)
+        self.window = Window(self.scene)
+        self.editing = Editing(self.document, self.scene, self)
+        self.live = Live(self.document, self.scene, self.window.canvas, self._pool, self)
+        self.files = Files(self.document, self.editing, source, self._pool, self)
+        self.dialogs = Dialogs(self.document, self.files, self.window)
+        self._join_actions()
+        self._join_canvas()
+        self._join_panels()
+        self._join_messages()
+        app.styleHints().colorSchemeChanged.connect(self._dress)
+        self._dress()
+        self._show_document()
+
+    @property
+    def busy(self) -> bool:
+        """True while anything is under way."""
+        return self.files.busy or self.live.busy
+
+    def close(self) -> None:
+        """Close the window without a question and wait for the workers."""
+        self.files.stop()
+        self.live.stop()
+        self.window.really_close()
+        self._pool.waitForDone()
+
+    def _join_actions(self) -> None:
+        canvas = self.window.canvas
+        actions.connect(
+            self.window.actions_by_name,
+            {
+                "open": self.dialogs.ask_open,
+                "sample": self.dialogs.open_sample,
+                "save": self.dialogs.ask_save,
+                "quit": self.window.close,
+                "undo": self.editing.undo,
+                "redo": self.editing.redo,
+                "abort": self.editing.abort,
+                "fit": canvas.fit,
+                "actual": lambda: canvas.zoom_to(1.0),
+                "closer": lambda: canvas.zoom_to(canvas.zoom * 1.5),
+                "farther": lambda: canvas.zoom_to(canvas.zoom / 1.5),
+                "find": self.files.find,
+                "place": self.files.place,
+                "automatic": self.editing.make_automatic,
+                "about": lambda: about_box(self.window).open(),
+            },
+        )
+        for layer in layers():
+            action = self.window.actions_by_name[actions.overlay_action(layer.name)]
+            action.toggled.connect(lambda on, name=layer.name: canvas.show_overlay(name, on))
+
+    def _join_canvas(self) -> None:
+        canvas, window = self.window.canvas, self.window
+        canvas.grabbed.connect(self.editing.grab)
+        canvas.dragged.connect(self.editing.drag)
+        canvas.released.connect(self.editing.release)
+        canvas.nudged.connect(self.editing.nudge)
+        canvas.nudge_ended.connect(self.editing.commit)
+        canvas.hovered.connect(self.editing.hover)
+        canvas.hovered.connect(lambda _, x, y: window.status.show_cursor(x, y))
+        canvas.view_changed.connect(lambda: window.status.show_zoom(canvas.zoom))
+        window.original_held.connect(canvas.show_original)
+        window.dropped.connect(self.dialogs.open)
+        window.asked_to_close.connect(lambda: self.dialogs.guard(self.close))
+        self.editing.aborted.connect(canvas.let_go)
+        self.editing.restyled.connect(canvas.redraw)
+
+    def _join_panels(self) -> None:
+        window = self.window
+        window.recipe.edited.connect(self.editing.set_field)
+        window.recipe.rested.connect(self.editing.commit)
+        window.faces.switched.connect(self.editing.switch_face)
+        self.editing.aborted.connect(window.recipe.abort)
+        self.document.opened.connect(self._show_photo)
+        self.document.changed.connect(self._show_document)
+        self.document.undo.cleanChanged.connect(self._show_title)
+        self.document.undo.indexChanged.connect(self._show_history)
+        self.live.drawn.connect(self._show_frame)
+        self.live.measured.connect(self._show_measures)
+
+    def _join_messages(self) -> None:
+        window = self.window
+        self.files.said.connect(window.bar.say)
+        self.files.quiet.connect(window.bar.clear)
+        self.files.working.connect(window.status.hint)
+        self.editing.named.connect(window.status.hint)
+        self.live.failed.connect(lambda problem: window.bar.say(Message(str(problem))))
+
+    def _dress(self) -> None:
+        self.window.dress(theme.apply(self._app, self._choice))
+
+    def _show_photo(self) -> None:
+        if self.document.photo is not None and self.document.pyramid is not None:
+            self.window.faces.open(self.document.pyramid)
+            self.window.status.show_photo(self.document.photo)
+
+    def _show_document(self) -> None:
+        self.window.recipe.show_state(self.document.state)
+        self.window.faces.show_state(self.document.state)
+        self._show_title()
+        self._show_history()
+
+    def _show_title(self) -> None:
+        path = self.document.path
+        self.window.show_title(
+            path.name if path else "", dirty=self.document.in_gesture or self._dirty
+        )
+
+    @property
+    def _dirty(self) -> bool:
+        return not self.document.undo.isClean()
+
+    def _show_history(self) -> None:
+        stack, named = self.document.undo, self.window.actions_by_name
+        opened = self.document.photo is not None
+        named["undo"].setEnabled(stack.canUndo() or self.document.in_gesture)
+        named["redo"].setEnabled(stack.canRedo())
+        named["undo"].setText(tr("&Undo {what}", what=stack.undoText()))
+        named["redo"].setText(tr("&Redo {what}", what=stack.redoText()))
+        for name in ("undo", "redo"):
+            named[name].setIconText(tr("Undo") if name == "undo" else tr("Redo"))
+        for name in ("save", "fit", "actual", "closer", "farther", "find", "place"):
+            named[name].setEnabled(opened)
+
+    def _show_frame(self, frame: Frame) -> None:
+        self.window.recipe.show_frame(frame)
+        self.window.status.show_speed(frame.took_ms)
+
+    def _show_measures(self, rendering: Rendering) -> None:
+        self.window.readings.timings.show_laps(rendering.timings_ms)
+        self.window.readings.domains.show_counts(rendering.pixel_counts)

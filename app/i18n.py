@@ -1,0 +1,11 @@
+"""Visible text passes through here, so that a translation can take its place."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication
+
+
+def tr(text: str, **values: object) -> str:
+    """Return `text` in the user's language, with ``{name}`` fields filled in afterwards."""
+    translated = QCoreApplication.translate("kogao", text)
+    return translated.format(**values) if values else translated

@@ -1,0 +1,34 @@
+"""The overlays by name: what they are called and which key toggles them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .i18n import tr
+from .points import Kind
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """One overlay that can be switched on and off."""
+
+    name: str
+    title: str
+    key: str
+    handles: frozenset[Kind] = frozenset()
+
+
+def layers() -> tuple[Layer, ...]:
+    """Return the overlays, in the order of the panel."""
+    return (
+        Layer("landmarks", tr("Landmarks"), "L", frozenset({"outline", "eye", "mouth"})),
+        Layer("targets", tr("Targets"), "T", frozenset({"target"})),
+        Layer("centre", tr("Centre and its candidates"), "C", frozenset({"centre"})),
+        Layer("displacement", tr("Displacement, 3 × as long"), "V"),  # noqa: RUF001
+        Layer("lattice", tr("Lattice"), "G"),
+        Layer("domains", tr("Domains"), "D"),
+        Layer("folds", tr("Folded cells"), "J"),
+    )
+
+
+ON_AT_FIRST = frozenset({"landmarks", "targets", "centre", "folds"})

@@ -1,0 +1,111 @@
+"""What all overlays share: they draw in screen px, so lines never thicken with the zoom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainter, QTransform
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from kogao_core.geometry import Affine, Array
+
+from ..scene import Scene
+
+_EVERYWHERE: Final = QRectF(-1e7, -1e7, 2e7, 2e7)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the photo lies on screen.
+
+    Parameters
+    ----------
+    to_screen : Affine
+        From px of the photo to px of the viewport.
+    viewport : QRectF
+        What can be seen, px of the viewport.
+    """
+
+    to_screen: Affine
+    viewport: QRectF
+
+    @property
+    def zoom(self) -> float:
+        """Screen px per photo px."""
+        return self.to_screen.scale
+
+    def points(self, positions: npt.ArrayLike) -> list[QPointF]:
+        """Return positions of shape (N, 2) on screen."""
+        return [QPointF(x, y) for x, y in self.to_screen(positions).reshape(-1, 2).tolist()]
+
+    def rect(self, left: float, top: float, right: float, bottom: float) -> QRectF:
+        """Return a rectangle of the photo on screen."""
+        first, last = self.points([(left, top), (right, bottom)])
+        return QRectF(first, last)
+
+    @property
+    def seen(self) -> Array:
+        """Corners of the viewport in px of the photo, shape (2, 2): top left, bottom right."""
+        area = self.viewport
+        corners = [(area.left(), area.top()), (area.right(), area.bottom())]
+        return self.to_screen.inverse(corners)
+
+
+class Overlay(pg.GraphicsObject):
+    """One layer over the photo.
+
+    Parameters
+    ----------
+    name : str
+        Which entry of `Scene.visible` switches it on.
+    scene : Scene
+        What to draw.
+    """
+
+    def __init__(self, name: str, scene: Scene) -> None:
+        super().__init__()
+        self.name = name
+        self.shown = scene
+
+    def boundingRect(self) -> QRectF:
+        """Cover every view: what is drawn depends on the screen, not on the photo."""
+        return _EVERYWHERE
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionGraphicsItem,  # noqa: ARG002
+        widget: QWidget | None = None,
+    ) -> None:
+        """Leave the photo's coordinates for the screen's, and draw."""
+        scene = self.shown
+        if scene.original or not scene.image.area or not self.wanted():
+            return
+        place = Place(_affine(painter.worldTransform()), _viewport(painter, widget))
+        painter.save()
+        painter.setWorldTransform(QTransform())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self.draw(painter, place)
+        painter.restore()
+
+    def wanted(self) -> bool:
+        """Return whether there is anything to draw."""
+        return self.name in self.shown.visible
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw in px of the screen."""
+        raise NotImplementedError
+
+
+def _affine(transform: QTransform) -> Affine:
+    matrix = np.array([[transform.m11(), transform.m21()], [transform.m12(), transform.m22()]])
+    return Affine(matrix, np.array([transform.dx(), transform.dy()]))
+
+
+def _viewport(painter: QPainter, widget: QWidget | None) -> QRectF:
+    return QRectF(widget.rect() if widget is not None else painter.viewport())

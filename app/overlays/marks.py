@@ -1,0 +1,131 @@
+"""Overlays that follow the state at once: landmarks, targets, the centre line, placement."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QLineF, QPointF, Qt
+from PySide6.QtGui import QPainter, QPen, QPolygonF
+
+from kogao_core.face import Face
+from kogao_core.targets import center_candidates
+
+from .. import points
+from . import glyphs
+from .base import Overlay, Place
+
+_LOW_SCORE: Final = 0.75
+_TICK_PX: Final = 6.0
+# Landmarks at least this far apart on screen have marks of full size.
+_ROOM_PX: Final = 16.0
+_SMALLEST: Final = 0.4
+
+
+class Landmarks(Overlay):
+    """Outline dots, and diamonds at the corners of eyes and mouth."""
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw off faces and unsure ones hollow."""
+        for index, face in enumerate(self.shown.state.faces):
+            if index in self.shown.state.off or face.score < _LOW_SCORE:
+                for at in place.points(face.points):
+                    glyphs.hollow(painter, at, glyphs.LANDMARK, _size(place, face))
+            else:
+                _draw_sure(painter, place, face)
+
+
+def _size(place: Place, face: Face) -> float:
+    """Return how large a face's marks are: smaller where they would hide its outline."""
+    room = face.frame.spacing_px * place.zoom / _ROOM_PX
+    return min(1.0, max(_SMALLEST, room))
+
+
+def _draw_sure(painter: QPainter, place: Place, face: Face) -> None:
+    size = _size(place, face)
+    for at in place.points(face.outline):
+        glyphs.dot(painter, at, glyphs.LANDMARK, size)
+    for at in (*place.points(face.eyes), *place.points(face.mouth)):
+        glyphs.diamond(painter, at, glyphs.LANDMARK, size)
+
+
+class Targets(Overlay):
+    """Rings where the landmarks go, and the way there."""
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw every active face's targets."""
+        for index, pairs in enumerate(self.shown.state.pairs):
+            if index in self.shown.state.off:
+                continue
+            sources, targets = place.points(pairs.source_px), place.points(pairs.target_px)
+            ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
+            glyphs.lines(painter, ways, glyphs.TARGET, 1.0)
+            size = _size(place, self.shown.state.faces[index])
+            for at in targets:
+                glyphs.ring(painter, at, glyphs.TARGET, size)
+
+
+class Centre(Overlay):
+    """The line from the eyes to the mouth with its four candidates, and the chosen one."""
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw every active face's line."""
+        for index, face in enumerate(self.shown.state.faces):
+            if index not in self.shown.state.off:
+                self._draw_line(painter, place, face)
+
+    def _draw_line(self, painter: QPainter, place: Place, face: Face) -> None:
+        eyes, mouth = place.points([face.eye_center, face.mouth_center])
+        across = QLineF(eyes, mouth).normalVector().unitVector()
+        size = _size(place, face)
+        step = QPointF(across.dx(), across.dy()) * _TICK_PX * size
+        ticks = place.points(center_candidates(face))
+        segments = [QLineF(eyes, mouth), *(QLineF(at - step, at + step) for at in ticks)]
+        glyphs.lines(painter, segments, glyphs.CENTRE, 1.4)
+        chosen = int(self.shown.state.recipe.center) - 1
+        glyphs.cross(painter, ticks[chosen], glyphs.CENTRE, size)
+        if QLineF(ticks[0], ticks[3]).length() > 5 * _TICK_PX:
+            # Neighbours are closer than a label is high: odd ones stand right, even ones left.
+            for number, at in enumerate(ticks, 1):
+                beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
+                glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
+
+
+class Placement(Overlay):
+    """A frame round a face that is being dragged into place, with corners to turn and size it."""
+
+    def wanted(self) -> bool:
+        """Show it only while a face is being placed, whatever is switched on."""
+        return self.shown.placing is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the frame and its corners."""
+        if self.shown.placing is None:
+            return
+        corners = place.points(points.corners(self.shown.state.faces[self.shown.placing]))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for pen in (QPen(glyphs.CASE, 3.0), QPen(glyphs.HALO, 1.4, Qt.PenStyle.DashLine)):
+            painter.setPen(pen)
+            painter.drawPolygon(QPolygonF(corners))
+        painter.setPen(QPen(glyphs.CASE, 1.0))
+        painter.setBrush(glyphs.HALO)
+        for at in corners:
+            painter.drawRect(int(at.x()) - 5, int(at.y()) - 5, 10, 10)
+
+
+class Names(Overlay):
+    """The point under the cursor by its name, and a ring round the selected one."""
+
+    def wanted(self) -> bool:
+        """Show it whenever there is such a point."""
+        return self.shown.hovered is not None or self.shown.selected is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the ring below the name."""
+        scene = self.shown
+        if scene.selected is not None:
+            (at,) = place.points(points.position(scene.state, scene.selected))
+            glyphs.ring(painter, at, glyphs.HALO, 2.0)
+        if scene.hovered is not None and scene.hovered.kind != "body":
+            (at,) = place.points(points.position(scene.state, scene.hovered))
+            count = len(scene.state.faces[scene.hovered.face].outline)
+            glyphs.label(painter, at + QPointF(14, -14), points.name(scene.hovered, count))

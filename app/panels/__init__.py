@@ -1,0 +1,1 @@
+"""Panels round the canvas: each emits what the user wants and shows what it is told."""

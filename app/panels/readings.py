@@ -1,0 +1,146 @@
+"""Measured: the time of each stage and the pixels of each domain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from kogao_core.domain import NAMES
+from kogao_core.recipe import DomainName
+
+from ..i18n import tr
+from ..overlays import swatches
+from ..theme import GRID_PX
+from .controls import column_of, heading, muted_label
+
+_BAR_PX: Final = 8
+
+
+class ReadingsPanel(QWidget):
+    """Timings and domains of the newest whole result, side by side."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.timings, self.domains = _Timings(), _Domains()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 8, 12, 8)
+        row.setSpacing(8 * GRID_PX)
+        row.addWidget(self.timings, 1)
+        row.addWidget(self.domains, 1)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+
+class _Timings(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self.total = muted_label()
+        grid = _table(self, tr("Timings"), self.total)
+        self._rows: dict[str, tuple[_Bar, QLabel]] = {}
+        for row, (stage, title) in enumerate(_stages().items()):
+            bar, value = _Bar(), _number()
+            grid.addWidget(muted_label(title), row, 0)
+            grid.addWidget(bar, row, 1)
+            grid.addWidget(value, row, 2)
+            self._rows[stage] = (bar, value)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnMinimumWidth(2, 64)
+
+    def show_laps(self, laps_ms: Mapping[str, float]) -> None:
+        """Show the time of each stage, in ms."""
+        total = sum(laps_ms.values())
+        self.total.setText(tr("full photo {ms:.0f} ms", ms=total))
+        for stage, (bar, value) in self._rows.items():
+            lap = laps_ms.get(stage, 0.0)
+            bar.show_share(lap / total if total else 0.0)
+            value.setText(tr("{ms:.1f} ms", ms=lap))
+
+    def texts(self) -> dict[str, str]:
+        """Return what each stage's row says."""
+        return {stage: value.text() for stage, (_, value) in self._rows.items()}
+
+
+class _Domains(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self._note = muted_label()
+        grid = _table(self, tr("Domains"), self._note)
+        self._rows: dict[DomainName, tuple[QLabel, QLabel]] = {}
+        titles = (tr("Whole image"), tr("Control points"), tr("Threshold"))
+        for row, (name, title) in enumerate(zip(NAMES, titles, strict=True)):
+            mark = QLabel()
+            mark.setPixmap(swatches.pixmap(name, self.devicePixelRatioF()))
+            pixels, share = _number(), _number()
+            for column, cell in enumerate((mark, muted_label(title), pixels, share)):
+                grid.addWidget(cell, row, column)
+            self._rows[name] = (pixels, share)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnMinimumWidth(3, 64)
+        grid.setRowStretch(len(NAMES), 1)
+
+    def show_counts(self, counts: Mapping[DomainName, int]) -> None:
+        """Show how many pixels each domain has."""
+        whole = max(1, counts.get("image", 0))
+        for name, (pixels, share) in self._rows.items():
+            count = counts.get(name, 0)
+            pixels.setText(tr("{n:,} px", n=count).replace(",", "\u2009"))
+            share.setText(tr("{n:.1f} %", n=100 * count / whole))
+
+    def texts(self) -> dict[DomainName, tuple[str, str]]:
+        """Return what each domain's row says: pixels and their share."""
+        return {name: (pixels.text(), share.text()) for name, (pixels, share) in self._rows.items()}
+
+
+class _Bar(QWidget):
+    """A horizontal bar for a share of one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._share = 0.0
+        self.setMinimumSize(48, _BAR_PX)
+
+    def show_share(self, share: float) -> None:
+        self._share = share
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
+        painter = QPainter(self)
+        top = (self.height() - _BAR_PX) / 2
+        painter.fillRect(
+            QRectF(0, top, self.width() * self._share, _BAR_PX), self.palette().accent()
+        )
+
+
+def _stages() -> dict[str, str]:
+    return {
+        "targets": tr("targets"),
+        "lattice": tr("lattice"),
+        "guard": tr("guard"),
+        "domain": tr("domain"),
+        "copy": tr("copy"),
+        "warp": tr("warp"),
+    }
+
+
+def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:
+    top = QHBoxLayout()
+    top.addWidget(heading(title))
+    top.addStretch()
+    top.addWidget(note)
+    grid = QGridLayout()
+    grid.setHorizontalSpacing(2 * GRID_PX)
+    grid.setVerticalSpacing(GRID_PX // 2)
+    column = column_of(widget)
+    column.addLayout(top)
+    column.addLayout(grid)
+    column.addStretch()
+    return grid
+
+
+def _number() -> QLabel:
+    label = QLabel()
+    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return label

@@ -1,0 +1,148 @@
+"""Where pictures are rendered to: always the buffer that isn't on screen."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Box
+from kogao_core.pipeline import Rendering, render
+from kogao_core.recipe import Recipe
+from kogao_core.warp import Canvas
+
+from .pyramid import Pyramid, Rgb8, to_photo
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture for the screen.
+
+    Parameters
+    ----------
+    revision : int
+        Which state of the document it shows; larger is newer.
+    rendering : Rendering
+        In px of its own: a level of the photo, or a part of one.
+    levels : sequence of uint8 arrays
+        The picture and, for a whole photo, its halvings.
+    to_photo : Affine
+        From px of `rendering` to px of the photo.
+    took_ms : float
+        Time from the start of the job to the finished picture.
+    """
+
+    revision: int
+    rendering: Rendering
+    levels: Sequence[Rgb8]
+    to_photo: Affine
+    took_ms: float
+
+    @property
+    def scale(self) -> float:
+        """Photo px per px of the rendering."""
+        return self.to_photo.scale
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The part of the photo on screen: a box, in px of a pyramid level."""
+
+    level: int
+    box: Box
+
+
+class _Buffer:
+    """A canvas over one picture and the halvings of its result."""
+
+    def __init__(self, source: Rgb8, *, reduced: bool) -> None:
+        self._canvas = Canvas(source)
+        self._result = Pyramid(self._canvas.pixels) if reduced else None
+
+    def render(self, faces: Sequence[Face], recipe: Recipe) -> tuple[Rendering, Sequence[Rgb8]]:
+        rendering = render(self._canvas.source, faces, recipe, canvas=self._canvas)
+        if self._result is None:
+            return rendering, [rendering.pixels]
+        self._result.refresh(rendering.changed)
+        return rendering, self._result.levels
+
+
+class _Pair:
+    """Two buffers over one picture: one on screen, one to write to."""
+
+    def __init__(self, source: Rgb8, *, reduced: bool) -> None:
+        self._source, self._reduced = source, reduced
+        self._front: _Buffer | None = None
+        self._back: _Buffer | None = None
+
+    def render(self, faces: Sequence[Face], recipe: Recipe) -> tuple[Rendering, Sequence[Rgb8]]:
+        if self._back is None:
+            self._back = _Buffer(self._source, reduced=self._reduced)
+        return self._back.render(faces, recipe)
+
+    def swap(self) -> None:
+        self._front, self._back = self._back, self._front
+
+
+class FullSurface:
+    """Renders the whole photo at full resolution, as it would be saved.
+
+    `render` belongs to a worker, `shown` to the GUI thread while no worker runs.
+
+    Parameters
+    ----------
+    photo : Pyramid
+        The photo as 8-bit RGB.
+    """
+
+    def __init__(self, photo: Pyramid) -> None:
+        self._pair = _Pair(photo.levels[0], reduced=True)
+
+    def render(self, revision: int, faces: Sequence[Face], recipe: Recipe) -> Frame:
+        """Return a frame in the buffer off screen."""
+        start = time.perf_counter()
+        rendering, levels = self._pair.render(faces, recipe)
+        return Frame(revision, rendering, levels, to_photo(0), _since_ms(start))
+
+    def shown(self) -> None:
+        """Note that the last frame has gone on screen."""
+        self._pair.swap()
+
+
+class PreviewSurface:
+    """Renders the visible part at about the screen's resolution, for as long as a gesture moves.
+
+    Parameters
+    ----------
+    photo : Pyramid
+        The photo as 8-bit RGB.
+    """
+
+    def __init__(self, photo: Pyramid) -> None:
+        self._photo = photo
+        self._view: View | None = None
+        self._pair: _Pair | None = None
+
+    def render(self, revision: int, faces: Sequence[Face], recipe: Recipe, view: View) -> Frame:
+        """Return a frame of `view`, sampled bilinearly, in the buffer off screen."""
+        start = time.perf_counter()
+        if self._pair is None or self._view != view:
+            rows, columns = view.box.slices
+            part = self._photo.levels[view.level][rows, columns]
+            self._pair, self._view = _Pair(part, reduced=False), view
+        back = to_photo(view.level, (view.box.left, view.box.top))
+        there = back.inverse
+        quick = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
+        rendering, levels = self._pair.render([face.mapped(there) for face in faces], quick)
+        return Frame(revision, rendering, levels, back, _since_ms(start))
+
+    def shown(self) -> None:
+        """Note that the last frame has gone on screen."""
+        if self._pair is not None:
+            self._pair.swap()
+
+
+def _since_ms(start: float) -> float:
+    return (time.perf_counter() - start) * 1e3

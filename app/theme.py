@@ -1,0 +1,158 @@
+"""Colours, spacing and the look of widgets; neutral greys, so that the photo's colours count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtWidgets import QApplication
+
+Choice = Literal["system", "light", "dark"]
+GRID_PX: Final = 4
+
+# The palette of Okabe and Ito: told apart by everyone; shapes tell the same again.
+OKABE_ITO: Final = {
+    "orange": "#E69F00",
+    "sky": "#56B4E9",
+    "green": "#009E73",
+    "yellow": "#F0E442",
+    "blue": "#0072B2",
+    "vermilion": "#D55E00",
+    "purple": "#CC79A7",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Theme:
+    """Named greys and the one accent."""
+
+    canvas: str
+    window: str
+    raised: str
+    line: str
+    text: str
+    muted: str
+    accent: str
+    on_accent: str
+    warning: str
+
+
+DARK: Final = Theme(
+    canvas="#2b2b2b",
+    window="#383838",
+    raised="#454545",
+    line="#565656",
+    text="#e6e6e6",
+    muted="#a8a8a8",
+    accent="#4a9eda",
+    on_accent="#101010",
+    warning="#e69f00",
+)
+LIGHT: Final = Theme(
+    canvas="#b8b8b8",
+    window="#ececec",
+    raised="#fafafa",
+    line="#c2c2c2",
+    text="#202020",
+    muted="#5c5c5c",
+    accent="#0067a8",
+    on_accent="#ffffff",
+    warning="#a34700",
+)
+
+
+def current(app: QApplication, choice: Choice = "system") -> Theme:
+    """Return the chosen theme, or the one of the system's mode; dark where it has none."""
+    system = app.styleHints().colorScheme() == Qt.ColorScheme.Light
+    return LIGHT if choice == "light" or (choice == "system" and system) else DARK
+
+
+def apply(app: QApplication, choice: Choice = "system") -> Theme:
+    """Dress the application; called again when the system changes its mode."""
+    theme = current(app, choice)
+    app.setStyle("Fusion")
+    app.setFont(_tabular(app.font()))
+    app.setPalette(_palette(theme))
+    app.setStyleSheet(_sheet(theme))
+    return theme
+
+
+def _tabular(font: QFont) -> QFont:
+    # Figures of equal width: numbers don't dance while a slider moves.
+    font.setFeature(QFont.Tag("tnum"), 1)
+    return font
+
+
+def _palette(theme: Theme) -> QPalette:
+    palette, role = QPalette(), QPalette.ColorRole
+    colours = {
+        role.Window: theme.window,
+        role.WindowText: theme.text,
+        role.Base: theme.raised,
+        role.AlternateBase: theme.window,
+        role.Text: theme.text,
+        role.Button: theme.raised,
+        role.ButtonText: theme.text,
+        role.ToolTipBase: theme.raised,
+        role.ToolTipText: theme.text,
+        role.PlaceholderText: theme.muted,
+        role.Highlight: theme.accent,
+        role.HighlightedText: theme.on_accent,
+        role.Accent: theme.accent,
+        role.Link: theme.accent,
+        role.Mid: theme.line,
+    }
+    for which, colour in colours.items():
+        palette.setColor(which, QColor(colour))
+    for which in (role.WindowText, role.Text, role.ButtonText):
+        palette.setColor(QPalette.ColorGroup.Disabled, which, QColor(theme.muted))
+    return palette
+
+
+def _sheet(theme: Theme) -> str:
+    return f"""
+    QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
+    QToolBar {{ border: none; border-bottom: 1px solid {theme.line}; padding: 4px; spacing: 4px; }}
+    QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 4px 8px; }}
+    QToolButton, QPushButton {{
+        border: 1px solid transparent; border-radius: 4px; padding: 4px 12px; min-height: 16px;
+    }}
+    QPushButton, QToolButton[segment="true"] {{
+        background: {theme.raised}; border-color: {theme.line};
+    }}
+    QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
+    QToolButton:pressed, QPushButton:pressed {{ background: {theme.line}; }}
+    QToolButton:checked {{
+        background: {theme.accent}; color: {theme.on_accent}; border-color: {theme.accent};
+    }}
+    QToolButton:focus, QPushButton:focus {{ border-color: {theme.accent}; }}
+    QToolButton:disabled {{ color: {theme.muted}; }}
+    QToolButton[fold="true"], QToolButton[fold="true"]:checked {{
+        background: transparent; color: {theme.text}; border: none; padding: 4px 0;
+        margin-left: -8px; font-weight: 600;
+    }}
+    QToolButton[fold="true"]:focus {{ color: {theme.accent}; }}
+    QLabel[heading="true"] {{ color: {theme.text}; font-weight: 600; }}
+    QLabel[muted="true"] {{ color: {theme.muted}; }}
+    QLabel[warn="true"] {{ color: {theme.warning}; }}
+    QSlider {{ min-height: 20px; }}
+    QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
+    QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 2px; }}
+    QSlider::handle:horizontal {{
+        background: {theme.text}; width: 12px; height: 12px; margin: -4px 0; border-radius: 6px;
+    }}
+    QSlider::handle:horizontal:focus {{ background: {theme.accent}; }}
+    QSlider::sub-page:horizontal:disabled, QSlider::handle:horizontal:disabled {{
+        background: {theme.muted};
+    }}
+    QFrame[bar="true"] {{
+        background: {theme.raised}; border: 1px solid {theme.line};
+        border-left: 4px solid {theme.warning}; border-radius: 4px;
+    }}
+    QScrollArea, QListWidget {{ border: none; background: {theme.window}; }}
+    QListWidget::item {{ padding: 4px; border-radius: 4px; }}
+    QStatusBar {{ border-top: 1px solid {theme.line}; }}
+    QStatusBar::item {{ border: none; }}
+    """

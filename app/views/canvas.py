@@ -1,0 +1,159 @@
+"""Taking hold of points on the canvas: it knows where handles are, not what moving one means."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtWidgets import QWidget
+
+from ..i18n import tr
+from ..layers import layers
+from ..points import Handle, corners, handles
+from ..scene import Scene
+from .viewport import Viewport
+
+GRAB_RADIUS_PX: Final = 12.0
+_ARROWS: Final = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+_MANY_STEPS: Final = 10
+
+
+class PhotoCanvas(Viewport):
+    """The canvas of the editor.
+
+    Signals
+    -------
+    grabbed(Handle, float, float), dragged(float, float), released
+        A handle is taken at (x, y) px of the photo, moved there, and let go.
+    hovered(object, float, float)
+        The handle under the cursor, or None, and where the cursor is, px of the photo.
+    nudged(int, int), nudge_ended
+        Arrow keys: steps in px of the photo, and the key let go.
+    """
+
+    grabbed = Signal(object, float, float)
+    dragged = Signal(float, float)
+    released = Signal()
+    hovered = Signal(object, float, float)
+    nudged = Signal(int, int)
+    nudge_ended = Signal()
+
+    def __init__(self, scene: Scene, parent: QWidget | None = None) -> None:
+        super().__init__(scene, parent)
+        self.setAccessibleName(tr("Photo"))
+        self.setAccessibleDescription(tr("Drag points to correct them; arrow keys nudge one"))
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+        self._handle_kinds = {layer.name: layer.handles for layer in layers()}
+        self._space = False
+        self._held: Handle | None = None
+
+    def let_go(self) -> None:
+        """Forget the point in hand, as Escape does; the button may still be down."""
+        self._held = None
+
+    def hold_space(self, held: bool) -> None:
+        """Pan with the left button while Space is held."""
+        self._space = held
+        shape = Qt.CursorShape.OpenHandCursor if held else Qt.CursorShape.ArrowCursor
+        self.viewport().setCursor(shape)
+
+    def handle_at(self, at: QPointF) -> Handle | None:
+        """Return the nearest handle within reach of a point of the viewport."""
+        scene = self.shown
+        if scene.original:
+            return None
+        kinds = {kind for name in scene.visible for kind in self._handle_kinds[name]}
+        here = self.to_photo(at)
+        nearest, least = None, GRAB_RADIUS_PX * self.devicePixelRatioF() / self.zoom
+        for handle, position in handles(scene.state, kinds, scene.placing):
+            distance = float(np.hypot(*(position - here)))
+            if distance < least:
+                nearest, least = handle, distance
+        return nearest or self._body_at(at)
+
+    def _body_at(self, at: QPointF) -> Handle | None:
+        placing = self.shown.placing
+        if placing is None:
+            return None
+        low, high = corners(self.shown.state.faces[placing])[[0, 2]]
+        here = self.to_photo(at)
+        return Handle("body", placing, 0) if ((low <= here) & (here <= high)).all() else None
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of a handle, or of the photo."""
+        self.setFocus(Qt.FocusReason.MouseFocusReason)
+        at = event.position()
+        left = event.button() == Qt.MouseButton.LeftButton
+        handle = None if self._space or not left else self.handle_at(at)
+        if handle is not None:
+            self._held = handle
+            self.grabbed.emit(handle, *self.to_photo(at).tolist())
+        elif left or event.button() == Qt.MouseButton.MiddleButton:
+            self.start_pan(at)
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Move what is held, or say what lies under the cursor."""
+        at = event.position()
+        x, y = self.to_photo(at).tolist()
+        if self._held is not None:
+            self.dragged.emit(x, y)
+        elif self.panning:
+            self.pan_to(at)
+        elif event.buttons() == Qt.MouseButton.NoButton:
+            handle = None if self._space else self.handle_at(at)
+            self._point_at(handle)
+            self.hovered.emit(handle, x, y)
+        event.accept()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go."""
+        if self._held is not None:
+            self._held = None
+            self.released.emit()
+        self.end_pan()
+        self.hold_space(self._space)
+        event.accept()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Name no point any more."""
+        super().leaveEvent(event)
+        self.hovered.emit(None, -1.0, -1.0)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Nudge the selected point with the arrow keys."""
+        step = _ARROWS.get(Qt.Key(event.key()))
+        if step is None or self.shown.selected is None:
+            event.ignore()
+            return
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        times = _MANY_STEPS if shift else 1
+        self.nudged.emit(step[0] * times, step[1] * times)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """End a nudge when its key is let go."""
+        if Qt.Key(event.key()) in _ARROWS and not event.isAutoRepeat():
+            self.nudge_ended.emit()
+        else:
+            event.ignore()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """End a nudge whose key is let go elsewhere."""
+        super().focusOutEvent(event)
+        self.nudge_ended.emit()
+
+    def _point_at(self, handle: Handle | None) -> None:
+        shape = Qt.CursorShape.OpenHandCursor if self._space else Qt.CursorShape.ArrowCursor
+        if handle is not None:
+            shape = Qt.CursorShape.SizeAllCursor
+            if not handle.movable:
+                shape = Qt.CursorShape.PointingHandCursor
+        self.viewport().setCursor(shape)

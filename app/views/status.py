@@ -1,0 +1,56 @@
+"""The line below: hints, the cursor, the photo, and how fast it was drawn."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QLabel, QStatusBar
+
+from kogao_core.photo import Photo
+
+from ..i18n import tr
+
+
+class StatusLine(QStatusBar):
+    """Facts on the right, hints on the left."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setSizeGripEnabled(False)
+        self._hint, self._cursor, self._photo, self._speed = (QLabel() for _ in range(4))
+        self._zoom = QLabel()
+        self._hint.setContentsMargins(8, 0, 0, 0)
+        self.addWidget(self._hint, 1)
+        for label in (self._cursor, self._photo, self._speed, self._zoom):
+            label.setProperty("muted", "true")
+            label.setContentsMargins(8, 4, 8, 4)
+            self.addPermanentWidget(label)
+
+    def hint(self, text: str) -> None:
+        """Say what is going on or can be done."""
+        self._hint.setText(text)
+
+    @property
+    def hint_text(self) -> str:
+        """What the hint says."""
+        return self._hint.text()
+
+    def show_cursor(self, x: float, y: float) -> None:
+        """Show the pixel under the cursor; negative ones are none."""
+        inside = x >= -0.5 and y >= -0.5
+        self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
+
+    def show_photo(self, photo: Photo) -> None:
+        """Show size, depth and what reading it changed."""
+        size = f"{photo.width} × {photo.height}"  # noqa: RUF001
+        parts = [size, tr("{n}-bit", n=photo.bits)]
+        if photo.notes:
+            parts.append(tr("notes: {n}", n=len(photo.notes)))
+        self._photo.setText(" · ".join(parts))
+        self._photo.setToolTip("\n".join(photo.notes))
+
+    def show_speed(self, took_ms: float) -> None:
+        """Show how long the newest picture took."""
+        self._speed.setText(tr("drawn in {ms:.0f} ms", ms=took_ms))
+
+    def show_zoom(self, zoom: float) -> None:
+        """Show the zoom in %."""
+        self._zoom.setText(f"{zoom * 100:.0f} %")

@@ -1,0 +1,79 @@
+"""Work off the GUI thread: every lane runs one job at a time and keeps only the newest request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QObject, QThreadPool, Signal
+
+Job = Callable[[], Any]
+
+
+class Lane(QObject):
+    """A queue of length one.
+
+    A request that arrives while a job runs replaces the one that waits. The next job starts only
+    after the listeners of `done` have returned, so a job may write where the last result but one
+    was read from.
+
+    Parameters
+    ----------
+    pool : QThreadPool
+        Where jobs run.
+    parent : QObject, optional
+        Owner.
+    """
+
+    done = Signal(object)
+    failed = Signal(object)
+    _returned = Signal(int, object, object)
+
+    def __init__(self, pool: QThreadPool, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._pool = pool
+        self._waiting: Job | None = None
+        self._running = False
+        self._generation = 0
+        self._returned.connect(self._settle)
+
+    @property
+    def busy(self) -> bool:
+        """True while a job runs or waits."""
+        return self._running or self._waiting is not None
+
+    def submit(self, job: Job) -> None:
+        """Run `job` next, in place of any that still waits."""
+        self._waiting = job
+        self._start_next()
+
+    def drop(self) -> None:
+        """Forget the waiting job, and the result of the running one."""
+        self._generation += 1
+        self._waiting = None
+
+    def _start_next(self) -> None:
+        if self._running or self._waiting is None:
+            return
+        job, self._waiting = self._waiting, None
+        self._running = True
+        generation = self._generation
+        self._pool.start(lambda: self._run(generation, job))
+
+    def _run(self, generation: int, job: Job) -> None:
+        result, error = None, None
+        try:
+            result = job()
+        # An exception that leaves a pool thread would end the program; it goes to `failed` instead.
+        except Exception as problem:
+            error = problem
+        self._returned.emit(generation, result, error)
+
+    def _settle(self, generation: int, result: object, error: Exception | None) -> None:
+        self._running = False
+        if generation == self._generation:
+            if error is None:
+                self.done.emit(result)
+            else:
+                self.failed.emit(error)
+        self._start_next()

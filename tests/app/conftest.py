@@ -1,0 +1,140 @@
+"""The editor with a made-up photo and a source that knows its face; no screen, no networks."""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from kogao_app.editor import Editor
+from kogao_app.points import Handle, position
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+from scenes import oval_face, textured_photo
+
+from kogao_core.face import Face
+
+
+class KnownFaces:
+    """A landmark source that finds what it was told."""
+
+    name = "known"
+
+    def __init__(self, *faces: Face) -> None:
+        self.faces = list(faces)
+
+    def find(self, rgb: np.ndarray) -> list[Face]:  # noqa: ARG002
+        return list(self.faces)
+
+
+class Driver:
+    """An editor and the hands of its user."""
+
+    def __init__(self, editor: Editor, qtbot: QtBot) -> None:
+        self.editor, self.qtbot = editor, qtbot
+        self.canvas, self.window = editor.window.canvas, editor.window
+
+    @property
+    def state(self):
+        return self.editor.document.state
+
+    @property
+    def shown(self) -> np.ndarray:
+        """The pixels on screen, at full resolution."""
+        return self.editor.scene.frame.rendering.pixels
+
+    def settle(self) -> None:
+        self.qtbot.waitUntil(lambda: not self.editor.busy, timeout=20_000)
+
+    def open(self, path: Path) -> None:
+        self.editor.dialogs.open(path)
+        self.settle()
+
+    def key(self, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
+        held = Qt.KeyboardModifier.NoModifier
+        for modifier in modifiers:
+            held |= modifier
+        QTest.keyClick(self.window, key, held)
+
+    def on_screen(self, handle: Handle) -> QPoint:
+        return self.canvas.to_screen(position(self.state, handle)).toPoint()
+
+    def press(self, at: QPoint) -> None:
+        QTest.mousePress(self.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
+
+    def move(self, to: QPoint) -> None:
+        QTest.mouseMove(self.canvas.viewport(), to)
+
+    def release(self, at: QPoint) -> None:
+        QTest.mouseRelease(self.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
+
+    def drag(self, start: QPoint, by: QPoint) -> None:
+        self.press(start)
+        for part in (by / 3, by / 2, by):
+            self.move(start + part)
+        self.release(start + by)
+
+    def say(self) -> str:
+        """What the message bar says; empty when it is hidden."""
+        bar = self.window.bar
+        return bar.text.text() if bar.isVisible() else ""
+
+    def take_step(self, words: str) -> None:
+        """Press the button of the message bar that says `words`."""
+        button = next(b for b in self.window.bar.buttons if words in b.text())
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+@pytest.fixture
+def source() -> KnownFaces:
+    return KnownFaces(oval_face())
+
+
+@pytest.fixture
+def pixels() -> np.ndarray:
+    return textured_photo()
+
+
+@pytest.fixture
+def photo(tmp_path: Path, pixels: np.ndarray) -> Path:
+    path = tmp_path / "portrait.png"
+    assert cv2.imwrite(str(path), pixels[..., ::-1])
+    return path
+
+
+@pytest.fixture
+def start(qapp: QApplication, qtbot: QtBot, source: KnownFaces) -> Iterator[Callable[[], Driver]]:
+    """Start an editor; it is closed, and its threads are done, at the end of the test."""
+    editors = []
+
+    def make() -> Driver:
+        editor = Editor(qapp, source)
+        editors.append(editor)
+        editor.window.resize(1100, 760)
+        with qtbot.waitExposed(editor.window):
+            editor.window.show()
+        return Driver(editor, qtbot)
+
+    yield make
+    for editor in editors:
+        editor.close()
+
+
+@pytest.fixture
+def empty(start: Callable[[], Driver]) -> Driver:
+    return start()
+
+
+@pytest.fixture
+def opened(start: Callable[[], Driver], photo: Path) -> Driver:
+    driver = start()
+    driver.open(photo)
+    return driver

@@ -1,0 +1,174 @@
+"""Opening, saving, closing, and what is said when something is wrong."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from scenes import textured_photo
+
+from kogao_core.photo import read
+from kogao_core.pipeline import render
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+def change_something(driver):
+    slider = driver.window.recipe.percent.slider
+    slider.setFocus()
+    QTest.keyClick(slider, Qt.Key.Key_PageUp)
+
+
+def dialog(driver, kind):
+    driver.qtbot.waitUntil(lambda: any(d.isVisible() for d in driver.window.findChildren(kind)))
+    return next(d for d in driver.window.findChildren(kind) if d.isVisible())
+
+
+def save_as(driver, path):
+    asked = dialog(driver, QFileDialog)
+    asked.selectFile(str(path))
+    asked.accept()
+
+
+def test_a_dropped_photo_is_opened(empty, photo):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(photo))])
+    button, modifier = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    enter = QDragEnterEvent(
+        QPointF(300, 300).toPoint(), Qt.DropAction.CopyAction, data, button, modifier
+    )
+    QApplication.sendEvent(empty.window, enter)
+    assert enter.isAccepted()
+    drop = QDropEvent(QPointF(300, 300), Qt.DropAction.CopyAction, data, button, modifier)
+    QApplication.sendEvent(empty.window, drop)
+    empty.settle()
+    assert empty.editor.document.path == photo
+    assert len(empty.state.faces) == 1
+    assert empty.window.windowTitle() == "portrait.png[*] – Kogao"  # noqa: RUF001
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path, dtype):
+    pixels = textured_photo(dtype=dtype)
+    path, copy = tmp_path / "deep.png", tmp_path / "copy.png"
+    assert cv2.imwrite(str(path), pixels[..., ::-1])
+    empty.open(path)
+    change_something(empty)
+    assert empty.window.isWindowModified()
+    empty.key(Qt.Key.Key_S, CONTROL)
+    assert dialog(empty, QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
+    save_as(empty, copy)
+    empty.qtbot.waitUntil(lambda: not empty.window.isWindowModified(), timeout=10_000)
+    expected = render(pixels, empty.state.active, empty.state.recipe).pixels
+    assert expected.dtype == dtype
+    np.testing.assert_array_equal(read(copy).pixels, expected)
+    np.testing.assert_array_equal(read(path).pixels, pixels)
+
+
+def test_the_original_is_never_written_over(opened, photo):
+    before = photo.read_bytes()
+    change_something(opened)
+    opened.editor.files.save(photo)
+    opened.settle()
+    assert "never written over" in opened.say()
+    assert photo.read_bytes() == before
+    opened.take_step("Choose another name")
+    assert dialog(opened, QFileDialog).acceptMode() == QFileDialog.AcceptMode.AcceptSave
+
+
+def test_a_copy_that_cannot_be_written_is_said(opened, tmp_path):
+    opened.editor.files.save(tmp_path / "nowhere" / "copy.png")
+    opened.settle()
+    assert "nowhere" in opened.say()
+
+
+def test_an_unreadable_file_is_said_and_the_last_photo_stays(opened, photo, tmp_path):
+    broken = tmp_path / "broken.jpg"
+    broken.write_bytes(b"\xff\xd8\xff\xe0 not a photo")
+    opened.open(broken)
+    assert "broken.jpg" in opened.say()
+    assert opened.editor.document.path == photo
+    opened.take_step("Open another photo")
+    assert dialog(opened, QFileDialog).fileMode() == QFileDialog.FileMode.ExistingFile
+
+
+def test_without_a_face_the_bar_offers_one_to_place(start, source, photo, pixels):
+    source.faces = []
+    driver = start()
+    driver.open(photo)
+    assert "No face" in driver.say()
+    np.testing.assert_array_equal(driver.shown, pixels)
+    driver.take_step("Place a face")
+    driver.settle()
+    assert [face.source for face in driver.state.faces] == ["manual"]
+    assert driver.editor.scene.placing == 0
+    assert (driver.shown != pixels).any()
+    driver.key(Qt.Key.Key_Z, CONTROL)
+    driver.settle()
+    assert driver.state.faces == ()
+    assert driver.editor.scene.placing is None
+    np.testing.assert_array_equal(driver.shown, pixels)
+
+
+def test_a_source_that_fails_still_lets_a_face_be_placed(start, source, photo):
+    def fail(_):
+        raise RuntimeError("the networks are missing")
+
+    source.find = fail
+    driver = start()
+    driver.open(photo)
+    assert driver.say() == "The networks are missing."
+    driver.take_step("Place a face")
+    assert len(driver.state.faces) == 1
+
+
+def test_find_again_undoes_corrections_as_a_step(opened):
+    change_something(opened)
+    opened.editor.editing.place(lambda: opened.state.faces[0])
+    assert len(opened.state.faces) == 2
+    opened.key(Qt.Key.Key_F, CONTROL)
+    opened.settle()
+    assert len(opened.state.faces) == 1
+    opened.key(Qt.Key.Key_Z, CONTROL)
+    assert len(opened.state.faces) == 2
+
+
+def test_closing_with_changes_asks(opened):
+    change_something(opened)
+    opened.window.close()
+    assert opened.window.isVisible()
+    box = dialog(opened, QMessageBox)
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    assert opened.window.isVisible()
+    opened.window.close()
+    box = dialog(opened, QMessageBox)
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+
+
+def test_closing_can_save_first(opened, tmp_path):
+    change_something(opened)
+    opened.window.close()
+    box = dialog(opened, QMessageBox)
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
+    save_as(opened, tmp_path / "copy.png")
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    assert (tmp_path / "copy.png").is_file()
+
+
+def test_closing_without_changes_just_closes(opened):
+    opened.window.close()
+    assert not opened.window.isVisible()
+    assert not opened.window.findChildren(QMessageBox)
+
+
+def test_the_about_box_names_paper_and_licences(empty):
+    empty.key(Qt.Key.Key_F1)
+    box = dialog(empty, QMessageBox)
+    assert "B-spline" in box.informativeText()
+    assert "Apache-2.0" in box.informativeText()
+    box.close()

@@ -1,0 +1,245 @@
+"""Sliders, keys and points, driven as a user drives them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from kogao_app.points import Handle, corners, position
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+
+from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
+
+LEFT, CHIN = Handle("outline", 0, 3), Handle("outline", 0, 10)
+KEYS = Qt.Key
+
+
+def slider(driver):
+    return driver.window.recipe.percent.slider
+
+
+def test_what_is_shown_is_the_pipelines_result(opened, pixels):
+    expected = render(pixels, opened.state.active, Recipe()).pixels
+    np.testing.assert_array_equal(opened.shown, expected)
+    assert (expected != pixels).any()
+
+
+def test_slider_keys_change_the_result_and_are_one_step_each(opened, pixels):
+    slider(opened).setFocus()
+    for _ in range(3):
+        QTest.keyClick(slider(opened), KEYS.Key_Right)
+    QTest.keyClick(slider(opened), KEYS.Key_PageUp)
+    opened.settle()
+    recipe = opened.state.recipe
+    assert recipe.percent == pytest.approx(4.0 + 3 * 0.1 + 1.0)
+    np.testing.assert_array_equal(opened.shown, render(pixels, opened.state.active, recipe).pixels)
+    assert opened.editor.document.undo.count() == 4
+
+
+def test_a_held_key_is_one_step(opened):
+    slider(opened).setFocus()
+    for _ in range(5):
+        QTest.keyPress(slider(opened), KEYS.Key_Right)
+    assert opened.editor.document.in_gesture
+    assert opened.editor.document.undo.count() == 0
+    QTest.keyRelease(slider(opened), KEYS.Key_Right)
+    assert not opened.editor.document.in_gesture
+    assert opened.editor.document.undo.count() == 1
+    assert opened.editor.document.undo.undoText() == "Warp distance"
+
+
+def test_a_slider_dragged_with_the_mouse_previews_and_commits_once(opened):
+    handle = slider(opened)
+    y = handle.height() // 2
+    begin = round(handle.width() * 40 / 150)
+    QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=QPoint(begin, y))
+    for step in (20, 40, 60):
+        QTest.mouseMove(handle, QPoint(begin + step, y))
+        assert opened.editor.document.in_gesture
+    QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=QPoint(begin + 60, y))
+    assert opened.state.recipe.percent > 5.0
+    assert opened.editor.document.undo.count() == 1
+
+
+def test_a_double_click_resets_a_slider(opened):
+    slider(opened).setFocus()
+    QTest.keyClick(slider(opened), KEYS.Key_End)
+    assert opened.state.recipe.percent == 15.0
+    QTest.mouseDClick(slider(opened), Qt.MouseButton.LeftButton)
+    assert opened.state.recipe.percent == 4.0
+    assert opened.editor.document.undo.count() == 2
+
+
+def test_escape_ends_a_slider_gesture_as_if_it_had_not_been(opened):
+    slider(opened).setFocus()
+    QTest.keyPress(slider(opened), KEYS.Key_End)
+    assert opened.state.recipe.percent == 15.0
+    opened.key(KEYS.Key_Escape)
+    QTest.keyRelease(slider(opened), KEYS.Key_End)
+    opened.settle()
+    assert opened.state.recipe.percent == 4.0
+    assert slider(opened).value() == 40
+    assert opened.editor.document.undo.count() == 0
+
+
+def test_undo_and_redo_bring_results_back(opened):
+    before = opened.shown.copy()
+    slider(opened).setFocus()
+    QTest.keyClick(slider(opened), KEYS.Key_PageUp)
+    opened.settle()
+    after = opened.shown.copy()
+    assert (after != before).any()
+    opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    opened.settle()
+    np.testing.assert_array_equal(opened.shown, before)
+    assert slider(opened).value() == 40
+    control_shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+    opened.key(KEYS.Key_Z, *control_shift)
+    opened.settle()
+    np.testing.assert_array_equal(opened.shown, after)
+
+
+@pytest.mark.parametrize("handle", [LEFT, CHIN, Handle("eye", 0, 2), Handle("mouth", 0, 1)])
+def test_a_dragged_landmark_follows_the_mouse_and_is_one_step(opened, pixels, handle):
+    before = opened.state
+    old = position(before, handle)
+    by = QPoint(-18, 24)
+    opened.drag(opened.on_screen(handle), by)
+    moved = position(opened.state, handle) - old
+    scale = opened.canvas.zoom / opened.canvas.devicePixelRatioF()
+    np.testing.assert_allclose(moved, np.array([by.x(), by.y()]) / scale, atol=1e-6)
+    assert opened.editor.document.undo.count() == 1
+    opened.settle()
+    expected = render(pixels, opened.state.active, opened.state.recipe).pixels
+    np.testing.assert_array_equal(opened.shown, expected)
+    opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert opened.state is before
+
+
+def test_a_dragged_target_stays_until_it_is_made_automatic(opened):
+    target = Handle("target", 0, 10)
+    automatic = position(opened.state, target)
+    # The rings lie close to their dots; with the dots off, none is in the way.
+    opened.key(KEYS.Key_L)
+    opened.drag(opened.on_screen(target), QPoint(0, -20))
+    assert position(opened.state, target)[1] < automatic[1] - 5
+    assert np.isfinite(opened.state.faces[0].targets[10]).all()
+    opened.key(KEYS.Key_Delete)
+    assert opened.state.faces[0].targets is None
+    np.testing.assert_array_equal(position(opened.state, target), automatic)
+
+
+def test_arrows_nudge_the_selected_point(opened):
+    at = opened.on_screen(CHIN)
+    opened.press(at)
+    opened.release(at)
+    assert opened.editor.document.undo.count() == 0
+    old = position(opened.state, CHIN)
+    QTest.keyClick(opened.canvas, KEYS.Key_Right)
+    QTest.keyClick(opened.canvas, KEYS.Key_Up, Qt.KeyboardModifier.ShiftModifier)
+    np.testing.assert_allclose(position(opened.state, CHIN) - old, [1.0, -10.0])
+    assert opened.editor.document.undo.count() == 2
+
+
+def test_escape_lets_go_of_a_point(opened):
+    before = opened.state
+    at = opened.on_screen(LEFT)
+    opened.press(at)
+    opened.move(at + QPoint(30, 10))
+    assert opened.editor.document.in_gesture
+    opened.key(KEYS.Key_Escape)
+    opened.move(at + QPoint(60, 20))
+    opened.release(at + QPoint(60, 20))
+    assert opened.state is before
+    assert opened.editor.document.undo.count() == 0
+
+
+def test_a_handle_is_taken_from_twelve_pixels_away_but_not_from_far(opened):
+    at = opened.on_screen(CHIN)
+    assert opened.canvas.handle_at(QPointF(at + QPoint(0, 11))) == CHIN
+    assert opened.canvas.handle_at(QPointF(at + QPoint(0, 40))) is None
+
+
+def test_clicking_a_candidate_chooses_the_centre(opened):
+    at = opened.on_screen(Handle("centre", 0, 2))
+    opened.press(at)
+    opened.release(at)
+    assert opened.state.recipe.center == 3
+    buttons = [b for b in opened.window.recipe.centre.buttons if b.isChecked()]
+    assert [b.text() for b in buttons] == ["3"]
+
+
+def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
+    panel = opened.window.recipe
+    QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
+    panel.lattice.slider.setFocus()
+    QTest.keyClick(panel.lattice.slider, KEYS.Key_End)
+    QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
+    panel.choices["fit"].setFocus()
+    QTest.keyClick(panel.choices["fit"], KEYS.Key_Down)
+    QTest.keyClick(panel.threshold.slider, KEYS.Key_End)
+    panel.guard.click()
+    opened.settle()
+    wanted = Recipe(center=4, lattice=4.0, fit="approximation", threshold_px=2.0, guard=False)
+    assert opened.state.recipe == wanted
+    expected = render(pixels, opened.state.active, wanted).pixels
+    np.testing.assert_array_equal(opened.shown, expected)
+    assert opened.editor.document.undo.count() == 5
+
+
+def test_a_face_switched_off_stays_as_it_was(opened, pixels):
+    item = opened.window.faces.list.item(0)
+    assert item.checkState() == Qt.CheckState.Checked
+    opened.window.faces.list.setFocus()
+    opened.window.faces.list.setCurrentItem(item)
+    QTest.keyClick(opened.window.faces.list, KEYS.Key_Space)
+    opened.settle()
+    np.testing.assert_array_equal(opened.shown, pixels)
+    opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    opened.settle()
+    assert (opened.shown != pixels).any()
+    assert item.checkState() == Qt.CheckState.Checked
+
+
+def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
+    opened.key(KEYS.Key_P, Qt.KeyboardModifier.ControlModifier)
+    face = opened.editor.scene.placing
+    assert face == 1
+    before = opened.state.faces[face]
+    # Only the frame, so that no single point of the face below is in the way.
+    for key in (KEYS.Key_L, KEYS.Key_T, KEYS.Key_C):
+        opened.key(key)
+    middle = opened.canvas.to_screen(corners(before).mean(axis=0)).toPoint()
+    opened.drag(middle, QPoint(30, -20))
+    moved = opened.state.faces[face]
+    shift = moved.points - before.points
+    np.testing.assert_allclose(shift, np.broadcast_to(shift[0], shift.shape), atol=1e-9)
+    assert shift[0, 0] > 5
+    assert shift[0, 1] < -5
+    corner = opened.canvas.to_screen(corners(moved)[2]).toPoint()
+    opened.drag(corner, QPoint(40, 40))
+    assert opened.state.faces[face].frame.spacing_px > 1.1 * moved.frame.spacing_px
+    np.testing.assert_allclose(
+        np.linalg.norm(np.diff(opened.state.faces[face].outline, axis=0), axis=1).mean()
+        / opened.state.faces[face].frame.spacing_px,
+        1.0,
+    )
+    opened.take_step("It fits")
+    assert opened.editor.scene.placing is None
+
+
+def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
+    frames = []
+    opened.editor.live.drawn.connect(frames.append)
+    slider(opened).setFocus()
+    QTest.keyClick(slider(opened), KEYS.Key_Right)
+    opened.settle()
+    assert frames[0].rendering.recipe.interpolation == "bilinear"
+    assert frames[-1].rendering.recipe == opened.state.recipe
+    assert frames[-1].rendering.recipe.interpolation == "cubic"
+    assert dataclasses.replace(frames[0].rendering.recipe, interpolation="cubic") == Recipe(
+        percent=4.1
+    )

@@ -1,0 +1,55 @@
+"""``kogao --screenshot`` and its exit codes."""
+
+from __future__ import annotations
+
+import cv2
+import pytest
+from kogao_app.__main__ import main
+
+pytestmark = pytest.mark.usefixtures("qapp")
+
+
+@pytest.fixture
+def shot(tmp_path):
+    return tmp_path / "window.png"
+
+
+def run(source, *arguments):
+    return main([str(argument) for argument in arguments], source)
+
+
+def test_a_picture_of_the_window_with_all_overlays(source, photo, shot):
+    assert run(source, photo, "--screenshot", shot, "--size", "1000x700", "--theme", "light") == 0
+    picture = cv2.imread(str(shot))
+    assert picture.shape == (700, 1000, 3)
+    # Okabe and Ito's sky blue and purple: landmarks and the lattice were drawn.
+    for colour in ((233, 180, 86), (167, 121, 204)):
+        assert (abs(picture.astype(int) - colour).max(axis=2) < 24).any()
+
+
+def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys):
+    assert run(source, tmp_path / "none.jpg", "--screenshot", shot) == 3
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    assert "none.jpg" in lines[0]
+    assert not shot.exists()
+
+
+def test_no_face_ends_with_4_and_still_shows_the_window(source, photo, shot, capsys):
+    source.faces = []
+    assert run(source, photo, "--screenshot", shot) == 4
+    assert "no face" in capsys.readouterr().err
+    assert shot.is_file()
+
+
+def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, capsys):
+    assert run(source, photo, "--screenshot", tmp_path / "nowhere" / "window.png") == 3
+    assert "can't be written" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("wrong", [["--size", "big"], ["--theme", "pink"], ["a.jpg", "--sample"]])
+def test_a_wrong_call_ends_with_2(source, wrong, capsys):
+    with pytest.raises(SystemExit) as stop:
+        run(source, *wrong)
+    assert stop.value.code == 2
+    assert "usage" in capsys.readouterr().err
