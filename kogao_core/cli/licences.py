@@ -20,6 +20,7 @@ DEPENDENCIES: Final = (
     "Pillow",
     "pyqtgraph",
     "PySide6-Essentials",
+    "threadpoolctl",
 )
 _BROUGHT_ALONG: Final = ("shiboken6", "colorama")
 _UNNAMED: Final = "see its documentation"

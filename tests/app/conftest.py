@@ -126,6 +126,7 @@ def start(qapp: QApplication, qtbot: QtBot, source: KnownFaces) -> Iterator[Call
     yield make
     for editor in editors:
         editor.close()
+        editor.window.deleteLater()
 
 
 @pytest.fixture
