@@ -53,8 +53,10 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     editor.window.show()
     if options.photo is not None:
         editor.files.open(options.photo)
-    else:
+    elif options.sample:
         editor.files.open_sample()
+    else:
+        editor.files.welcome()
     code = app.exec()
     return code if shot is None else shot.finish()
 

@@ -103,9 +103,9 @@ class Document(QObject):
         return None if self.photo is None else Path(self.photo.path)
 
     def open(self, photo: Photo, pyramid: Pyramid) -> None:
-        """Begin with another photo; the recipe stays."""
+        """Begin with another photo and the default recipe."""
         self.photo, self.pyramid = photo, pyramid
-        self._state = self._committed = State(recipe=self._committed.recipe)
+        self._state = self._committed = State()
         self.undo.clear()
         self.opened.emit()
         self.changed.emit()

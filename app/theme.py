@@ -147,10 +147,11 @@ def _sheet(theme: Theme) -> str:
     QSlider::sub-page:horizontal:disabled, QSlider::handle:horizontal:disabled {{
         background: {theme.muted};
     }}
-    QFrame[bar="true"] {{
-        background: {theme.raised}; border: 1px solid {theme.line};
-        border-left: 4px solid {theme.warning}; border-radius: 4px;
+    QFrame[bar] {{
+        background: {theme.raised}; border: 1px solid {theme.line}; border-radius: 4px;
     }}
+    QFrame[bar="wrong"] {{ border-left: 4px solid {theme.warning}; }}
+    QFrame[bar="hint"] {{ border-left: 4px solid {theme.accent}; }}
     QScrollArea, QListWidget {{ border: none; background: {theme.window}; }}
     QListWidget::item {{ padding: 4px; border-radius: 4px; }}
     QStatusBar {{ border-top: 1px solid {theme.line}; }}

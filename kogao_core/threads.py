@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from functools import cache
-from threading import Lock
-from typing import Any, Final
 
 import threadpoolctl
 
@@ -26,42 +23,13 @@ def pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="kogao-warp")
 
 
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
+def one_blas_thread() -> AbstractContextManager[object]:
     """Keep BLAS to one thread inside the ``with`` block.
 
     Our matrices are small: a second BLAS thread costs more than it brings, and where the machine
-    is busy a hundred times more, because it spins while it waits. It also rounds otherwise, which
-    can change a pixel. The limit is the whole program's, so blocks that overlap in several threads
-    share it: the first sets it, the last lifts it.
+    is busy a hundred times more, because it spins while it waits.
     """
-    _LIMIT.enter()
-    try:
-        yield
-    finally:
-        _LIMIT.leave()
-
-
-class _SharedLimit:
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._users = 0
-        self._limit: Any = None
-
-    def enter(self) -> None:
-        with self._lock:
-            if self._users == 0:
-                self._limit = _controller().limit(limits=1, user_api="blas")
-            self._users += 1
-
-    def leave(self) -> None:
-        with self._lock:
-            self._users -= 1
-            if self._users == 0:
-                self._limit.restore_original_limits()
-
-
-_LIMIT: Final = _SharedLimit()
+    return _controller().limit(limits=1, user_api="blas")  # type: ignore[no-any-return]
 
 
 @cache

@@ -25,6 +25,8 @@ TILE_WIDTH_PX: Final = 256
 TILE_HEIGHT_PX: Final = 128
 _MARGIN_PX: Final = 256  # source pixels kept round a tile; doubled while a pull is longer
 _KERNEL_REACH_PX: Final = 8
+# OpenBLAS multiplies rows x depth x columns of this many with more than one thread.
+_ONE_BLAS_THREAD: Final = 2**18 - 1
 _FLAGS: Final[dict[Interpolation, int]] = {
     "bilinear": cv2.INTER_LINEAR,
     "cubic": cv2.INTER_CUBIC,
@@ -203,7 +205,7 @@ class _LatticeMap:
             phi[..., 0] += grid.nodes_px(first_i, bx.shape[1], 0) - origin[0]
             phi[..., 1] += (grid.nodes_px(first_j, by.shape[1], 1) - origin[1])[:, None]
         planes = np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
-        return np.asarray(by @ planes @ bx.T, np.float32)
+        return _product(by @ planes, bx.T)
 
     def _axis_weights(self, start_px: int, stop_px: int, axis: int) -> tuple[int, Float32]:
         # Tiles of a row or column share their weights; threads may at worst compute them twice.
@@ -214,6 +216,19 @@ class _LatticeMap:
             np.put_along_axis(weights, (cells - cells[0])[:, None] + np.arange(ORDER), values, 1)
             self._weights[key] = int(cells[0]) - 1, weights
         return self._weights[key]
+
+
+def _product(left: Float32, right: Float32) -> Float32:
+    """Multiply in blocks of rows so small that BLAS keeps them in one thread.
+
+    Otherwise the bits, and with them a pixel, would depend on how many threads BLAS has just then.
+    """
+    result = np.empty((*left.shape[:-1], right.shape[1]), np.float32)
+    step = max(1, _ONE_BLAS_THREAD // right.size)
+    for top in range(0, left.shape[-2], step):
+        rows = slice(top, top + step)
+        np.matmul(left[:, rows], right, out=result[:, rows])
+    return result
 
 
 def _axis(lattice: Lattice, size_px: int, axis: int) -> tuple[npt.NDArray[np.int64], Float32]:

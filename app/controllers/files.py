@@ -93,14 +93,25 @@ class Files(QObject):
         self.working.emit(tr("Opening {name}…", name=path.name))
         self._reading.submit(lambda: _read(path))
 
-    def open_sample(self) -> None:
-        """Open the portrait that travels with the program."""
+    def open_sample(self) -> bool:
+        """Open the portrait that travels with the program; return whether it is there."""
         try:
             path = assets.path(SAMPLE)
         except assets.AssetMissing as problem:
             self._not_opened(problem)
-        else:
-            self.open(path)
+            return False
+        self.open(path)
+        return True
+
+    def welcome(self) -> None:
+        """Open the sample and say what to try."""
+        if self.open_sample():
+            lines = (
+                tr("Move the slider “Warp distance”: the face gets smaller."),
+                tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
+                tr("Hold \\ to see the photo as it was."),
+            )
+            self.said.emit(Message("\n".join(lines), (self._open_step(),), wrong=False))
 
     def _opened(self, opened: tuple[Photo, Pyramid]) -> None:
         self._document.open(*opened)
@@ -152,7 +163,7 @@ class Files(QObject):
         text = tr(
             "Drag the frame onto the face; a corner turns and sizes it. Then drag single points."
         )
-        self.said.emit(Message(text, (done,)))
+        self.said.emit(Message(text, (done,), wrong=False))
 
     # -- saving ----------------------------------------------------------------------------------
 
@@ -198,7 +209,7 @@ class Files(QObject):
         self.said.emit(Message(text, (Step(tr("Choose another name…"), self.wants_save.emit),)))
 
     def _open_step(self) -> Step:
-        return Step(tr("Open another photo…"), self.wants_open.emit)
+        return Step(tr("Open a photo…"), self.wants_open.emit)
 
 
 def _read(path: Path) -> tuple[Photo, Pyramid]:

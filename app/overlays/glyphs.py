@@ -43,7 +43,7 @@ def lines(
     """Draw segments in `colour`, inside a dark case unless they are many."""
     pens = (QPen(CASE, width + 1.6), QPen(colour, width))
     for pen in pens if case else pens[1:]:
-        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
         painter.setPen(pen)
         painter.drawLines(list(segments))
 

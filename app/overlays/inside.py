@@ -24,8 +24,8 @@ _ARROW_GAIN: Final = 3.0
 _LEAST_ARROW_PX: Final = 4.0
 # A control point reaches the two cells on either side of it.
 _REACH: Final = 2
-# Regions are outlined on every second px of the screen: a quarter of the work, nothing to see.
-_SAMPLE_PX: Final = 2
+# Regions are outlined on every third px of the screen: a ninth of the work, nothing to see.
+_SAMPLE_PX: Final = 3
 
 
 class _FrameOverlay(Overlay):
@@ -111,9 +111,8 @@ class Domains(_FrameOverlay):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for name, path in regions.items():
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            for pen in (QPen(glyphs.CASE, 2.6), QPen(glyphs.DOMAINS[name], 1.4)):
-                painter.setPen(pen)
-                painter.drawPath(path)
+            painter.setPen(QPen(glyphs.DOMAINS[name], 1.4))
+            painter.drawPath(path)
 
 
 class Folds(_FrameOverlay):
@@ -129,7 +128,7 @@ class Folds(_FrameOverlay):
             painter.setPen(QPen(glyphs.FOLD, 1.4))
             painter.setBrush(fill)
             painter.drawRect(cell)
-            glyphs.warning(painter, cell.center())
+            glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
 
 
 def _regions(
@@ -164,7 +163,7 @@ def _outline(mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
     contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     path = QPainterPath()
     for contour in contours:
-        smooth = cv2.approxPolyDP(contour, 0.9, closed=True).reshape(-1, 2)
+        smooth = cv2.approxPolyDP(contour, 0.6, closed=True).reshape(-1, 2)
         path.addPolygon(QPolygonF([QPointF(x, y) for x, y in to_screen(smooth).tolist()]))
         path.closeSubpath()
     return path

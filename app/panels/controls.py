@@ -140,6 +140,7 @@ class ValueSlider(QWidget):
         name.setBuddy(self.slider)
         self._value = QLabel()
         self.note = muted_label()
+        self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         top = QHBoxLayout()
         top.addWidget(name)

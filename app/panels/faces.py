@@ -42,7 +42,7 @@ class FacesPanel(QWidget):
         column = column_of(self, margin=8)
         column.addWidget(title)
         column.addWidget(self.list)
-        self.setFixedWidth(136)
+        self.setFixedWidth(160)
 
     def open(self, photo: Pyramid) -> None:
         """Take thumbnails from another photo."""

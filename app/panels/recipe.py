@@ -148,6 +148,7 @@ class RecipePanel(QWidget):
     def _choice(self, field: str, title: str, options: list[tuple[str, str]]) -> QComboBox:
         box = QComboBox()
         box.setAccessibleName(title)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         for text, value in options:
             box.addItem(text, value)
@@ -271,7 +272,7 @@ def _centre_tip(number: int) -> str:
 
 def _fits() -> list[tuple[str, str]]:
     return [
-        (tr("Exact: through every target"), "exact"),
+        (tr("Exact: on every target"), "exact"),
         (tr("Approximation: the paper's"), "approximation"),
         (tr("Multilevel: refined steps"), "multilevel"),
     ]

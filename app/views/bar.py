@@ -22,10 +22,11 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What the bar says, and the steps it offers."""
+    """What the bar says, the steps it offers, and whether something went wrong."""
 
     text: str
     steps: tuple[Step, ...] = ()
+    wrong: bool = True
 
 
 class MessageBar(QFrame):
@@ -33,7 +34,6 @@ class MessageBar(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("bar", "true")
         self.setAccessibleName(tr("Message"))
         self.text = QLabel()
         self.text.setWordWrap(True)
@@ -49,6 +49,8 @@ class MessageBar(QFrame):
         """Show a message in place of the last one."""
         self.clear()
         self.text.setText(message.text)
+        self.setProperty("bar", "wrong" if message.wrong else "hint")
+        self.style().polish(self)
         self.setAccessibleDescription(message.text)
         for step in message.steps:
             self._add(step.text, step.act)

@@ -11,6 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 from scenes import textured_photo
 
+from kogao_core import assets
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 
@@ -92,7 +93,7 @@ def test_an_unreadable_file_is_said_and_the_last_photo_stays(opened, photo, tmp_
     opened.open(broken)
     assert "broken.jpg" in opened.say()
     assert opened.editor.document.path == photo
-    opened.take_step("Open another photo")
+    opened.take_step("Open a photo")
     assert dialog(opened, QFileDialog).fileMode() == QFileDialog.FileMode.ExistingFile
 
 
@@ -172,3 +173,20 @@ def test_the_about_box_names_paper_and_licences(empty):
     assert "B-spline" in box.informativeText()
     assert "Apache-2.0" in box.informativeText()
     box.close()
+
+
+def test_a_first_start_shows_the_sample_and_what_to_try(empty):
+    empty.editor.files.welcome()
+    empty.settle()
+    assert empty.editor.document.path.name == "average.jpg"
+    assert len(empty.say().splitlines()) == 3
+
+
+def test_a_missing_sample_is_said(empty, monkeypatch):
+    def missing(name):
+        raise assets.AssetMissing(f"{name} is not in this installation")
+
+    monkeypatch.setattr(assets, "path", missing)
+    empty.editor.files.welcome()
+    assert "average.jpg is not in this installation" in empty.say()
+    assert empty.editor.document.photo is None

@@ -5,11 +5,8 @@ from __future__ import annotations
 import threading
 
 import pytest
-import threadpoolctl
 from kogao_app.workers import Lane
 from PySide6.QtCore import QThreadPool
-
-from kogao_core.threads import one_blas_thread
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -67,21 +64,3 @@ def test_an_exception_is_delivered(qtbot, lane):
         lane.submit(fail)
     assert str(caught.args[0]) == "no good"
     assert not lane.busy
-
-
-def blas_threads() -> set[int]:
-    info = threadpoolctl.threadpool_info()
-    return {library["num_threads"] for library in info if library["user_api"] == "blas"}
-
-
-def test_overlapping_renders_keep_blas_to_one_thread_until_the_last_is_done():
-    # Preview, whole photo and saving overlap; a second BLAS thread rounds otherwise.
-    with threadpoolctl.threadpool_limits(limits=2, user_api="blas"):
-        before = blas_threads()
-        first, second = one_blas_thread(), one_blas_thread()
-        first.__enter__()
-        second.__enter__()
-        first.__exit__(None, None, None)
-        assert blas_threads() == {1}
-        second.__exit__(None, None, None)
-        assert blas_threads() == before

@@ -1,11 +1,15 @@
 """Tiles against a slow literal loop, every depth, and bytes that must not change."""
 
+import contextlib
+
 import cv2
 import numpy as np
 import pytest
+import threadpoolctl
 from scenes import oval_face, textured_photo
 from test_lattice import literal_eq_1
 
+from kogao_core import pipeline
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.warp import TILE_WIDTH_PX, Canvas
@@ -166,3 +170,15 @@ def test_an_image_smaller_than_a_tile_and_one_just_larger():
         photo = textured_photo(width, 40)
         face = oval_face(width, 40, center=(width - 3.0, 20.0), size=0.5)
         assert render(photo, [face], Recipe(percent=8)).pixels.shape == photo.shape
+
+
+def test_bytes_do_not_depend_on_how_many_threads_blas_has(monkeypatch):
+    # threadpoolctl obeys only one Python thread at a time: workers can't rely on its limit.
+    monkeypatch.setattr(pipeline, "one_blas_thread", contextlib.nullcontext)
+    photo, face, recipe = textured_photo(), oval_face(), Recipe(percent=5.0)
+    results = []
+    for threads in (1, 2, 4):
+        with threadpoolctl.threadpool_limits(limits=threads, user_api="blas"):
+            results.append(render(photo, [face], recipe).pixels)
+    np.testing.assert_array_equal(results[1], results[0])
+    np.testing.assert_array_equal(results[2], results[0])
