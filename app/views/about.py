@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from kogao_core import __version__
+from kogao_core.cli import licences
 
 from ..i18n import tr
 
@@ -18,6 +19,7 @@ def about_box(parent: QWidget) -> QMessageBox:
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(tr("Kogao {version}, an exact small-face editor", version=__version__))
     box.setInformativeText("\n\n".join((_paper(), _licences())))
+    box.setDetailedText(licences.text())
     box.setStandardButtons(QMessageBox.StandardButton.Close)
     return box
 
@@ -31,6 +33,5 @@ def _paper() -> str:
 
 def _licences() -> str:
     return tr(
-        "Kogao: Apache-2.0. Face networks of MediaPipe: Apache-2.0. Qt and PySide6: LGPL-3.0. "
-        "OpenCV: Apache-2.0. NumPy: BSD-3-Clause. Pillow: MIT-CMU. PyQtGraph: MIT."
+        "Licensed under Apache-2.0. The details name everything it is built on and its licence."
     )

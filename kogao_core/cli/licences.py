@@ -29,27 +29,31 @@ _UNNAMED: Final = "see its documentation"
 @click.command("licenses")
 def command() -> None:
     """Print the licences of the program, its dependencies and its assets."""
-    click.echo(f"Kogao {kogao_core.__version__}: {OWN}\n\nDependencies")
-    for name in (*DEPENDENCIES, *_BROUGHT_ALONG):
-        click.echo(f"  {_dependency(name)}")
-    click.echo("\nAssets")
+    click.echo(text())
+
+
+def text() -> str:
+    """Return the licences of the program, its dependencies and its assets, for people to read."""
+    lines = [f"Kogao {kogao_core.__version__}: {OWN}", "", "Dependencies"]
+    lines += [f"  {_dependency(name)}" for name in (*DEPENDENCIES, *_BROUGHT_ALONG)]
+    lines += ["", "Assets"]
     for asset in manifest():
-        click.echo(f"  {asset['file']}: {asset['licence']}; {asset['from']}")
         wheel = asset["wheel"]
-        click.echo(
+        lines.append(f"  {asset['file']}: {asset['licence']}; {asset['from']}")
+        lines.append(
             f"    {asset['what']}; taken from {wheel['project']} {wheel['version']} "
             f"({wheel['licence']})"
         )
-    click.echo(_samples())
+    return "\n".join([*lines, _samples()])
 
 
 def manifest() -> list[dict[str, Any]]:
     """Return the entries of the asset manifest; none where it isn't installed."""
     try:
-        text = assets.path("assets.json").read_text(encoding="utf-8")
+        stored = assets.path("assets.json").read_text(encoding="utf-8")
     except assets.AssetMissing:
         return []
-    entries: list[dict[str, Any]] = json.loads(text)["assets"]
+    entries: list[dict[str, Any]] = json.loads(stored)["assets"]
     return entries
 
 
@@ -63,9 +67,9 @@ def _dependency(name: str) -> str:
 
 def _licence(about: metadata.PackageMetadata) -> str:
     for field in ("License-Expression", "License"):  # the second is a whole licence in some
-        for text in about.get_all(field) or []:
-            if text.strip():
-                return str(text).strip().splitlines()[0]
+        for stated in about.get_all(field) or []:
+            if stated.strip():
+                return str(stated).strip().splitlines()[0]
     classifiers = about.get_all("Classifier") or []
     names = [line.rsplit(" :: ", 1)[-1] for line in classifiers if line.startswith("License ::")]
     return ", ".join(names) or _UNNAMED
@@ -73,7 +77,7 @@ def _licence(about: metadata.PackageMetadata) -> str:
 
 def _samples() -> str:
     try:
-        text = assets.path("samples/ATTRIBUTION.md").read_text(encoding="utf-8")
+        attribution = assets.path("samples/ATTRIBUTION.md").read_text(encoding="utf-8")
     except assets.AssetMissing:
         return "\nNo sample portraits in this installation."
-    return "\n" + text.strip()
+    return "\n" + attribution.strip()

@@ -172,6 +172,8 @@ def test_the_about_box_names_paper_and_licences(empty):
     box = dialog(empty, QMessageBox)
     assert "B-spline" in box.informativeText()
     assert "Apache-2.0" in box.informativeText()
+    for named in ("MediaPipe", "PySide6", "Face Research Lab London Set"):
+        assert named in box.detailedText()
     box.close()
 
 
