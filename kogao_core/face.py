@@ -16,10 +16,6 @@ from kogao_core.geometry import Affine, Array, Image, frozen
 OUTLINE_POINTS: Final = 21
 
 
-class FaceNotFound(LookupError):
-    """No face was found; the message says what the user can do next."""
-
-
 @dataclass(frozen=True, slots=True)
 class Frame:
     """Where a face's lattice is anchored and what its spacing is measured in.

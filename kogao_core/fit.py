@@ -138,7 +138,10 @@ def approximate(problem: Problem) -> Lattice:
     landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
     ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4).
     """
-    support = _Support(problem)
+    return _approximated(problem, _Support(problem))
+
+
+def _approximated(problem: Problem, support: _Support) -> Lattice:
     w2 = support.weights**2
     own = support.weights / w2.sum(axis=(1, 2), keepdims=True)
     total = np.bincount(support.nodes.ravel(), w2.ravel(), support.size)
@@ -185,7 +188,7 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     both = list(zip(problems, supports, strict=True))
     own_nodes = [np.unique(support.nodes[: problem.movers]) for problem, support in both]
     design = np.hstack([s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)])
-    effort = np.sqrt(sum((approximate(problem).phi ** 2).sum() for problem in problems))
+    effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
     solution = _ridge_solution(design, pulls, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []

@@ -136,7 +136,6 @@ class _Job:
     def __init__(self, source: Image, result: Image, field: Field, flag: int) -> None:
         self.source, self.result, self.flag, self.field = source, result, flag, field
         self.image = Box.of(source)
-        self.fade_px = field.fade_px
         self.maps = [_LatticeMap(lattice, self.image) for lattice in field.lattices]
         self.margin_px = _MARGIN_PX
         longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
@@ -145,13 +144,12 @@ class _Job:
 
     def resembles(self, other: _Job) -> bool:
         """Return True when equal control points give equal bytes in both jobs."""
-        same = self.flag == other.flag and self.fade_px == other.fade_px
-        grids = [lattice.grid for lattice in self.field.lattices]
-        return (
-            same
-            and self.margin_px == other.margin_px
-            and grids == [lattice.grid for lattice in other.field.lattices]
-        )
+        return self._terms == other._terms
+
+    @property
+    def _terms(self) -> tuple[object, ...]:
+        grids = tuple(lattice.grid for lattice in self.field.lattices)
+        return self.flag, self.margin_px, self.field.fade_px, grids
 
     def run(self, box: Box) -> None:
         view = box.grown(self.margin_px).clipped(self.image)
@@ -168,19 +166,22 @@ class _Job:
 
     def _map(self, box: Box, origin: tuple[int, int]) -> Float32:
         """Return where each pixel of `box` is read, relative to `origin`: (2, height, width)."""
-        if self.fade_px > 0.0 or not self.maps:
+        if self.field.fade_px > 0.0 or not self.maps:
             return self._faded_map(box, origin)
+        # Always the first lattice: which one carries the identity decides how that is rounded.
         first, *others = self.maps
         total = first.on(box, origin)
         for other in others:
-            total += other.on(box)
+            if other.reaches(box):
+                total += other.on(box)
         return total
 
     def _faded_map(self, box: Box, origin: tuple[int, int]) -> Float32:
         total = np.zeros((2, box.height, box.width), np.float32)
         for lattice_map in self.maps:
-            total += lattice_map.on(box)
-        total *= fade(np.hypot(total[0], total[1]), self.fade_px)
+            if lattice_map.reaches(box):
+                total += lattice_map.on(box)
+        total *= fade(np.hypot(total[0], total[1]), self.field.fade_px)
         total[0] += np.arange(box.left, box.right) - origin[0]
         total[1] += (np.arange(box.top, box.bottom) - origin[1])[:, None]
         return total
@@ -193,6 +194,11 @@ class _LatticeMap:
         self.lattice = lattice
         self._axes = [_axis(lattice, size, k) for k, size in enumerate((image.right, image.bottom))]
         self._weights: dict[tuple[int, int, int], tuple[int, Float32]] = {}
+
+    def reaches(self, box: Box) -> bool:
+        """Return False when the pull on `box` is all zeros, which needn't be added."""
+        left, top, right, bottom = self.lattice.reach_px
+        return left < box.right and box.left < right and top < box.bottom and box.top < bottom
 
     def on(self, box: Box, origin: tuple[int, int] | None = None) -> Float32:
         """Return the pull on `box`, or with `origin` the absolute map seen from there."""
