@@ -15,12 +15,13 @@ from kogao_core.recipe import LOSSLESS_PX, DomainName, Recipe
 
 Mask = npt.NDArray[np.bool_]
 NAMES: Final[tuple[DomainName, ...]] = ("image", "control-points", "threshold")
+_LARGEST_CELL_PX: Final = 96  # smaller cells are bounded more tightly
 _STRIP_PX: Final = 256  # rows evaluated at a time: bounds the memory of a mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """The active cells of one lattice, shape (J, I), and its pixel columns and rows.
+    """The active cells of one lattice, shape (J + 3, I + 3), and its pixel columns and rows.
 
     A lattice cell owns the pixel centres in ``[origin + h i, origin + h (i + 1))``.
     """
@@ -103,15 +104,20 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
 
     ``control-points`` keeps every cell that a non-zero control point reaches: 4 x 4 of them, not
     the 3 x 3 of section 4.1, which leaves a seam. ``threshold`` keeps the cells in which a pixel
-    could move by more than T, the field's own or the lossless one: by the convex hull property, no
-    pixel moves further than the longest pull of its cell's control points.
+    could move by more than T, the field's own or the lossless one; large cells are cut up first.
     """
+    if name != "threshold":
+        return Domain(name, image, tuple(Cells(a, a.reached) for a in field.lattices))
     # Neighbours' pulls add up, so each face may only use up its share of the threshold; a little
     # less, because single precision may round a pull up.
     least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
-    bound = least_px if name == "threshold" else 0.0
-    cells = tuple(Cells(lattice, lattice.cell_bound_px > bound) for lattice in field.lattices)
-    return Domain(name, image, cells)
+    return Domain(name, image, tuple(_moving(lattice, least_px) for lattice in field.lattices))
+
+
+def _moving(lattice: Lattice, least_px: float) -> Cells:
+    while lattice.grid.spacing_px > _LARGEST_CELL_PX:
+        lattice = lattice.refined()
+    return Cells(lattice, lattice.bound_px > least_px)
 
 
 def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) -> Mask:

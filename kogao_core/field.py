@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from kogao_core.geometry import Array
 from kogao_core.lattice import Lattice
+from kogao_core.shield import NO_SHIELD, Shield
 from kogao_core.targets import Pairs
 
 
@@ -24,10 +25,18 @@ class Field:
     fade_px : float
         Displacements shorter than this vanish and come back smoothly until twice as long
         (section 4.2 without its step); 0 leaves the spline as it is.
+    shield : Shield
+        Hard edges towards which the displacement fades out.
     """
 
     lattices: tuple[Lattice, ...]
     fade_px: float = 0.0
+    shield: Shield = NO_SHIELD
+
+    @property
+    def is_plain(self) -> bool:
+        """True when the displacement is the spline and nothing else."""
+        return self.fade_px <= 0.0 and not self.shield.strokes
 
     def at(self, points_px: npt.ArrayLike) -> Array:
         """Return the displacement at points of shape (N, 2), px."""
@@ -35,19 +44,28 @@ class Field:
         pull: Array = np.zeros_like(points)
         for lattice in self.lattices:
             pull += lattice.at(points)
-        return pull * fade(np.hypot(pull[:, 0], pull[:, 1]), self.fade_px)[:, None]
+        factor, _ = self.shield.at(points)
+        return pull * (factor * fade(np.hypot(pull[:, 0], pull[:, 1]), self.fade_px))[:, None]
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
         pull = self._spline(xs_px, ys_px)
-        return np.asarray(pull * fade(np.hypot(pull[0], pull[1]), self.fade_px))
+        if self.is_plain:
+            return pull
+        factor, _ = self.shield.on_grid(xs_px, ys_px)
+        return np.asarray(pull * factor * fade(np.hypot(pull[0], pull[1]), self.fade_px))
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold."""
         along_x = self._spline(xs_px, ys_px, dx=True)
         along_y = self._spline(xs_px, ys_px, dy=True)
-        if self.fade_px > 0.0:
-            along_x, along_y = self._faded_slopes(self._spline(xs_px, ys_px), along_x, along_y)
+        if not self.is_plain:
+            pull = self._spline(xs_px, ys_px)
+            if self.fade_px > 0.0:
+                along_x, along_y = self._faded_slopes(pull, along_x, along_y)
+                pull = pull * fade(np.hypot(pull[0], pull[1]), self.fade_px)
+            factor, (rise_x, rise_y) = self.shield.on_grid(xs_px, ys_px)
+            along_x, along_y = factor * along_x + rise_x * pull, factor * along_y + rise_y * pull
         return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
 
     def _spline(

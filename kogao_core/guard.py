@@ -7,7 +7,7 @@ from typing import Final
 
 from kogao_core.field import Field
 from kogao_core.lattice import groups
-from kogao_core.one_to_one import certify, check_one_to_one, fade_is_safe
+from kogao_core.one_to_one import certify, check_one_to_one, edges_are_safe, shield_is_safe
 
 # Between samples det J can be a little smaller than at them, so measured fields keep a distance.
 LEAST_MEASURED_DET: Final = 0.05
@@ -18,8 +18,9 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     """Scale the pulls of faces that would fold, and refuse a fade that would.
 
     A lattice that stands alone is held back until it is proven one-to-one; faces whose lattices
-    reach into each other are held back together, until proven or at least measured so. A fade is
-    kept only where it is proven harmless; without it the lossless threshold holds.
+    reach into each other are held back together, until proven or at least measured so. Beside a
+    shield the proof is needed in any case. A fade is kept only where it is proven harmless;
+    without it the lossless threshold holds.
 
     Parameters
     ----------
@@ -35,12 +36,12 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     """
     shares = [1.0] * len(field.lattices)
     for group in groups(field.lattices):
-        part = Field(tuple(field.lattices[k] for k in group))
+        part = Field(tuple(field.lattices[k] for k in group), shield=field.shield)
         share = _largest_safe_share(part)
         for k in group:
             shares[k] = share
     held = _scaled(field, shares)
-    if not fade_is_safe(held):
+    if not edges_are_safe(held):
         held = dataclasses.replace(held, fade_px=0.0)
     return held, tuple(shares)
 
@@ -61,8 +62,9 @@ def _largest_safe_share(field: Field) -> float:
 def _safe(field: Field) -> bool:
     if certify(field):
         return True
-    alone = len(field.lattices) == 1
-    return not alone and check_one_to_one(field).min_det >= LEAST_MEASURED_DET
+    if len(field.lattices) == 1 or not shield_is_safe(field):
+        return False
+    return check_one_to_one(field).min_det >= LEAST_MEASURED_DET
 
 
 def _scaled(field: Field, shares: list[float]) -> Field:

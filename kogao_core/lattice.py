@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.bezier import cells_along
 from kogao_core.geometry import Array
 
 ORDER = 4  # control points per axis that reach a point: cubic
@@ -132,7 +133,7 @@ class Lattice:
         """
         bx = self.grid.matrix(xs_px, self.first[0], self.shape[1], 0, slope=dx)
         by = self.grid.matrix(ys_px, self.first[1], self.shape[0], 1, slope=dy)
-        return np.stack([by @ self.phi[..., c] @ bx.T for c in (0, 1)])
+        return np.asarray(by @ np.ascontiguousarray(self.phi.transpose(2, 0, 1)) @ bx.T)
 
     def window(self, first: tuple[int, int], shape: tuple[int, int]) -> Array:
         """Cut `shape` (rows, columns) control points from node `first`; zeros outside."""
@@ -168,18 +169,28 @@ class Lattice:
         return np.asarray(np.hypot(self.phi[..., 0], self.phi[..., 1]))
 
     @cached_property
-    def cell_bound_px(self) -> Array:
-        """Upper bound of the pull in each cell, shape (J + 3, I + 3), px (convex hull property).
+    def bezier(self) -> Array:
+        """Bezier points of the pull in each cell that a stored node reaches, px.
 
-        Entry [0, 0] is the cell of index ``first - 2``: the first that a stored node reaches.
+        Shape (J + 3, I + 3, 2, 4, 4): cells, component, rows along y; entry [0, 0] is `first_cell`.
         """
-        padded = np.pad(self.magnitude_px, ORDER - 1)
-        views = np.lib.stride_tricks.sliding_window_view(padded, (ORDER, ORDER))
-        return np.asarray(views.max(axis=(2, 3)))
+        return np.moveaxis(cells_along(cells_along(self.phi, 1), 0), 3, 4)
+
+    @cached_property
+    def bound_px(self) -> Array:
+        """Upper bound of the pull in each cell, shape (J + 3, I + 3), px (convex hull property)."""
+        return np.asarray(np.sqrt((self.bezier**2).sum(axis=2).max(axis=(2, 3))))
+
+    @cached_property
+    def reached(self) -> npt.NDArray[np.bool_]:
+        """The cells that a non-zero control point reaches, shape (J + 3, I + 3)."""
+        stored = np.pad(self.phi.any(axis=2), ORDER - 1)
+        rows = stored[:-3] | stored[1:-2] | stored[2:-1] | stored[3:]
+        return np.asarray(rows[:, :-3] | rows[:, 1:-2] | rows[:, 2:-1] | rows[:, 3:])
 
     @property
     def first_cell(self) -> tuple[int, int]:
-        """Cell index (i, j) of ``cell_bound_px[0, 0]``."""
+        """Index (i, j) of the first cell that a stored node reaches."""
         return self.first[0] - 2, self.first[1] - 2
 
     @property

@@ -14,9 +14,11 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.bezier import halves
 from kogao_core.field import Field
 from kogao_core.geometry import Array
-from kogao_core.lattice import ORDER, Lattice, groups
+from kogao_core.lattice import Lattice, groups
+from kogao_core.shield import Shield
 
 # Choi and Lee (2000): control points that move less than this many spacings can't fold a lattice.
 INJECTIVE_BOUND: Final = 0.48
@@ -24,9 +26,6 @@ SAMPLES_PER_CELL: Final = 8
 _HALVINGS: Final = 2
 # The fade f(|d|) d has slope (f I + f' |d| u u') D; f + f' |d| is largest at |d| = 1.64 T.
 _FADE_STRETCH: Final = 2.972
-
-# One segment of a uniform cubic B-spline as a Bezier curve.
-_TO_BEZIER: Final = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +40,15 @@ class OneToOne:
         True when no determinant anywhere, sampled or not, can be 0 or less.
     folded_cells : tuple of (left, top, width, height)
         Lattice cells with a sampled determinant <= 0, px.
+    edges_proven : bool
+        False when the fade of a threshold or of a shield could fold in bands thinner than the
+        samples: then positive samples say little. The guard lets no such field pass.
     """
 
     min_det: float
     certified: bool
     folded_cells: tuple[tuple[float, float, float, float], ...]
+    edges_proven: bool = True
 
     @property
     def folds(self) -> bool:
@@ -63,12 +66,13 @@ def check_one_to_one(field: Field) -> OneToOne:
         i0, j0 = lattice.first_cell
         for j, i in np.argwhere(det <= 0.0).tolist():
             folded.append((ox + h * (i0 + i), oy + h * (j0 + j), h, h))
-    return OneToOne(lowest, lowest > 0.0 and certify(field), tuple(folded))
+    certified = lowest > 0.0 and certify(field)
+    return OneToOne(lowest, certified, tuple(folded), certified or edges_are_safe(field))
 
 
 def _sampled_det(field: Field, lattice: Lattice) -> Array:
     """Return the smallest sampled det J of each cell of `lattice`, shape of its cells."""
-    (i0, j0), (rows, columns) = lattice.first_cell, lattice.cell_bound_px.shape
+    (i0, j0), (rows, columns) = lattice.first_cell, lattice.reached.shape
     steps = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
     h, (ox, oy) = lattice.grid.spacing_px, lattice.grid.origin_px
     xs = ox + h * ((i0 + np.arange(columns))[:, None] + steps).ravel()
@@ -84,20 +88,67 @@ def certify(field: Field) -> bool:
     Where faces' lattices reach into each other there is a proof only while all slopes together
     stay below 1.
     """
-    if not fade_is_safe(field):
+    if not edges_are_safe(field):
         return False
     for group in groups(field.lattices):
         lattices = [field.lattices[k] for k in group]
         if len(group) == 1 and not _lattice_is_safe(lattices[0]):
             return False
-        if len(group) > 1 and sum(_steepest(_bezier(a), a) for a in lattices) >= 1.0:
+        if len(group) > 1 and sum(_steepest(bezier_cells(a), a) for a in lattices) >= 1.0:
             return False
     return True
 
 
 def _lattice_is_safe(lattice: Lattice) -> bool:
     short = INJECTIVE_BOUND * lattice.grid.spacing_px
-    return float(lattice.magnitude_px.max()) < short or lower_bound(lattice) > 0.0
+    if float(lattice.magnitude_px.max()) < short:
+        return True
+    cells = bezier_cells(lattice)
+    # A displacement whose slope is below 1 can't fold; most cells are settled so.
+    return lower_bound(cells[_slope_bounds(cells, lattice) >= 1.0], lattice) > 0.0
+
+
+def edges_are_safe(field: Field) -> bool:
+    """Return True when neither fade nor shield can fold what doesn't fold without them."""
+    return fade_is_safe(field) and shield_is_safe(field)
+
+
+def shield_is_safe(field: Field) -> bool:
+    """Return True when the field's shield is proven harmless.
+
+    The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't
+    fold while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work.
+    """
+    if not field.shield.strokes:
+        return True
+    stretch = _FADE_STRETCH if field.fade_px > 0.0 else 1.0
+    return all(
+        sum(_shielded_slope(field.lattices[k], field.shield, stretch) for k in group) < 1.0
+        for group in groups(field.lattices)
+    )
+
+
+def _shielded_slope(lattice: Lattice, shield: Shield, stretch: float) -> float:
+    """Bound ``m stretch |D| + |d| |grad(m)|`` over the cells near the shield."""
+    fine = lattice.refined().refined()
+    near = fine.reached & _cells_in(fine, shield.boxes_px)
+    side, corner = fine.grid.spacing_px, np.add(fine.first_cell, np.argwhere(near)[:, ::-1])
+    centers = np.asarray(fine.grid.origin_px + side * (corner + 0.5))
+    factor, steepest = shield.bounds(centers, float(np.sqrt(0.5)) * side)
+    slopes = factor * stretch * _slope_bounds(fine.bezier[near], fine)
+    return float((slopes + steepest * fine.bound_px[near]).max(initial=0.0))
+
+
+def _cells_in(lattice: Lattice, boxes_px: Array) -> npt.NDArray[np.bool_]:
+    """Return the cells that meet one of the boxes (left, top, right, bottom)."""
+    rows, columns = lattice.reached.shape
+    x = lattice.grid.nodes_px(lattice.first_cell[0], columns + 1, 0)
+    y = lattice.grid.nodes_px(lattice.first_cell[1], rows + 1, 1)
+    inside = np.zeros((rows, columns), bool)
+    for left, top, right, bottom in boxes_px:
+        across = (x[1:] > left) & (x[:-1] < right)
+        inside |= ((y[1:] > top) & (y[:-1] < bottom))[:, None] & across
+    return inside
 
 
 def fade_is_safe(field: Field) -> bool:
@@ -111,7 +162,7 @@ def fade_is_safe(field: Field) -> bool:
         return True
     for group in groups(field.lattices):
         fine = [field.lattices[k].refined().refined() for k in group]
-        cells = [_bezier(lattice) for lattice in fine]
+        cells = [bezier_cells(lattice) for lattice in fine]
         if len(group) == 1:
             cells = [_within(cells[0], 2.0 * field.fade_px)]
         slope = sum(_steepest(bezier, a) for bezier, a in zip(cells, fine, strict=True))
@@ -130,19 +181,29 @@ def _within(bezier: Array, length_px: float) -> Array:
 
 
 def _steepest(bezier: Array, lattice: Lattice) -> float:
-    """Bound the slope of the pull over cells, px per px."""
-    along_x, along_y = _slopes(bezier, lattice)
-    entries = [np.abs(slope).max(axis=(2, 3)) for slope in (along_x, along_y)]
-    return float(np.sqrt(sum((entry**2).sum(axis=1) for entry in entries)).max(initial=0.0))
+    return float(_slope_bounds(bezier, lattice).max(initial=0.0))
 
 
-def lower_bound(lattice: Lattice) -> float:
-    """Return a number that no det J of the lattice's field falls below.
+def _slope_bounds(bezier: Array, lattice: Lattice) -> Array:
+    """Bound the slope of the pull in each cell, px per px."""
+    entries = [np.abs(slope).max(axis=(2, 3)) for slope in _slopes(bezier, lattice)]
+    return np.asarray(np.sqrt(sum((entry**2).sum(axis=1) for entry in entries)))
+
+
+def lower_bound(bezier: Array, lattice: Lattice) -> float:
+    """Return a number that no det J falls below in these cells.
 
     In each cell det J is a polynomial of degree 5 x 5; in Bernstein form it is nowhere smaller
     than its smallest coefficient. Cells that this doesn't settle are quartered.
+
+    Parameters
+    ----------
+    bezier : array of shape (N, 2, 4, 4)
+        Cells, from `bezier_cells`.
+    lattice : Lattice
+        Whose cells.
     """
-    coefficients = _det_bernstein(lattice)  # of the cells where anything moves; elsewhere it is 1
+    coefficients = _det_bernstein(bezier, lattice)
     bound = coefficients.min(axis=(1, 2))
     settled = float(bound[bound > 0.0].min(initial=1.0))
     for _ in range(_HALVINGS):
@@ -152,19 +213,17 @@ def lower_bound(lattice: Lattice) -> float:
     return min(settled, float(bound.min(initial=1.0)))
 
 
-def _det_bernstein(lattice: Lattice) -> Array:
+def _det_bernstein(bezier: Array, lattice: Lattice) -> Array:
     """Return the Bernstein coefficients of det J in cells, shape (cells, 6, 6), rows along y."""
-    along_x, along_y = _slopes(_bezier(lattice), lattice)
+    along_x, along_y = _slopes(bezier, lattice)
     return np.asarray(
         _product(1.0 + along_x[:, 0], 1.0 + along_y[:, 1]) - _product(along_x[:, 1], along_y[:, 0])
     )
 
 
-def _bezier(lattice: Lattice) -> Array:
-    """Return the Bezier control points of the pull in every cell that isn't zero: (N, 2, 4, 4)."""
-    phi = np.pad(lattice.phi, ((ORDER - 1,) * 2, (ORDER - 1,) * 2, (0, 0)))
-    blocks = np.lib.stride_tricks.sliding_window_view(phi, (ORDER, ORDER), axis=(0, 1))
-    return np.asarray(_TO_BEZIER @ blocks[lattice.cell_bound_px > 0.0] @ _TO_BEZIER.T)
+def bezier_cells(lattice: Lattice) -> Array:
+    """Return the Bezier points of the pull in every cell that isn't zero, shape (N, 2, 4, 4)."""
+    return np.asarray(lattice.bezier[lattice.reached])
 
 
 def _slopes(bezier: Array, lattice: Lattice) -> tuple[Array, Array]:
@@ -190,11 +249,6 @@ def _binomials(shape: tuple[int, ...]) -> Array:
 
 def _quartered(coefficients: Array) -> Array:
     """Split each cell in four by de Casteljau's algorithm, shape (4 N, rows, columns)."""
-    left, right = (half @ coefficients for half in _halves(coefficients.shape[1]))
+    left, right = (half @ coefficients for half in halves(coefficients.shape[1]))
     stacked = np.concatenate([left, right])
-    return np.concatenate([stacked @ half.T for half in _halves(coefficients.shape[2])])
-
-
-def _halves(count: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    left = np.array([[comb(j, i) / 2.0**j for i in range(count)] for j in range(count)])
-    return left, left[::-1, ::-1]
+    return np.concatenate([stacked @ half.T for half in halves(coefficients.shape[2])])

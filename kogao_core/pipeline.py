@@ -16,6 +16,7 @@ from kogao_core.guard import hold_back
 from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import DomainName, Recipe
+from kogao_core.shield import shield_of
 from kogao_core.targets import Pairs, aim
 from kogao_core.threads import one_blas_thread
 from kogao_core.timing import Stopwatch
@@ -119,7 +120,7 @@ def render(
             pairs = tuple(aim(face, recipe) for face in faces)
         with watch.lap("lattice"):
             lattices = fit(pairs, [face.frame for face in faces], recipe, protection)
-            pull = Field(lattices, domains.fade_of(recipe))
+            pull = Field(lattices, domains.fade_of(recipe), shield_of(protection))
         with watch.lap("guard"):
             pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
         with watch.lap("domain"):

@@ -1,6 +1,7 @@
 """What must not move, folded into the field: landmarks whose target is themselves.
 
-The field stays one spline, so nothing ghosts or tears at the edge of a protected place.
+The field stays one spline, so nothing ghosts or tears at the edge of a protected place. A hard edge
+nearer to the face than the lattice can tell apart also gets a feather: `shield`.
 """
 
 from __future__ import annotations
@@ -25,18 +26,23 @@ class Stroke:
         Corners of the line; a single one is a dot.
     radius_px : float
         Half the width of the brush; 0 protects the line alone.
+    feather_px : float
+        Over this distance beside the stroke the displacement fades to exactly nothing on it; 0
+        only asks the fit to leave the place alone.
     """
 
     points_px: Array
     radius_px: float = 0.0
+    feather_px: float = 0.0
 
     def __post_init__(self) -> None:
         """Freeze the points and refuse broken strokes."""
         object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
         if not len(self.points_px) or np.isnan(self.points_px).any():
             raise ValueError("a stroke needs at least one finite point")
-        if not 0.0 <= self.radius_px < np.inf:
-            raise ValueError(f"radius_px must be 0 or more, got {self.radius_px!r}")
+        for name in ("radius_px", "feather_px"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be 0 or more, got {getattr(self, name)!r}")
 
     def samples_px(self, step_px: float) -> Array:
         """Return points along the line and across its width, at most `step_px` apart, (M, 2)."""
@@ -81,22 +87,25 @@ class Protection:
 
     def mapped(self, transform: Affine) -> Protection:
         """Return the strokes carried along by a similarity transform of their image."""
-        return Protection(
-            tuple(
-                Stroke(transform(s.points_px), s.radius_px * transform.scale) for s in self.strokes
-            )
+        scale = transform.scale
+        strokes = (
+            Stroke(transform(s.points_px), s.radius_px * scale, s.feather_px * scale)
+            for s in self.strokes
         )
+        return Protection(tuple(strokes))
 
-    def with_stroke(self, points_px: npt.ArrayLike, radius_px: float = 0.0) -> Protection:
+    def with_stroke(
+        self, points_px: npt.ArrayLike, radius_px: float = 0.0, feather_px: float = 0.0
+    ) -> Protection:
         """Return the protection with one more stroke."""
-        stroke = Stroke(np.asarray(points_px, np.float64), radius_px)
+        stroke = Stroke(np.asarray(points_px, np.float64), radius_px, feather_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the strokes as plain JSON values."""
         strokes = [
-            {"points": stroke.points_px.tolist(), "radius": stroke.radius_px}
-            for stroke in self.strokes
+            {"points": s.points_px.tolist(), "radius": s.radius_px, "feather": s.feather_px}
+            for s in self.strokes
         ]
         return {"strokes": strokes}
 

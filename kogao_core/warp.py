@@ -1,29 +1,36 @@
-"""Backward resampling into a result, in place and in fixed tiles.
+"""Backward resampling into a result, in place and in fixed blocks.
 
-A pixel's bytes depend only on the source, the control points near it and its tile's fixed place,
-never on which other tiles are worked on: a partial update equals a full one bit for bit.
+A pixel's bytes depend only on the source, the control points near it and its block's fixed place,
+never on which other blocks are worked on: a partial update equals a full one bit for bit.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.domain import Cells, Domain
+from kogao_core.domain import Cells, Domain, Mask
 from kogao_core.field import Field, fade
 from kogao_core.geometry import Box, Image
-from kogao_core.lattice import ORDER, Lattice, basis
+from kogao_core.lattice import ORDER, Grid, Lattice, basis
 from kogao_core.recipe import Interpolation
 from kogao_core.threads import default_threads, pool
 
-TILE_WIDTH_PX: Final = 256
-TILE_HEIGHT_PX: Final = 128
-_MARGIN_PX: Final = 256  # source pixels kept round a tile; doubled while a pull is longer
+BLOCK_WIDTH_PX: Final = 64  # what is worked on or left alone
+BLOCK_HEIGHT_PX: Final = 128
+SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
+_SMALL_IMAGE_PX: Final = 2_000_000
+SPAN_PX: Final = 256  # columns whose map is one matrix product
+# Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
+# own, which get in the way of ours.
+_CALL_PX: Final = 2**16
+_THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
+_MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a pull is longer
 _KERNEL_REACH_PX: Final = 8
 # OpenBLAS multiplies rows x depth x columns of this many with more than one thread.
 _ONE_BLAS_THREAD: Final = 2**18 - 1
@@ -36,11 +43,10 @@ _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
 
 Float32 = npt.NDArray[np.float32]
-Tile = tuple[int, int]  # (row, column) in the tile grid
 
 
 class Canvas:
-    """A result buffer over one source; tiles that are no longer warped get their source back.
+    """A result buffer over one source; blocks no longer warped get their source back.
 
     Parameters
     ----------
@@ -58,55 +64,63 @@ class Canvas:
         self.source = source
         self.image = Box.of(source)
         self.pixels = np.array(source, order="C")
-        self._warped: set[Tile] = set()
+        small = self.image.area <= _SMALL_IMAGE_PX
+        self._block = (SMALL_BLOCK_HEIGHT_PX if small else BLOCK_HEIGHT_PX), BLOCK_WIDTH_PX
+        self.strip_px = _CALL_PX // self._block[0]
+        shape = [-(-a // b) for a, b in zip(source.shape, self._block, strict=False)]
+        self._warped: Mask = np.zeros(shape, bool)
         self._job: _Job | None = None
 
     def pull(
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
-        """Resample the tiles of `domain` from the source; return the boxes that may differ now."""
-        active = self._tiles(domain)
-        job = _Job(self.source, self.pixels, field, _FLAGS[interpolation])
-        stale, kept = self._warped - active, self._warped & active
+        """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
+        active = self._blocks(domain)
+        job = _Job(self, field, _FLAGS[interpolation], self._job)
+        stale, todo = self._warped & ~active, active
         if self._job is not None and job.resembles(self._job):
-            todo = active - (kept - self._touched(_changes(self._job.field, field)))
-        else:
-            todo = active
-        for tile in stale:
-            rows, columns = self._box(tile).slices
-            self.pixels[rows, columns] = self.source[rows, columns]
-        _spread(job, [self._box(tile) for tile in sorted(todo)], threads or default_threads())
+            todo = active & ~(self._warped & ~self._touched(_changes(self._job.field, field)))
+        given_back, redone = self._runs(stale), self._runs(todo)
+        for box in given_back:
+            self.pixels[box.slices] = self.source[box.slices]
+        _spread(job, redone, threads or default_threads())
         self._warped, self._job = active, job
-        return [self._box(tile) for tile in sorted(todo | stale)]
+        return redone + given_back
 
-    def _tiles(self, domain: Domain) -> set[Tile]:
+    def _blocks(self, domain: Domain) -> Mask:
         if domain.name == "image":
-            return {(row, column) for row, column in np.ndindex(self._tile_counts)}
+            return np.ones_like(self._warped)
         return self._touched(domain.cells)
 
-    @property
-    def _tile_counts(self) -> tuple[int, int]:
-        return -(-self.image.height // TILE_HEIGHT_PX), -(-self.image.width // TILE_WIDTH_PX)
-
-    def _touched(self, regions: Iterable[Cells]) -> set[Tile]:
-        """Return the tiles that share a pixel with an active cell."""
-        rows, columns = self._tile_counts
-        hit = np.zeros((rows, columns), bool)
+    def _touched(self, regions: Iterable[Cells]) -> Mask:
+        """Return the blocks that share a pixel with an active cell."""
+        rows, columns = self._warped.shape
+        hit = np.zeros_like(self._warped)
         for cells in regions:
-            over_rows = _overlaps(cells.edges_px(1), rows, TILE_HEIGHT_PX, self.image.height)
-            over_columns = _overlaps(cells.edges_px(0), columns, TILE_WIDTH_PX, self.image.width)
+            over_rows = _overlaps(cells.edges_px(1), rows, self._block[0], self.image.height)
+            over_columns = _overlaps(cells.edges_px(0), columns, self._block[1], self.image.width)
             hit |= over_rows @ cells.active @ over_columns.T
-        return {(row, column) for row, column in np.argwhere(hit).tolist()}
+        return hit
 
-    def _box(self, tile: Tile) -> Box:
-        top, left = tile[0] * TILE_HEIGHT_PX, tile[1] * TILE_WIDTH_PX
-        return Box(left, top, left + TILE_WIDTH_PX, top + TILE_HEIGHT_PX).clipped(self.image)
+    def _runs(self, blocks: Mask) -> list[Box]:
+        """Return the boxes of neighbouring blocks in a row, cut where strips end."""
+        (height, width), image = self._block, self.image
+        boxes = []
+        for row in np.flatnonzero(blocks.any(axis=1)).tolist():
+            top, bottom = row * height, min((row + 1) * height, image.bottom)
+            edges = width * np.flatnonzero(np.diff(blocks[row], prepend=False, append=False))
+            for left, end in edges.reshape(-1, 2).tolist():
+                right = left
+                while right < end:
+                    left, right = right, min(end, (right // self.strip_px + 1) * self.strip_px)
+                    boxes.append(Box(left, top, min(right, image.right), bottom))
+        return boxes
 
 
 def _changes(before: Field, after: Field) -> list[Cells]:
     """Return the cells whose control points differ; the fields' grids are equal."""
     changes = [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
-    return [Cells(change, change.cell_bound_px > 0.0) for change in changes]
+    return [Cells(change, change.reached) for change in changes]
 
 
 def _check(source: Image) -> None:
@@ -120,23 +134,25 @@ def _check(source: Image) -> None:
         raise ValueError("the image is empty")
 
 
-def _overlaps(
-    edges_px: npt.NDArray[np.int64], tiles: int, size_px: int, end_px: int
-) -> npt.NDArray[np.bool_]:
-    """Return which cells (columns) share pixels with which tiles (rows) along one axis."""
-    start = np.arange(tiles)[:, None] * size_px
+def _overlaps(edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int) -> Mask:
+    """Return which cells (columns) share pixels with which blocks (rows) along one axis."""
+    start = np.arange(blocks)[:, None] * size_px
     end = np.minimum(start + size_px, end_px)
     low, high = edges_px[:-1], edges_px[1:]
     return np.asarray((low < end) & (high > start) & (low < high))
 
 
 class _Job:
-    """One warp: everything its tiles share."""
+    """One warp: everything its runs of blocks share."""
 
-    def __init__(self, source: Image, result: Image, field: Field, flag: int) -> None:
-        self.source, self.result, self.flag, self.field = source, result, flag, field
-        self.image = Box.of(source)
-        self.maps = [_LatticeMap(lattice, self.image) for lattice in field.lattices]
+    def __init__(self, canvas: Canvas, field: Field, flag: int, before: _Job | None) -> None:
+        self.source, self.result, self.image = canvas.source, canvas.pixels, canvas.image
+        self.strip_px, self.field, self.flag = canvas.strip_px, field, flag
+        known = {m.lattice.grid: m.axes for m in before.maps} if before is not None else {}
+        self.maps: list[_LatticeMap] = [
+            _LatticeMap(lattice, known.get(lattice.grid) or _axes(lattice.grid, self.image))
+            for lattice in field.lattices
+        ]
         self.margin_px = _MARGIN_PX
         longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
         while self.margin_px < longest + _KERNEL_REACH_PX:
@@ -149,114 +165,142 @@ class _Job:
     @property
     def _terms(self) -> tuple[object, ...]:
         grids = tuple(lattice.grid for lattice in self.field.lattices)
-        return self.flag, self.margin_px, self.field.fade_px, grids
+        field = self.field
+        return self.flag, self.margin_px, field.fade_px, field.shield.strokes, grids
 
-    def run(self, box: Box) -> None:
-        view = box.grown(self.margin_px).clipped(self.image)
-        map_x, map_y = self._map(box, (view.left, view.top))
-        rows, columns = box.slices
+    def run(self, box: Box, buffer: Float32) -> None:
+        """Resample `box`, a run of blocks; `buffer` has room for the map of a strip."""
+        left = box.left // self.strip_px * self.strip_px
+        strip = Box(left, box.top, left + self.strip_px, box.bottom).clipped(self.image)
+        view = strip.grown(self.margin_px).clipped(self.image)
+        spans = Box(
+            box.left // SPAN_PX * SPAN_PX,
+            box.top,
+            min(-(-box.right // SPAN_PX) * SPAN_PX, self.image.right),
+            box.bottom,
+        )
+        total = buffer[: 2 * spans.area].reshape(2, spans.height, spans.width)
+        self._map(strip, spans, (view.left, view.top), total)
+        columns = slice(box.left - spans.left, box.right - spans.left)
         cv2.remap(
             self.source[view.slices],
-            map_x,
-            map_y,
+            total[0, :, columns],
+            total[1, :, columns],
             self.flag,
-            dst=self.result[rows, columns],
+            dst=self.result[box.slices],
             borderMode=cv2.BORDER_REPLICATE,
         )
 
-    def _map(self, box: Box, origin: tuple[int, int]) -> Float32:
-        """Return where each pixel of `box` is read, relative to `origin`: (2, height, width)."""
-        if self.field.fade_px > 0.0 or not self.maps:
-            return self._faded_map(box, origin)
-        # Always the first lattice: which one carries the identity decides how that is rounded.
-        first, *others = self.maps
-        total = first.on(box, origin)
-        for other in others:
-            if other.reaches(box):
-                total += other.on(box)
-        return total
-
-    def _faded_map(self, box: Box, origin: tuple[int, int]) -> Float32:
-        total = np.zeros((2, box.height, box.width), np.float32)
-        for lattice_map in self.maps:
+    def _map(self, strip: Box, box: Box, origin: tuple[int, int], total: Float32) -> None:
+        """Write to `total` where each pixel of `box` is read, relative to `origin`."""
+        plain = self.field.is_plain and self.maps
+        if plain:
+            # Always the first lattice: which one carries the identity decides how that is rounded.
+            self.maps[0].on(strip, box, total, origin)
+        else:
+            total[:] = 0.0
+        for lattice_map in self.maps[1:] if plain else self.maps:
             if lattice_map.reaches(box):
-                total += lattice_map.on(box)
-        total *= fade(np.hypot(total[0], total[1]), self.field.fade_px)
-        total[0] += np.arange(box.left, box.right) - origin[0]
-        total[1] += (np.arange(box.top, box.bottom) - origin[1])[:, None]
-        return total
+                extra = np.empty_like(total)
+                lattice_map.on(strip, box, extra)
+                total += extra
+        if not plain:
+            xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
+            factor, _ = self.field.shield.on_grid(xs, ys)
+            total *= factor * fade(np.hypot(total[0], total[1]), self.field.fade_px)
+            total[0] += xs - origin[0]
+            total[1] += (ys - origin[1])[:, None]
 
 
 class _LatticeMap:
-    """Eq. (1) at every pixel of a tile, as two small matrix products in single precision."""
+    """Eq. (1) at every pixel of a run, as small matrix products in single precision."""
 
-    def __init__(self, lattice: Lattice, image: Box) -> None:
-        self.lattice = lattice
-        self._axes = [_axis(lattice, size, k) for k, size in enumerate((image.right, image.bottom))]
-        self._weights: dict[tuple[int, int, int], tuple[int, Float32]] = {}
+    def __init__(self, lattice: Lattice, axes: Sequence[_Axis]) -> None:
+        self.lattice, self.axes = lattice, axes
 
     def reaches(self, box: Box) -> bool:
         """Return False when the pull on `box` is all zeros, which needn't be added."""
         left, top, right, bottom = self.lattice.reach_px
         return left < box.right and box.left < right and top < box.bottom and box.top < bottom
 
-    def on(self, box: Box, origin: tuple[int, int] | None = None) -> Float32:
-        """Return the pull on `box`, or with `origin` the absolute map seen from there."""
-        first_i, bx = self._axis_weights(box.left, box.right, 0)
-        first_j, by = self._axis_weights(box.top, box.bottom, 1)
-        phi = self.lattice.window((first_i, first_j), (by.shape[1], bx.shape[1]))
+    def on(self, strip: Box, box: Box, out: Float32, origin: tuple[int, int] | None = None) -> None:
+        """Write the pull on `box`, whole spans of `strip`, or with `origin` the map from there.
+
+        Products have the same shape whatever the box: BLAS may round another shape otherwise.
+        """
+        along_x, along_y = self.axes
+        first_i, last_i = along_x.nodes(strip.left, strip.right)
+        first_j, by = along_y.weights(box.top, box.bottom)
+        phi = self.lattice.window((first_i, first_j), (by.shape[1], last_i - first_i))
         if origin is not None:
             # Linear precision: nodes that hold their own coordinates reproduce the identity map.
             grid = self.lattice.grid
-            phi[..., 0] += grid.nodes_px(first_i, bx.shape[1], 0) - origin[0]
-            phi[..., 1] += (grid.nodes_px(first_j, by.shape[1], 1) - origin[1])[:, None]
-        planes = np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
-        return _product(by @ planes, bx.T)
-
-    def _axis_weights(self, start_px: int, stop_px: int, axis: int) -> tuple[int, Float32]:
-        # Tiles of a row or column share their weights; threads may at worst compute them twice.
-        key = (start_px, stop_px, axis)
-        if key not in self._weights:
-            cells, values = (part[start_px:stop_px] for part in self._axes[axis])
-            weights = np.zeros((len(cells), int(cells[-1] - cells[0]) + ORDER), np.float32)
-            np.put_along_axis(weights, (cells - cells[0])[:, None] + np.arange(ORDER), values, 1)
-            self._weights[key] = int(cells[0]) - 1, weights
-        return self._weights[key]
+            phi[..., 0] += grid.nodes_px(first_i, phi.shape[1], 0) - origin[0]
+            phi[..., 1] += (grid.nodes_px(first_j, phi.shape[0], 1) - origin[1])[:, None]
+        rows = by @ np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
+        for left in range(box.left, box.right, SPAN_PX):
+            right = min(left + SPAN_PX, box.right)
+            first, bx = along_x.weights(left, right)
+            part = rows[:, :, first - first_i : first - first_i + bx.shape[1]]
+            _multiply(part, bx.T, out[:, :, left - box.left : right - box.left])
 
 
-def _product(left: Float32, right: Float32) -> Float32:
+def _multiply(left: Float32, right: Float32, out: Float32) -> None:
     """Multiply in blocks of rows so small that BLAS keeps them in one thread.
 
     Otherwise the bits, and with them a pixel, would depend on how many threads BLAS has just then.
     """
-    result = np.empty((*left.shape[:-1], right.shape[1]), np.float32)
     step = max(1, _ONE_BLAS_THREAD // right.size)
     for top in range(0, left.shape[-2], step):
         rows = slice(top, top + step)
-        np.matmul(left[:, rows], right, out=result[:, rows])
-    return result
+        np.matmul(left[:, rows], right, out=out[:, rows])
 
 
-def _axis(lattice: Lattice, size_px: int, axis: int) -> tuple[npt.NDArray[np.int64], Float32]:
-    """Return the cell of every pixel along an axis and its four weights, eq. (2)."""
-    cells, s = lattice.grid.locate(np.arange(size_px), axis)
-    return cells, basis(s).astype(np.float32)
+class _Axis:
+    """The cell of every pixel along an axis and its four weights, eq. (2)."""
+
+    def __init__(self, grid: Grid, size_px: int, axis: int) -> None:
+        self._cells, s = grid.locate(np.arange(size_px), axis)
+        self._values = basis(s).astype(np.float32)
+        self._weights: dict[int, tuple[int, Float32]] = {}
+
+    def nodes(self, start_px: int, stop_px: int) -> tuple[int, int]:
+        """Return the first node that reaches these pixels, and the one after the last."""
+        return int(self._cells[start_px]) - 1, int(self._cells[stop_px - 1]) + ORDER - 1
+
+    def weights(self, start_px: int, stop_px: int) -> tuple[int, Float32]:
+        """Return the first node and a matrix of the weights of all, shape (pixels, nodes)."""
+        # Runs share their weights; threads may at worst compute them twice.
+        known = self._weights.get(start_px)
+        if known is None:
+            first, end = self.nodes(start_px, stop_px)
+            weights = np.zeros((stop_px - start_px, end - first), np.float32)
+            places = (self._cells[start_px:stop_px] - 1 - first)[:, None] + np.arange(ORDER)
+            np.put_along_axis(weights, places, self._values[start_px:stop_px], 1)
+            known = self._weights[start_px] = first, weights
+        return known
 
 
-def _spread(job: _Job, boxes: Iterable[Box], threads: int) -> None:
-    # Each thread takes the next tile when it is done with one; a future per tile costs more than
-    # the tile.
+def _axes(grid: Grid, image: Box) -> tuple[_Axis, _Axis]:
+    return _Axis(grid, image.right, 0), _Axis(grid, image.bottom, 1)
+
+
+def _spread(job: _Job, boxes: Sequence[Box], threads: int) -> None:
+    # Each thread takes the next run when it is done with one; a future per run costs more than
+    # the run.
     waiting = deque(boxes)
+    threads = min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX)
 
     def work() -> None:
+        buffer = np.empty(2 * _CALL_PX, np.float32)
         while True:
             try:
                 box = waiting.popleft()
             except IndexError:
                 return
-            job.run(box)
+            job.run(box, buffer)
 
-    helpers = [pool(threads).submit(work) for _ in range(min(threads, len(waiting)) - 1)]
+    helpers = [pool(threads).submit(work) for _ in range(threads - 1)]
     work()
     for helper in helpers:
         helper.result()

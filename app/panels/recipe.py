@@ -217,6 +217,8 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
     if check.folds:
         cells = len(check.folded_cells)
         return tr("⚠ folds in {n} cells, J ≥ {det:.2f}", n=cells, det=det), False
+    if not check.edges_proven:
+        return tr("⚠ thin folds at the threshold can't be ruled out, J ≥ {det:.2f}", det=det), False
     if kept < 1.0:
         text = tr("⚠ held back to {n:.0f} % of the move, J ≥ {det:.2f}", n=100 * kept, det=det)
         return text, False

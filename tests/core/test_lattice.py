@@ -112,15 +112,39 @@ def test_refined_lattice_is_the_same_field(lattice, points):
     np.testing.assert_allclose(lattice.refined().at(points), lattice.at(points), atol=1e-12)
 
 
-def test_cell_bound_holds_and_is_zero_outside(lattice, points):
+def test_cell_bound_holds_is_tight_and_is_zero_outside(lattice, points):
     length = np.hypot(*lattice.at(points).T)
     column, _ = lattice.grid.locate(points[:, 0], 0)
     row, _ = lattice.grid.locate(points[:, 1], 1)
-    first, bound = lattice.first_cell, lattice.cell_bound_px
+    first, bound = lattice.first_cell, lattice.bound_px
+    assert bound.max() < 1.5 * length.max()
     for k, pull in enumerate(length):
         i, j = column[k] - first[0], row[k] - first[1]
         inside = 0 <= j < bound.shape[0] and 0 <= i < bound.shape[1]
         assert pull <= (bound[j, i] if inside else 0.0) + 1e-12
+
+
+def test_bezier_form_is_the_same_field(lattice):
+    """The Bezier form evaluated with Bernstein's polynomials is the spline."""
+    s = np.linspace(0.0, 1.0, 5)
+    bernstein = np.stack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3], axis=1)
+    j, i = 4, 6
+    cell = bernstein @ lattice.bezier[j, i] @ bernstein.T
+    x, y = (
+        lattice.grid.nodes_px(lattice.first_cell[axis] + index, 2, axis)
+        for axis, index in ((0, i), (1, j))
+    )
+    expected = lattice.on_grid(x[0] + s * GRID.spacing_px, y[0] + s * GRID.spacing_px)
+    np.testing.assert_allclose(cell, expected, atol=1e-12)
+
+
+def test_reached_cells_are_the_four_by_four_round_each_control_point():
+    phi = np.zeros((6, 7, 2))
+    phi[2, 4, 1] = 1e-30
+    lattice = Lattice(Grid((0.0, 0.0), 10.0), (3, -2), phi)
+    assert np.argwhere(lattice.reached).tolist() == [
+        [j, i] for j in range(2, 6) for i in range(4, 8)
+    ]
 
 
 def test_window_cuts_and_pads_with_zeros(lattice):

@@ -9,6 +9,7 @@ from kogao_core.fit import fit
 from kogao_core.lattice import Grid, Lattice
 from kogao_core.one_to_one import (
     INJECTIVE_BOUND,
+    bezier_cells,
     certify,
     check_one_to_one,
     fade_is_safe,
@@ -53,7 +54,7 @@ def test_lower_bound_is_below_every_determinant_and_not_far(seed):
     phi = rng.normal(0.0, rng.uniform(0.5, 4.0), (4, 5, 2))
     lattice = Lattice(Grid((3.0, 5.0), 10.0), (0, 0), phi)
     det = dense_det(lattice)
-    bound = lower_bound(lattice)
+    bound = lower_bound(bezier_cells(lattice), lattice)
     assert bound <= det.min() + 1e-9
     assert (bound > 0.0) == (det.min() > 0.0) or det.min() < 0.15, "the bound is too loose to use"
 

@@ -9,8 +9,10 @@ from kogao_core.bend import bends, straight_lines
 from kogao_core.domain import reduce
 from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import render
-from kogao_core.protection import Protection, Stroke
+from kogao_core.protection import NOTHING, Protection, Stroke
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.shield import Shield
+from kogao_core.warp import Canvas
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -74,6 +76,79 @@ def test_a_brushed_place_stays():
     assert np.linalg.norm(field.at(inside), axis=1).max() < 0.25 * moved
 
 
+def test_a_hard_edge_with_a_feather_keeps_every_byte_and_nothing_folds():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    line, photo = door_frame(face), textured_photo(WIDTH, HEIGHT)
+    hard = Protection((Stroke(line, radius_px=4.0, feather_px=16.0),))
+    soft, recipe = Protection((Stroke(line, radius_px=4.0),)), Recipe(percent=5)
+    rows = np.arange(70, 650)
+    columns = np.round(line[0, 0]).astype(int) + np.arange(-3, 4)
+    asked = render(photo, [face], recipe, protection=soft).field
+    assert np.hypot(*asked.on_grid(columns, rows)).max() > LOSSLESS_PX, "the fit alone holds it"
+    held = render(photo, [face], recipe, protection=hard)
+    assert held.shares == (1.0,)
+    assert not held.field.on_grid(columns, rows).any()
+    np.testing.assert_array_equal(held.pixels[rows][:, columns], photo[rows][:, columns])
+    xs = np.arange(line[0, 0] - 40, line[0, 0] + 40, 0.25)
+    assert held.field.det_jacobian(xs, np.arange(50.0, 670.0, 1.7)).min() > 0.0
+    assert held.one_to_one.certified
+
+
+def test_the_guard_holds_back_what_a_thin_feather_would_fold():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    across = Protection((Stroke(face.outline[8:13], feather_px=2.0),))
+    recipe = Recipe(percent=8, fit="approximation")
+    photo = textured_photo(WIDTH, HEIGHT)
+    held = render(photo, [face], recipe, protection=across)
+    assert 0.0 < held.shares[0] < 1.0
+    assert held.one_to_one.certified
+    loose = render(
+        photo, [face], Recipe(percent=8, fit="approximation", guard=False), protection=across
+    )
+    assert not loose.one_to_one.edges_proven
+
+
+def test_the_shield_has_the_slope_it_says_and_keeps_its_bounds():
+    rng = np.random.default_rng(4)
+    shield = Shield(
+        (
+            Stroke([[10.0, 10.0], [60.0, 30.0], [80.0, 90.0]], 3.0, 12.0),
+            Stroke([[90.0, 20.0]], 0.0, 30.0),
+        )
+    )
+    points = rng.uniform(-20, 130, (4000, 2))
+    factor, slope = shield.at(points)
+    assert (factor == 0.0).any()
+    assert (factor == 1.0).any()
+    most, steepest = shield.bounds(points, 5.0)
+    beside = points + rng.uniform(-3.5, 3.5, points.shape)
+    other_factor, other_slope = shield.at(beside)
+    assert (other_factor <= most + 1e-12).all()
+    assert (np.linalg.norm(other_slope, axis=1) <= steepest + 1e-12).all()
+    step = 1e-5
+    numeric = [
+        (shield.at(points + step * unit)[0] - shield.at(points - step * unit)[0]) / (2 * step)
+        for unit in np.eye(2)
+    ]
+    # At equal distance from two places the slope jumps: a few points may sit on that line.
+    assert (np.abs(np.stack(numeric, 1) - slope).max(axis=1) > 1e-4).mean() < 0.001
+    xs, ys = np.arange(-20.0, 130.0, 7.0), np.arange(0.0, 120.0, 5.0)
+    on_grid, slopes = shield.on_grid(xs, ys)
+    at, slope = shield.at(np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2))
+    np.testing.assert_allclose(on_grid.ravel(), at)
+    np.testing.assert_allclose(slopes.reshape(2, -1).T, slope)
+
+
+def test_a_used_canvas_with_a_feather_gives_the_same_bits_as_a_fresh_one():
+    face, photo = oval_face(WIDTH, HEIGHT, size=0.5), textured_photo(WIDTH, HEIGHT)
+    canvas = Canvas(photo)
+    hard = Protection((Stroke(door_frame(face), 4.0, 24.0),))
+    for protection, percent in ((NOTHING, 8.0), (hard, 8.0), (hard, 5.0), (NOTHING, 5.0)):
+        used = render(photo, [face], Recipe(percent=percent), protection=protection, canvas=canvas)
+        fresh = render(photo, [face], Recipe(percent=percent), protection=protection)
+        np.testing.assert_array_equal(used.pixels, fresh.pixels)
+
+
 def test_the_bend_meter_finds_the_frame_and_measures_it_as_seen():
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     line = door_frame(face)
@@ -109,3 +184,5 @@ def test_strokes_are_sampled_within_their_step_and_follow_their_image():
             Stroke(broken)
     with pytest.raises(ValueError, match="radius"):
         Stroke([[0.0, 0.0]], -1.0)
+    with pytest.raises(ValueError, match="feather"):
+        Stroke([[0.0, 0.0]], 1.0, np.inf)

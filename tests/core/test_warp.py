@@ -12,7 +12,7 @@ from test_lattice import literal_eq_1
 from kogao_core import pipeline
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp import TILE_WIDTH_PX, Canvas
+from kogao_core.warp import SPAN_PX, Canvas
 
 INTERPOLATIONS = ("bilinear", "cubic", "lanczos4")
 
@@ -165,8 +165,8 @@ def test_pixels_that_cannot_be_warped_are_refused(photo):
         Canvas(photo)
 
 
-def test_an_image_smaller_than_a_tile_and_one_just_larger():
-    for width in (1, 5, TILE_WIDTH_PX - 1, TILE_WIDTH_PX, TILE_WIDTH_PX + 1):
+def test_images_about_as_large_as_a_span():
+    for width in (1, 5, SPAN_PX - 1, SPAN_PX, SPAN_PX + 1):
         photo = textured_photo(width, 40)
         face = oval_face(width, 40, center=(width - 3.0, 20.0), size=0.5)
         assert render(photo, [face], Recipe(percent=8)).pixels.shape == photo.shape

@@ -106,6 +106,32 @@ def test_warp_reports_in_json(cli, tmp_path):
     assert out.exists()
 
 
+@pytest.mark.usefixtures("portrait")
+def test_warp_protects_a_line_and_says_what_bends(cli, tmp_path):
+    still = tmp_path / "still.png"
+    _, said, _ = cli("warp", "--sample", "-o", tmp_path / "free.png", "--json")
+    face = json.loads(said)["faces"][0]
+    x = max(point[0] for point in face["outline"]) + 10
+    line = f"{x:.1f},100 {x:.1f},700"
+    code, said, err = cli(
+        "warp", "--sample", "-o", still, "--protect", line, "--protect-width", "8",
+        "--protect-feather", "30", "--json",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    report = json.loads(said)
+    assert report["one_to_one"]["edges_proven"]
+    assert all(line["bend_px"] >= 0 for line in report["lines"])
+    cli("warp", "--sample", "-o", tmp_path / "copy.png", "--percent", "0")
+    sample, kept = (np.asarray(Image.open(path)) for path in (tmp_path / "copy.png", still))
+    assert (sample != kept).any()
+    columns = slice(round(x) - 3, round(x) + 4)
+    np.testing.assert_array_equal(kept[110:690, columns], sample[110:690, columns])
+    for wrong in ("10,20 30", "1,2,3 4,5,6", "a,b c,d", "", "nan,1 2,3"):
+        code, said, err = cli("warp", "--sample", "-o", tmp_path / "x.png", "--protect", wrong)
+        assert (code, said) == (2, "")
+        assert "10,20 10,400" in err
+
+
 def test_detect_prints_exactly_the_documented_json(cli, portrait):
     code, said, err = cli("detect", "--sample", "--json")
     assert (code, err) == (0, "")
