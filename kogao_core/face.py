@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Affine, Array, Image, frozen
+from kogao_core.recipe import Recipe
 
 OUTLINE_POINTS: Final = 21
 
@@ -55,6 +56,8 @@ class Face:
         Lattice anchor to keep; derived from the landmarks when absent.
     source : str
         Which landmark source made it: "mesh", "manual", ...
+    recipe : Recipe, optional
+        This face's own warp distance, centre, lattice and fit; the photo's when absent.
     """
 
     outline: Array
@@ -64,6 +67,7 @@ class Face:
     targets: Array | None = None
     pinned_frame: Frame | None = None
     source: str = "manual"
+    recipe: Recipe | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

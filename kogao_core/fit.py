@@ -60,17 +60,16 @@ def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
 def fit(
     pairs: Sequence[Pairs],
     frames: Sequence[Frame],
-    recipe: Recipe,
+    recipes: Sequence[Recipe],
     protection: Protection = NOTHING,
 ) -> tuple[Lattice, ...]:
     """Fit one lattice to each face.
 
     Parameters
     ----------
-    pairs, frames : sequences of equal length
-        Landmark pairs and lattice frame of each face.
-    recipe : Recipe
-        Uses `fit`, `lattice` and `lattice_unit`.
+    pairs, frames, recipes : sequences of equal length
+        Landmark pairs, lattice frame and recipe of each face; of the recipes `fit`, `lattice` and
+        `lattice_unit` are used.
     protection : Protection
         Places that must not move.
 
@@ -81,13 +80,18 @@ def fit(
     """
     problems = [
         _problem(pair, Grid(frame.origin_px, spacing_px(pair, frame, recipe)), protection)
-        for pair, frame in zip(pairs, frames, strict=True)
+        for pair, frame, recipe in zip(pairs, frames, recipes, strict=True)
     ]
-    lattices = _FITS[recipe.fit](problems)
-    return tuple(
-        Lattice(lattice.grid, lattice.first, np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX)
-        for lattice in lattices
-    )
+    fitted: dict[int, Lattice] = {}
+    for name, solve in _FITS.items():
+        mine = [k for k, recipe in enumerate(recipes) if recipe.fit == name]
+        fitted |= zip(mine, solve([problems[k] for k in mine]), strict=True)
+    return tuple(_on_quanta(fitted[k]) for k in range(len(problems)))
+
+
+def _on_quanta(lattice: Lattice) -> Lattice:
+    phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
+    return Lattice(lattice.grid, lattice.first, phi)
 
 
 def _problem(pairs: Pairs, grid: Grid, protection: Protection) -> Problem:

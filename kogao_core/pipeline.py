@@ -91,7 +91,7 @@ def render(
     faces : sequence of Face
         Which faces to make smaller, in px of `photo`.
     recipe : Recipe
-        Every choice of the user.
+        Every choice of the user; a face's own (`Face.recipe`) come before it.
     protection : Protection
         Places that must not move.
     watch : Stopwatch, optional
@@ -119,7 +119,8 @@ def render(
         with watch.lap("targets"):
             pairs = tuple(aim(face, recipe) for face in faces)
         with watch.lap("lattice"):
-            lattices = fit(pairs, [face.frame for face in faces], recipe, protection)
+            recipes = [recipe.of_face(face.recipe) for face in faces]
+            lattices = fit(pairs, [face.frame for face in faces], recipes, protection)
             pull = Field(lattices, domains.fade_of(recipe), shield_of(protection))
         with watch.lap("guard"):
             pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))

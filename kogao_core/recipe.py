@@ -14,6 +14,8 @@ Interpolation = Literal["bilinear", "cubic", "lanczos4"]
 LatticeUnit = Literal["spacing", "warp"]
 
 VERSION: Final = 1
+# What each face may choose for itself; the rest is the photo's.
+FACE_FIELDS: Final = ("percent", "center", "lattice", "lattice_unit", "fit")
 # cv2.remap rounds its map to 1/32 px, so a smaller move than half of that changes no byte.
 LOSSLESS_PX: Final = 1.0 / 64.0
 
@@ -89,6 +91,12 @@ class Recipe:
             if getattr(self, name) not in choices:
                 allowed = ", ".join(choices)
                 raise ValueError(f"{name} must be one of {allowed}, got {getattr(self, name)!r}")
+
+    def of_face(self, own: Recipe | None) -> Recipe:
+        """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`)."""
+        if own is None:
+            return self
+        return dataclasses.replace(self, **{name: getattr(own, name) for name in FACE_FIELDS})
 
     def at_scale(self, scale: float) -> Recipe:
         """Return the recipe for the same photo resized by `scale`: only the threshold is in px."""

@@ -54,8 +54,10 @@ def center_candidates(face: Face) -> Array:
 def aim(face: Face, recipe: Recipe) -> Pairs:
     """Place each target ``percent`` of D along the line from its landmark to the centre (figure 6).
 
-    Targets that the user placed by hand (`Face.targets`) stay where they are.
+    Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
+    of its own (`Face.recipe`) goes by that.
     """
+    recipe = recipe.of_face(face.recipe)
     center = center_candidates(face)[int(recipe.center) - 1]
     target = face.outline + recipe.percent / 100.0 * (center - face.outline)
     if face.targets is not None:

@@ -90,7 +90,7 @@ def lay_on(portrait: Portrait, shape: Array) -> Image:
     )
     pairs = Pairs(onto(portrait.points), shape, shape.mean(axis=0))
     frame = Frame((float(pairs.center_px[0]), float(pairs.center_px[1])), COARSE_SPACING_PX)
-    field = Field(fit([pairs], [frame], Recipe(fit="multilevel")))
+    field = Field(fit([pairs], [frame], [Recipe(fit="multilevel")]))
     canvas = Canvas(aligned)
     canvas.pull(field, reduce(field, Box.of(aligned), "control-points"), "cubic")
     return canvas.pixels

@@ -97,7 +97,9 @@ def judge(rng: np.random.Generator) -> list[str]:
     """Return what one drag showed."""
     faces, recipe = [thrown(rng) for _ in range(int(rng.integers(1, 3)))], any_recipe(rng)
     pairs = [aim(face, recipe) for face in faces]
-    field = Field(fit(pairs, [face.frame for face in faces], recipe), fade_of(recipe))
+    field = Field(
+        fit(pairs, [face.frame for face in faces], [recipe] * len(faces)), fade_of(recipe)
+    )
     guarded, shares = hold_back(field)
     untouched = min(shares) == 1.0 and guarded.fade_px == field.fade_px
     guarded_folds = lowest_det(guarded, rng) <= 0.0

@@ -20,7 +20,7 @@ IMAGE = Box(0, 0, 480, 360)
 def field_of(recipe=Recipe(), faces=None):  # noqa: B008
     faces = faces or [oval_face()]
     pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.frame for face in faces], recipe))
+    return Field(fit(pairs, [face.frame for face in faces], [recipe] * len(faces)))
 
 
 def pull_everywhere(field):

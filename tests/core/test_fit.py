@@ -14,7 +14,7 @@ from kogao_core.targets import aim
 
 def solve(face, recipe):
     pairs = aim(face, recipe)
-    return Field(fit([pairs], [face.frame], recipe)), pairs
+    return Field(fit([pairs], [face.frame], [recipe])), pairs
 
 
 def test_approximation_of_one_landmark_is_the_equation_and_hits_it():
@@ -86,9 +86,9 @@ def test_overlapping_faces_are_solved_together():
     left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(345.0, 170.0))
     recipe = Recipe(percent=6)
     pairs = [aim(face, recipe) for face in (left, right)]
-    field = Field(fit(pairs, [left.frame, right.frame], recipe))
+    field = Field(fit(pairs, [left.frame, right.frame], [recipe] * 2))
     assert residual(field, pairs).max_px < 0.05
-    alone = Field(fit(pairs[:1], [left.frame], recipe)).at(pairs[1].target_px)
+    alone = Field(fit(pairs[:1], [left.frame], [recipe])).at(pairs[1].target_px)
     assert np.abs(alone).max() > 0.5, "the fields don't overlap: this test shows nothing"
 
 
@@ -96,7 +96,7 @@ def test_cheek_to_cheek_both_give_way_instead_of_folding():
     left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(325.0, 170.0))
     recipe = Recipe()
     pairs = [aim(face, recipe) for face in (left, right)]
-    field = Field(fit(pairs, [left.frame, right.frame], recipe))
+    field = Field(fit(pairs, [left.frame, right.frame], [recipe] * 2))
     report = check_one_to_one(field)
     assert report.min_det > 0.0
     assert 0.05 < residual(field, pairs).mean_px < 0.25 * pairs[0].warp_distance_px

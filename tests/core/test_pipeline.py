@@ -1,5 +1,7 @@
 """The paper end to end: a pure function that moves with its input."""
 
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
@@ -126,3 +128,17 @@ def test_a_canvas_over_another_photo_is_refused():
     photo, face = scene()
     with pytest.raises(ValueError, match="another photo"):
         render(photo, [face], Recipe(), canvas=Canvas(photo.copy()))
+
+
+def test_a_face_with_a_recipe_of_its_own_goes_by_it():
+    photo = textured_photo(1200, 500)
+    left, right = (oval_face(1200, 500, center=(x, 250.0), size=0.5) for x in (300.0, 900.0))
+    own = Recipe(percent=9.0, center=4, lattice=0.7, fit="multilevel", interpolation="bilinear")
+    both = render(photo, [left, dataclasses.replace(right, recipe=own)], Recipe()).pixels
+    as_left = render(photo, [left], Recipe()).pixels
+    as_right = render(photo, [right], Recipe().of_face(own)).pixels
+    np.testing.assert_array_equal(both[:, :600], as_left[:, :600])
+    # A second lattice may round a map entry to the next 1/32 px.
+    assert (both[:, 600:] != as_right[:, 600:]).mean() < 0.001
+    assert Recipe().of_face(own).interpolation == "cubic", "the kernel is the photo's choice"
+    assert (both[:, 600:] != render(photo, [right], Recipe()).pixels[:, 600:]).any()
