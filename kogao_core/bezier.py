@@ -24,7 +24,9 @@ def cells_along(phi: Array, axis: int) -> Array:
     array
         Shape of `phi` with n + 3 cells along `axis`, and a new last axis of 4 control points.
     """
-    p = np.pad(np.moveaxis(phi, axis, 0), [(3, 3)] + [(0, 0)] * (phi.ndim - 1))
+    moved = np.moveaxis(phi, axis, 0)
+    p = np.zeros((len(moved) + 6, *moved.shape[1:]))
+    p[3:-3] = moved
     thirds = (2.0 * p[:-1] + p[1:]) / 3.0, (p[:-1] + 2.0 * p[1:]) / 3.0
     joints = (thirds[1][:-1] + thirds[0][1:]) / 2.0
     points = [joints[:-1], thirds[0][1:-1], thirds[1][1:-1], joints[1:]]

@@ -174,12 +174,13 @@ class Lattice:
 
         Shape (J + 3, I + 3, 2, 4, 4): cells, component, rows along y; entry [0, 0] is `first_cell`.
         """
-        return np.moveaxis(cells_along(cells_along(self.phi, 1), 0), 3, 4)
+        return cells_along(cells_along(self.phi, 0), 1)
 
     @cached_property
     def bound_px(self) -> Array:
         """Upper bound of the pull in each cell, shape (J + 3, I + 3), px (convex hull property)."""
-        return np.asarray(np.sqrt((self.bezier**2).sum(axis=2).max(axis=(2, 3))))
+        x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
+        return np.asarray(np.sqrt((x * x + y * y).max(axis=2)))
 
     @cached_property
     def reached(self) -> npt.NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from kogao_core.lattice import ORDER, Grid, Lattice, basis
 from kogao_core.recipe import Interpolation
 from kogao_core.threads import default_threads, pool
 
-BLOCK_WIDTH_PX: Final = 64  # what is worked on or left alone
+BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 BLOCK_HEIGHT_PX: Final = 128
 SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
 _SMALL_IMAGE_PX: Final = 2_000_000
@@ -231,18 +231,18 @@ class _LatticeMap:
         along_x, along_y = self.axes
         first_i, last_i = along_x.nodes(strip.left, strip.right)
         first_j, by = along_y.weights(box.top, box.bottom)
-        phi = self.lattice.window((first_i, first_j), (by.shape[1], last_i - first_i))
+        phi = self.lattice.window((first_i, first_j), (len(by), last_i - first_i))
         if origin is not None:
             # Linear precision: nodes that hold their own coordinates reproduce the identity map.
             grid = self.lattice.grid
             phi[..., 0] += grid.nodes_px(first_i, phi.shape[1], 0) - origin[0]
             phi[..., 1] += (grid.nodes_px(first_j, phi.shape[0], 1) - origin[1])[:, None]
-        rows = by @ np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
+        rows = by.T @ np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
         for left in range(box.left, box.right, SPAN_PX):
             right = min(left + SPAN_PX, box.right)
             first, bx = along_x.weights(left, right)
-            part = rows[:, :, first - first_i : first - first_i + bx.shape[1]]
-            _multiply(part, bx.T, out[:, :, left - box.left : right - box.left])
+            part = rows[:, :, first - first_i : first - first_i + len(bx)]
+            _multiply(part, bx, out[:, :, left - box.left : right - box.left])
 
 
 def _multiply(left: Float32, right: Float32, out: Float32) -> None:
@@ -269,14 +269,14 @@ class _Axis:
         return int(self._cells[start_px]) - 1, int(self._cells[stop_px - 1]) + ORDER - 1
 
     def weights(self, start_px: int, stop_px: int) -> tuple[int, Float32]:
-        """Return the first node and a matrix of the weights of all, shape (pixels, nodes)."""
+        """Return the first node and a matrix of the weights of all, shape (nodes, pixels)."""
         # Runs share their weights; threads may at worst compute them twice.
         known = self._weights.get(start_px)
         if known is None:
             first, end = self.nodes(start_px, stop_px)
-            weights = np.zeros((stop_px - start_px, end - first), np.float32)
-            places = (self._cells[start_px:stop_px] - 1 - first)[:, None] + np.arange(ORDER)
-            np.put_along_axis(weights, places, self._values[start_px:stop_px], 1)
+            weights = np.zeros((end - first, stop_px - start_px), np.float32)
+            places = self._cells[start_px:stop_px] - 1 - first + np.arange(ORDER)[:, None]
+            np.put_along_axis(weights, places, self._values[start_px:stop_px].T, 0)
             known = self._weights[start_px] = first, weights
         return known
 
