@@ -1,0 +1,149 @@
+"""How far landmarks lie from labels, in % of the outer inter-ocular distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.face import Face
+from kogao_core.geometry import Array, frozen
+
+_EYES: Final = slice(0, 4)
+_MOUTH: Final = slice(4, 6)
+_JAW: Final = slice(6, None)
+# In outer inter-ocular distances; the centre of a neighbour's face lies more than one away.
+_SAME_FACE: Final = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """One face as labelled by hand, px.
+
+    Parameters
+    ----------
+    eyes : array of shape (4, 2)
+        Left eye outer and inner corner, right eye inner and outer corner.
+    mouth : array of shape (2, 2)
+        Left and right mouth corner.
+    jaw : array of shape (N, 2)
+        Points along the visible outline from ear level to ear level, N of 2 or more.
+    seen : array of shape (6 + N,) of bool, optional
+        False for points that something hides: they are guesses and never scored.
+    """
+
+    eyes: Array
+    mouth: Array
+    jaw: Array
+    seen: npt.NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        object.__setattr__(self, "eyes", frozen(self.eyes, (4, 2)))
+        object.__setattr__(self, "mouth", frozen(self.mouth, (2, 2)))
+        object.__setattr__(self, "jaw", frozen(self.jaw, (None, 2)))
+
+    @cached_property
+    def unit_px(self) -> float:
+        """One percent of the distance between the outer eye corners."""
+        return float(np.linalg.norm(self.eyes[3] - self.eyes[0])) / 100.0
+
+    @cached_property
+    def center_px(self) -> Array:
+        """Middle between eyes and mouth, (x, y)."""
+        return np.asarray((self.eyes.mean(axis=0) + self.mouth.mean(axis=0)) / 2.0)
+
+    def in_percent(self, distances_px: Sequence[Array]) -> Errors:
+        """Return the means of the seen points' distances (eyes, mouth, jaw), in % of the unit."""
+        distances = np.concatenate(distances_px) / self.unit_px
+        if self.seen is not None:
+            distances[~np.asarray(self.seen)] = np.nan
+        return Errors(*(_mean(distances[part]) for part in (_EYES, _MOUTH, _JAW)))
+
+
+class Errors(NamedTuple):
+    """Mean distances of one face's points, % of the outer inter-ocular distance; NaN if unseen."""
+
+    eyes: float
+    mouth: float
+    jaw: float
+
+
+class Summary(NamedTuple):
+    """What becomes of many faces' errors; NaN when there is none."""
+
+    mean: float
+    p95: float
+    worst: float
+
+
+def distance_to_line(points: Array, line: Array) -> Array:
+    """Return the distance of each point, shape (N, 2), to a polyline, shape (M, 2), M >= 2."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    length = np.maximum((along**2).sum(axis=-1), 1e-12)
+    t = np.clip(((points[:, None] - start) * along).sum(axis=-1) / length, 0.0, 1.0)
+    return np.asarray(
+        np.linalg.norm(points[:, None] - start - t[..., None] * along, axis=-1).min(axis=1)
+    )
+
+
+def errors(face: Face, labels: Labels) -> Errors:
+    """Return a face's errors: corner to corner, and labelled jaw points to the open outline."""
+    return labels.in_percent(
+        [
+            np.linalg.norm(face.eyes - labels.eyes, axis=1),
+            np.linalg.norm(face.mouth - labels.mouth, axis=1),
+            distance_to_line(labels.jaw, face.outline),
+        ]
+    )
+
+
+def repeatability(first: Labels, second: Labels) -> Errors:
+    """Return how far two passes of labels differ, both ways: the floor for `errors`."""
+    ways = [
+        one.in_percent(
+            [
+                np.linalg.norm(one.eyes - other.eyes, axis=1),
+                np.linalg.norm(one.mouth - other.mouth, axis=1),
+                distance_to_line(one.jaw, other.jaw),
+            ]
+        )
+        for one, other in ((first, second), (second, first))
+    ]
+    return Errors(*(float(value) for value in np.mean(ways, axis=0)))
+
+
+def nearest(faces: Sequence[Face], labels: Labels) -> Face | None:
+    """Return the face that stands where the labels are, None if there is none."""
+
+    def apart(face: Face) -> float:
+        center = (face.eye_center + face.mouth_center) / 2.0
+        return float(np.linalg.norm(center - labels.center_px)) / (100.0 * labels.unit_px)
+
+    near = [face for face in faces if apart(face) < _SAME_FACE]
+    return min(near, key=apart, default=None)
+
+
+def summary(values: npt.ArrayLike) -> Summary:
+    """Return mean, 95th percentile and maximum of values; NaN is left out."""
+    kept = np.asarray(values, np.float64)
+    kept = kept[~np.isnan(kept)]
+    if not len(kept):
+        return Summary(np.nan, np.nan, np.nan)
+    return Summary(float(kept.mean()), float(np.percentile(kept, 95)), float(kept.max()))
+
+
+def share_below(values: npt.ArrayLike, limits: npt.ArrayLike) -> Array:
+    """Return the share of values at or below each limit, 0 to 1; a missed face's value is inf."""
+    ordered = np.sort(np.asarray(values, np.float64))
+    ordered = ordered[~np.isnan(ordered)]
+    return np.searchsorted(ordered, np.asarray(limits), side="right") / max(1, len(ordered))
+
+
+def _mean(values: Array) -> float:
+    seen = values[~np.isnan(values)]
+    return float(seen.mean()) if len(seen) else float("nan")
