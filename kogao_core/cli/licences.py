@@ -15,6 +15,7 @@ OWN: Final = "Apache-2.0"
 # What pyproject.toml asks for, and what that brings along; a test compares the two.
 DEPENDENCIES: Final = (
     "click",
+    "jpeglib",
     "numpy",
     "opencv-contrib-python-headless",
     "Pillow",

@@ -126,11 +126,12 @@ def command(
     _check_holds(output, photo)
     faces = _chosen(common.find_faces(photo), which)
     rendering = _render(photo, faces, recipe, _protection(lines, width_px, feather_px))
-    _write(photo, rendering, output, force)
+    said = _write(photo, rendering, output, force)
+    notes = [*photo.notes, *filter(None, [said])]
     if as_json:
-        click.echo(json.dumps(_report(photo, output, faces, rendering)))
+        click.echo(json.dumps(_report(photo, output, faces, rendering, notes)))
     else:
-        click.echo(_summary(photo, output, faces, rendering))
+        click.echo(_summary(photo, output, faces, rendering, notes))
 
 
 def _recipe(file: Path | None, choices: dict[str, Any]) -> Recipe:
@@ -202,18 +203,18 @@ def _bent_lines(photo: Photo, rendering: Rendering) -> list[BentLine]:
     return bends(rendering.field, straight_lines(photo.pixels, rendering.domain.bounds))
 
 
-def _write(photo: Photo, rendering: Rendering, output: Path, force: bool) -> None:
+def _write(photo: Photo, rendering: Rendering, output: Path, force: bool) -> str:
     from kogao_core.photo import CannotWrite, RefusedOutput, write
 
     with (
         common.stopping(CannotWrite, common.UNREADABLE),
         common.stopping(RefusedOutput, common.USAGE),
     ):
-        write(photo, rendering.pixels, output, force=force)
+        return write(photo, rendering.pixels, output, force=force)
 
 
 def _report(
-    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering
+    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
 ) -> dict[str, Any]:
     return {
         "input": str(photo.path),
@@ -230,11 +231,13 @@ def _report(
         "shares": list(rendering.shares),
         "one_to_one": dataclasses.asdict(rendering.one_to_one),
         "lines": [dataclasses.asdict(line) for line in _bent_lines(photo, rendering)],
-        "notes": list(photo.notes),
+        "notes": notes,
     }
 
 
-def _summary(photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering) -> str:
+def _summary(
+    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
+) -> str:
     recipe, share = rendering.recipe, photo.width * photo.height / 100.0
     counts = rendering.pixel_counts.items()
     sound = rendering.one_to_one
@@ -264,4 +267,4 @@ def _summary(photo: Photo, output: Path, faces: Sequence[Face], rendering: Rende
         lines.append(
             "warning   thin folds where the threshold fades in can't be ruled out: --guard"
         )
-    return "\n".join([*lines, *(f"note      {note}" for note in photo.notes)])
+    return "\n".join([*lines, *(f"note      {note}" for note in notes)])

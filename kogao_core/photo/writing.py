@@ -24,15 +24,13 @@ _DEPTHS: Final[dict[Format, tuple[str, ...]]] = {
 }
 
 
-def write(
-    photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False
-) -> None:
+def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
     """Write new pixels with the photo's metadata; the name's ending tells the format.
 
     The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP
-    and resolution are kept; JPEG to JPEG keeps the quantisation tables and the subsampling, other
-    sources get quality 95 and 4:4:4. If nothing changed and the format is the source's, its bytes
-    are copied.
+    and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
+    every block in which no pixel changed; other sources get quality 95 and 4:4:4. If nothing
+    changed and the format is the source's, its bytes are copied.
 
     Parameters
     ----------
@@ -45,6 +43,11 @@ def write(
     force : bool
         Replace an existing file.
 
+    Returns
+    -------
+    str
+        What became of a JPEG's blocks; empty where there is nothing to say.
+
     Raises
     ------
     RefusedOutput
@@ -56,9 +59,14 @@ def write(
     form = check_output(path, force=force)
     check_holds(path, pixels)
     try:
-        unchanged = _is_unchanged(photo, pixels, form)
-        data = photo.path.read_bytes() if unchanged else _encoded(photo, pixels, path, form)
+        if _is_unchanged(photo, pixels, form):
+            data, said = photo.path.read_bytes(), ""
+        else:
+            data, said = _encoded(photo, pixels, path, form), ""
+            if form == "JPEG" and photo.format == "JPEG":
+                data, said = _with_blocks_kept(photo, pixels, data)
         _put(data, path, force)
+        return said
     except OSError as error:
         reason = error.strerror or error
         raise CannotWrite(
@@ -120,15 +128,41 @@ def _shows_through(pixels: Image) -> bool:
 
 
 def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
-    if form != photo.format or photo.orientation != 1 or photo.stamp is None:
+    if form != photo.format or photo.orientation != 1:
         return False
     if pixels.dtype != photo.pixels.dtype or not np.array_equal(pixels, photo.pixels):
         return False
+    return _source_is_there(photo)
+
+
+def _source_is_there(photo: Photo) -> bool:
     try:
         # Saving over the source earlier would have left other bytes there.
-        return Stamp.of(photo.path.stat()) == photo.stamp
+        return photo.stamp is not None and Stamp.of(photo.path.stat()) == photo.stamp
     except OSError:
         return False
+
+
+def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[bytes, str]:
+    from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
+
+    reason = ""
+    if photo.orientation != 1:
+        reason = "the photo was turned upright"
+    elif pixels.shape != photo.pixels.shape:
+        reason = "its size or its colours have changed"
+    elif not _source_is_there(photo):
+        reason = f"{photo.path} has changed since it was read"
+    else:
+        try:
+            kept = keep_blocks(photo.path, photo.pixels, pixels, encoded)
+        except CannotKeepBlocks as why:
+            reason = str(why)
+        else:
+            said = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
+            was_progressive = photo.jpeg is not None and photo.jpeg.progressive
+            return kept.data, said + was_progressive * ", in one scan instead of progressive ones"
+    return encoded, f"every block of the JPEG was compressed again: {reason}"
 
 
 def _encoded(photo: Photo, pixels: Image, path: Path, form: Format) -> bytes:

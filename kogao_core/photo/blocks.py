@@ -1,0 +1,154 @@
+"""JPEG to JPEG without compressing again what didn't change: the source's own blocks stay."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import jpeglib
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.geometry import Image
+
+_BLOCK_PX: Final = 8
+_APP_OR_COMMENT: Final = {*range(0xE0, 0xF0), 0xFE}
+_SEQUENTIAL_FRAME: Final = 0xC0
+_START_OF_SCAN: Final = 0xDA
+
+Mask = npt.NDArray[np.bool_]
+
+
+class CannotKeepBlocks(Exception):
+    """The source's blocks don't fit the new file; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A JPEG file with the source's coefficients wherever no pixel changed.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    share : float
+        Part of the minimum coded units that are the source's, 0 to 1.
+    """
+
+    data: bytes
+    share: float
+
+
+def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes) -> Kept:
+    """Put a source's coefficients into a new encoding, except where pixels changed.
+
+    Parameters
+    ----------
+    source : Path
+        The JPEG file, with upright pixels.
+    before, after : arrays of shape (H, W) or (H, W, C), uint8
+        Its pixels and the new ones.
+    encoded : bytes
+        The new pixels as a JPEG with the source's tables and subsampling.
+
+    Returns
+    -------
+    Kept
+        Sequential, with optimised Huffman codes and the headers of `encoded`.
+
+    Raises
+    ------
+    CannotKeepBlocks
+        If tables, subsampling, colours or size differ from the source's.
+    """
+    with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+        fresh = Path(folder) / "fresh.jpg"
+        fresh.write_bytes(encoded)
+        old, new = _read(source), _read(fresh)
+        _check_alike(old, new)
+        factors = _factors(old)
+        changed = _changed_units(before, after, factors.max(axis=0))
+        for name, per_unit in zip(("Y", "Cb", "Cr"), factors, strict=False):
+            kept = getattr(old, name)
+            spread = changed.repeat(per_unit[0], axis=0).repeat(per_unit[1], axis=1)
+            mask = spread[: kept.shape[0], : kept.shape[1]]
+            kept[mask] = getattr(new, name)[mask]
+            setattr(new, name, kept)
+        merged = Path(folder) / "merged.jpg"
+        new.write_dct(str(merged), flags=["+OPTIMIZE_CODING"])
+        return Kept(_with_headers_of(encoded, merged.read_bytes()), 1.0 - float(changed.mean()))
+
+
+def _read(path: Path) -> jpeglib.DCTJPEG:
+    try:
+        return jpeglib.read_dct(str(path))
+    except (OSError, RuntimeError, ValueError) as error:
+        raise CannotKeepBlocks("its blocks can't be read") from error
+
+
+def _check_alike(old: jpeglib.DCTJPEG, new: jpeglib.DCTJPEG) -> None:
+    if old.jpeg_color_space != new.jpeg_color_space:
+        raise CannotKeepBlocks("its colours are coded in another way")
+    if (old.height, old.width) != (new.height, new.width):
+        raise CannotKeepBlocks("its size has changed")
+    if not np.array_equal(old.samp_factor, new.samp_factor):
+        raise CannotKeepBlocks("its chroma is subsampled in a rare way")
+    if not np.array_equal(_tables(old), _tables(new)):
+        raise CannotKeepBlocks("its quantisation tables can't be written again")
+
+
+def _factors(jpeg: jpeglib.DCTJPEG) -> Image:
+    """Return the blocks per unit (down, along) of each component, shape (components, 2)."""
+    # A grey file is coded block by block, whatever its factors say.
+    factors: Image = np.ones((1, 2), np.int64) if jpeg.Cb is None else jpeg.samp_factor
+    return factors
+
+
+def _tables(jpeg: jpeglib.DCTJPEG) -> Image:
+    """Return the quantisation table of each component, shape (components, 8, 8)."""
+    tables: Image = jpeg.qt[jpeg.quant_tbl_no]
+    return tables
+
+
+def _changed_units(before: Image, after: Image, factors: Image) -> Mask:
+    """Return which minimum coded units hold a changed pixel, shape (rows, columns)."""
+    height, width = before.shape[:2]
+    unit_height, unit_width = (int(_BLOCK_PX * factor) for factor in factors)
+    rows, columns = -(-height // unit_height), -(-width // unit_width)
+    padded = np.zeros((rows * unit_height, columns * unit_width), bool)
+    planes = (pixels.reshape(height, width, -1) for pixels in (before, after))
+    for old, new in zip(*(np.moveaxis(plane, 2, 0) for plane in planes), strict=True):
+        padded[:height, :width] |= old != new
+    return np.asarray(padded.reshape(rows, unit_height, columns, unit_width).any(axis=(1, 3)))
+
+
+def _with_headers_of(headers: bytes, body: bytes) -> bytes:
+    """Return a JPEG's APP and comment segments, followed by all that isn't one of another's."""
+    kept = [segment for code, segment in _segments(headers) if code in _APP_OR_COMMENT]
+    rest = [_renumbered(c, segment) for c, segment in _segments(body) if c not in _APP_OR_COMMENT]
+    return headers[:2] + b"".join(kept) + b"".join(rest)
+
+
+def _renumbered(code: int, segment: bytes) -> bytes:
+    """Count components from 1, as JFIF demands; jpeglib counts from 0."""
+    starts = {_SEQUENTIAL_FRAME: (9, 3), _START_OF_SCAN: (4, 2)}  # of the count; bytes each
+    if code not in starts:
+        return segment
+    at, step = starts[code]
+    renumbered = bytearray(segment)
+    for k in range(segment[at]):
+        renumbered[at + 1 + step * k] = k + 1
+    return bytes(renumbered)
+
+
+def _segments(jpeg: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield marker code and bytes of each segment; the first scan and all after it is the last."""
+    at = 2
+    while jpeg[at + 1] != _START_OF_SCAN:
+        end = at + 2 + int.from_bytes(jpeg[at + 2 : at + 4], "big")
+        yield jpeg[at + 1], jpeg[at:end]
+        at = end
+    yield _START_OF_SCAN, jpeg[at:]

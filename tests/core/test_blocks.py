@@ -1,0 +1,137 @@
+"""Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
+
+import jpeglib
+import numpy as np
+import pytest
+from PIL import Image
+from scenes import textured_photo
+
+from kogao_core import photo
+from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
+
+SIZES = [(317, 203), (320, 208), (33, 17)]
+
+
+def jpeg_file(path, pixels, **options):
+    Image.fromarray(pixels).save(path, "JPEG", quality=88, **options)
+    return path
+
+
+def edited(source):
+    """Return the photo with a patch inverted."""
+    pixels = source.pixels.copy()
+    patch = slice(5, max(8, source.height // 3)), slice(9, max(12, source.width // 3))
+    pixels[patch] = 255 - pixels[patch]
+    return pixels
+
+
+def components(path):
+    """Return each component's coefficients with its blocks per unit, down and along."""
+    jpeg = jpeglib.read_dct(str(path))
+    if jpeg.Cb is None:
+        return [(jpeg.Y, (1, 1))]
+    return list(zip((jpeg.Y, jpeg.Cb, jpeg.Cr), jpeg.samp_factor.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("progressive", [False, True])
+@pytest.mark.parametrize("kind", ["4:4:4", "4:2:2", "4:2:0", "grey"])
+def test_units_without_a_changed_pixel_keep_their_coefficients(tmp_path, kind, progressive, size):
+    picture, options = textured_photo(*size, 3), {"subsampling": kind}
+    if kind == "grey":
+        picture, options = picture[..., 0].copy(), {}
+    path = jpeg_file(tmp_path / "in.jpg", picture, progressive=progressive, **options)
+    source = photo.read(path)
+    pixels = edited(source)
+    said = photo.write(source, pixels, tmp_path / "out.jpg")
+    assert "source's own" in said
+    before, after = components(path), components(tmp_path / "out.jpg")
+    height, width = (8 * max(factor[axis] for _, factor in before) for axis in (0, 1))
+    differs = (pixels != source.pixels).reshape(*source.pixels.shape[:2], -1).any(axis=2)
+    changed = kept = 0
+    for (blocks, (down, along)), (written, _) in zip(before, after, strict=True):
+        for j, i in np.ndindex(*blocks.shape[:2]):
+            top, left = j // down * height, i // along * width
+            if differs[top : top + height, left : left + width].any():
+                changed += int((written[j, i] != blocks[j, i]).any())
+            else:
+                kept += 1
+                np.testing.assert_array_equal(written[j, i], blocks[j, i])
+    assert changed
+    assert kept
+    with Image.open(tmp_path / "out.jpg") as seen, Image.open(path) as first:
+        assert seen.layer == first.layer
+    jpeg_file(tmp_path / "plain.jpg", pixels, **options)
+    kept_error, plain_error = (
+        np.abs(photo.read(tmp_path / name).pixels.astype(int) - pixels).mean()
+        for name in ("out.jpg", "plain.jpg")
+    )
+    assert kept_error < plain_error + 0.5
+
+
+def test_headers_come_from_the_new_file_once(tmp_path):
+    icc, exif = b"p" * 70_000, Image.Exif()
+    exif[0x13B] = "Me!"
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120), icc_profile=icc, exif=exif)
+    source = photo.read(path)
+    photo.write(source, edited(source), tmp_path / "out.jpg")
+    data = (tmp_path / "out.jpg").read_bytes()
+    assert data.count(b"JFIF\0") == 1
+    assert data.count(b"Exif\0\0") == 1
+    assert photo.read(tmp_path / "out.jpg").icc_profile == icc
+    with Image.open(tmp_path / "out.jpg") as seen:
+        assert seen.getexif()[0x13B] == "Me!"
+
+
+def test_editing_twice_changes_only_what_is_edited(tmp_path):
+    """Saving again and again is where other programs lose a generation each time."""
+    path = jpeg_file(tmp_path / "0.jpg", textured_photo(320, 240), subsampling="4:2:0")
+    first = components(path)
+    for step in range(1, 6):
+        source = photo.read(path)
+        path = tmp_path / f"{step}.jpg"
+        photo.write(source, edited(source), path)
+    for (blocks, _), (written, _) in zip(first, components(path), strict=True):
+        half = blocks.shape[0] // 2
+        np.testing.assert_array_equal(written[half:], blocks[half:])
+
+
+@pytest.mark.parametrize("orientation", [3, 6])
+def test_a_turned_photo_says_why_it_is_compressed_again(tmp_path, orientation):
+    exif = Image.Exif()
+    exif[0x112] = orientation
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120), exif=exif))
+    said = photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "compressed again: the photo was turned upright" in said
+
+
+def test_a_source_that_changed_since_is_not_trusted(tmp_path):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
+    source = photo.read(path)
+    jpeg_file(path, 255 - textured_photo(168, 120))
+    said = photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "has changed since it was read" in said
+    path.unlink()
+    assert "has changed" in photo.write(source, edited(source), tmp_path / "out2.jpg")
+    error = np.abs(photo.read(tmp_path / "out2.jpg").pixels.astype(int) - edited(source))
+    assert error.mean() < 8.0
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"quality": 60}, "tables"),
+        ({"quality": 88, "subsampling": "4:2:2"}, "subsampled"),
+    ],
+)
+def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, reason):
+    picture = textured_photo(160, 120)
+    path = jpeg_file(tmp_path / "in.jpg", picture, subsampling="4:2:0")
+    Image.fromarray(picture).save(
+        tmp_path / "other.jpg", "JPEG", **{"subsampling": "4:2:0"} | options
+    )
+    with pytest.raises(CannotKeepBlocks, match=reason):
+        keep_blocks(path, picture, picture, (tmp_path / "other.jpg").read_bytes())
+    (tmp_path / "text.jpg").write_text("no JPEG at all")
+    with pytest.raises(CannotKeepBlocks, match="read"):
+        keep_blocks(tmp_path / "text.jpg", picture, picture, path.read_bytes())
