@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import click
 
 import kogao_core
-from kogao_core.cli import detect, doctor, licences, warp
+from kogao_core.cli import batch, detect, doctor, licences, warp
 from kogao_core.cli.common import USAGE, Stop
 
 PROGRAM = "kogao-cli"
@@ -26,6 +26,7 @@ Exit codes:
   3  the photo can't be read, or the output can't be written (no such
      folder, no permission, disk full)
   4  no face found
+  5  some photos of a batch weren't done; its report says why
 
 Errors are one line on stderr; nothing half-written is left behind.
 """
@@ -37,7 +38,7 @@ def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
 
 
-for module in (warp, detect, doctor, licences):
+for module in (warp, batch, detect, doctor, licences):
     module.command.epilog = EPILOG
     program.add_command(module.command)
 

@@ -17,6 +17,7 @@ BROKEN: Final = 1
 USAGE: Final = 2
 UNREADABLE: Final = 3
 NO_FACE: Final = 4
+SOME_FAILED: Final = 5
 
 SAMPLE: Final = "samples/average.jpg"
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -39,20 +40,22 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
         raise Stop(error, code) from error
 
 
+limits_megapixels = click.option(
+    "--max-megapixels",
+    type=click.FloatRange(min=0, min_open=True),
+    default=300.0,
+    show_default=True,
+    help="Refuse larger photos.",
+)
+
+
 def takes_photo(command: _Command) -> _Command:
     """Add the input argument, ``--sample`` and ``--max-megapixels`` to a command."""
-    limit = click.option(
-        "--max-megapixels",
-        type=click.FloatRange(min=0, min_open=True),
-        default=300.0,
-        show_default=True,
-        help="Refuse larger photos.",
-    )
     sample = click.option("--sample", is_flag=True, help="Use the built-in portrait as IN.")
     photo = click.argument(
         "source", metavar="[IN]", required=False, type=click.Path(path_type=Path)
     )
-    return photo(sample(limit(command)))
+    return photo(sample(limits_megapixels(command)))
 
 
 def input_path(source: Path | None, sample: bool) -> Path:

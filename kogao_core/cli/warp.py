@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core import recipe as recipes
-from kogao_core.cli import common
-from kogao_core.recipe import Recipe
+from kogao_core.cli import common, options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,9 +20,7 @@ if TYPE_CHECKING:
     from kogao_core.photo import Photo
     from kogao_core.pipeline import Rendering
     from kogao_core.protection import Protection
-
-_FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
-_DEFAULTS = Recipe()
+    from kogao_core.recipe import Recipe
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -43,53 +38,13 @@ def _corners(value: str) -> list[list[float]]:
         return []
 
 
-def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
-    if not _FACES.fullmatch(value):
-        raise click.BadParameter(f"{value!r} is none of all, largest, or numbers such as 1,3.")
-    return value
-
-
 @click.command("warp")
 @common.takes_photo
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path),
     help="Where to write; .jpg, .png, .tif or .webp.",
 )  # fmt: skip
-@click.option("--percent", type=float, help=f"Warp distance in % of D [{_DEFAULTS.percent:g}].")
-@click.option("--center", type=int, help=f"Centre candidate 1..4 [{_DEFAULTS.center}].")
-@click.option("--lattice", type=float, help=f"Lattice spacing R [{_DEFAULTS.lattice:g}].")
-@click.option(
-    "--lattice-unit", type=click.Choice(get_args(recipes.LatticeUnit)),
-    help=f"What R counts: landmark spacings or warp distances [{_DEFAULTS.lattice_unit}].",
-)  # fmt: skip
-@click.option(
-    "--fit", type=click.Choice(get_args(recipes.Fit)),
-    help=f"How the lattice follows the landmarks [{_DEFAULTS.fit}].",
-)  # fmt: skip
-@click.option(
-    "--domain", type=click.Choice(get_args(recipes.DomainName)),
-    help=f"Which pixels are worked on [{_DEFAULTS.domain}].",
-)  # fmt: skip
-@click.option(
-    "--threshold", "threshold_px", type=float, metavar="PX",
-    help="Position change below which a pixel stays [1/64: no byte is lost].",
-)  # fmt: skip
-@click.option(
-    "--interpolation", type=click.Choice(get_args(recipes.Interpolation)),
-    help=f"Resampling kernel [{_DEFAULTS.interpolation}].",
-)  # fmt: skip
-@click.option(
-    "--guard/--no-guard", default=None,
-    help="Hold faces that would fold back to the largest move that doesn't [guard].",
-)  # fmt: skip
-@click.option(
-    "--face", "which", default="all", show_default=True, callback=_face_choice, metavar="WHICH",
-    help="all, largest, or numbers as detect prints them, such as 1,3.",
-)  # fmt: skip
-@click.option(
-    "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="A saved recipe (JSON); the options above override it.",
-)  # fmt: skip
+@options.chooses
 @click.option(
     "--protect", "lines", multiple=True, metavar="'X,Y X,Y'", callback=_lines,
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
@@ -119,7 +74,7 @@ def command(
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT."""
-    recipe = _recipe(recipe_file, choices)
+    recipe = options.recipe_of(recipe_file, choices)
     path = common.input_path(source, sample)
     _check_output(path, output, force)
     photo = common.read_photo(path, max_megapixels)
@@ -132,23 +87,6 @@ def command(
         click.echo(json.dumps(_report(photo, output, faces, rendering, notes)))
     else:
         click.echo(_summary(photo, output, faces, rendering, notes))
-
-
-def _recipe(file: Path | None, choices: dict[str, Any]) -> Recipe:
-    given = {name: value for name, value in choices.items() if value is not None}
-    with common.stopping(ValueError, common.USAGE):
-        return dataclasses.replace(_saved_recipe(file) if file else _DEFAULTS, **given)
-
-
-def _saved_recipe(file: Path) -> Recipe:
-    try:
-        return Recipe.from_dict(json.loads(file.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ValueError(f"the recipe {file} can't be read ({error.strerror})") from error
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise ValueError(f"the recipe {file} is not JSON ({error})") from error
-    except ValueError as error:
-        raise ValueError(f"the recipe {file} can't be used: {error}") from error
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:

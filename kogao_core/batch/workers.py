@@ -1,0 +1,159 @@
+"""Who works on a batch: processes of this machine, or a cluster."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from typing import Final
+
+from kogao_core.batch.tasks import Outcome, Task, work
+
+# Photos handed out ahead of each worker: enough to keep it busy, few enough to stop at once.
+_AHEAD: Final = 2
+
+
+class Workers:
+    """Where tasks are worked on; a context manager.
+
+    Parameters
+    ----------
+    make : callable
+        Returns an executor; called again when one is broken.
+    count : int
+        Tasks that it works on at a time.
+    close : callable
+        Called at the end.
+    """
+
+    def __init__(
+        self, make: Callable[[], Executor], count: int, close: Callable[[], object] = lambda: None
+    ) -> None:
+        self.count = count
+        self._make, self._close = make, close
+        self._executor: Executor | None = None
+
+    @staticmethod
+    def processes(count: int) -> Workers:
+        """Return workers in `count` processes of this machine, one warping thread each."""
+        context = multiprocessing.get_context("spawn")
+        return Workers(
+            lambda: concurrent.futures.ProcessPoolExecutor(
+                count, mp_context=context, initializer=_settle
+            ),
+            count,
+        )
+
+    @staticmethod
+    def dask(address: str) -> Workers:
+        """Return the workers of a dask.distributed cluster that sees the same files.
+
+        Raises
+        ------
+        ImportError
+            If dask.distributed isn't installed.
+        OSError
+            If nobody answers at `address`.
+        """
+        from distributed import Client
+
+        client = Client(address, timeout="10s")
+        count = max(1, sum(client.nthreads().values()))
+        return Workers(lambda: client.get_executor(retries=2), count, client.close)
+
+    def submit(self, task: Task) -> Future[Outcome]:
+        """Hand out a task."""
+        for _ in range(2):
+            if self._executor is None:
+                self._executor = self._make()
+            try:
+                return self._executor.submit(work, task)
+            except BrokenProcessPool:
+                self._executor = None
+        raise RuntimeError("workers can't be started on this machine")
+
+    def __enter__(self) -> Workers:
+        """Workers start with the first task."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let running tasks end."""
+        if self._executor is not None:
+            self._executor.shutdown(wait=True)
+            self._executor = None
+        self._close()
+
+
+def run(
+    tasks: Iterable[Task], workers: Workers, stop: Callable[[], bool] = lambda: False
+) -> Iterator[Outcome]:
+    """Work on tasks and yield outcomes as they come, in no order.
+
+    Only a few tasks are handed out at a time, so memory is bounded by the number of workers. A
+    worker that dies, for want of memory say, fails the photo it was at; the others go on.
+
+    Parameters
+    ----------
+    tasks : iterable of Task
+        What to do.
+    workers : Workers
+        Who does it.
+    stop : callable
+        Asked before each task is handed out; True ends the batch with the running ones.
+    """
+    doubtful: list[Task] = []
+    with workers:
+        for task, outcome in _spread(tasks, workers, stop):
+            if outcome is None:
+                doubtful.append(task)
+            else:
+                yield outcome
+        # A dying worker takes down all that were handed out: one by one shows which it was.
+        for task in doubtful:
+            if stop():
+                return
+            yield _result(workers.submit(task)) or Outcome(
+                task.source, task.output, "failed", "the worker died at it; try fewer --jobs"
+            )
+
+
+def _spread(
+    tasks: Iterable[Task], workers: Workers, stop: Callable[[], bool]
+) -> Iterator[tuple[Task, Outcome | None]]:
+    waiting = iter(tasks)
+    running: dict[Future[Outcome], Task] = {}
+    try:
+        while True:
+            while len(running) < workers.count * _AHEAD and not stop():
+                task = next(waiting, None)
+                if task is None:
+                    break
+                running[workers.submit(task)] = task
+            if not running:
+                return
+            first = concurrent.futures.FIRST_COMPLETED
+            for future in concurrent.futures.wait(running, return_when=first).done:
+                yield running.pop(future), _result(future)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _result(future: Future[Outcome]) -> Outcome | None:
+    """Return what a worker made of a task; None when it died, for `work` itself never raises."""
+    try:
+        return future.result()
+    except Exception:
+        return None
+
+
+def _settle() -> None:
+    # Photos are spread over processes already: threads inside each would only get in the way. An
+    # interrupt is for the process that hands out tasks; running ones end in peace.
+    import cv2
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    cv2.setNumThreads(1)

@@ -1,0 +1,146 @@
+"""``kogao-cli batch``: many photos, some of them bad; interrupted and gone on with at will."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from kogao_core.cli import common, options
+
+if TYPE_CHECKING:
+    from kogao_core.batch import Outcome, Workers
+
+REPORT: Final = "kogao-batch.jsonl"
+
+
+@click.command("batch")
+@click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for the results; made if need be.",
+)  # fmt: skip
+@options.chooses
+@click.option(
+    "-j", "--jobs", type=click.IntRange(1, 256), default=lambda: os.cpu_count() or 1,
+    help="Photos worked on at a time; each takes about 8 times its pixels in memory [processors].",
+)  # fmt: skip
+@click.option(
+    "--report", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
+    help=f"JSON lines, one a photo; what it lists as done is skipped [OUTPUT/{REPORT}].",
+)  # fmt: skip
+@click.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
+@common.limits_megapixels
+@click.option(
+    "--dask", metavar="ADDRESS",
+    help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files.",
+)  # fmt: skip
+def command(
+    inputs: tuple[Path, ...],
+    folder: Path,
+    which: str,
+    recipe_file: Path | None,
+    jobs: int,
+    report: Path | None,
+    again: bool,
+    max_megapixels: float,
+    dask: str | None,
+    **choices: Any,
+) -> int:
+    """Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."""
+    from kogao_core import batch
+
+    recipe = options.recipe_of(recipe_file, choices)
+    report = report or folder / REPORT
+    with common.stopping(batch.NothingToDo, common.USAGE):
+        tasks = batch.plan(
+            _expanded(inputs), folder, recipe,
+            which=which, max_megapixels=max_megapixels, report=None if again else report,
+        )  # fmt: skip
+    workers = _workers(dask, jobs)
+    with common.stopping(OSError, common.UNREADABLE):
+        report.parent.mkdir(parents=True, exist_ok=True)
+        lines = report.open("a", encoding="utf-8")
+    progress = _Progress(len(tasks))
+    with lines:
+        for outcome in batch.run(tasks, workers):
+            lines.write(outcome.to_json() + "\n")
+            lines.flush()
+            progress.add(outcome)
+    progress.end(report)
+    return common.SOME_FAILED if progress.bad else 0
+
+
+def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
+    """Expand patterns that the shell has left alone."""
+    paths: list[Path] = []
+    for path in inputs:
+        if path.exists() or not any(sign in str(path) for sign in "*?["):
+            paths.append(path)
+            continue
+        anchor = Path(path.anchor) if path.anchor else Path()
+        found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
+        if not found:
+            raise common.Stop(f"nothing matches {path}", common.USAGE)
+        paths += found
+    return paths
+
+
+def _workers(dask: str | None, jobs: int) -> Workers:
+    from kogao_core.batch import Workers
+
+    if dask is None:
+        return Workers.processes(jobs)
+    try:
+        return Workers.dask(dask)
+    except ImportError:
+        raise common.Stop(
+            "--dask needs dask.distributed: pip install 'kogao[cluster]'", common.BROKEN
+        ) from None
+    except (OSError, ValueError) as error:
+        raise common.Stop(f"no dask scheduler answers at {dask} ({error})", common.USAGE) from error
+
+
+class _Progress:
+    """Counts outcomes and says how long the rest will take."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._start = time.monotonic()
+        self._counts: Counter[str] = Counter()
+
+    @property
+    def bad(self) -> int:
+        """Photos that weren't done."""
+        return self._counts["failed"] + self._counts["no face"]
+
+    def add(self, outcome: Outcome) -> None:
+        """Count one; failures are named at once."""
+        self._counts[outcome.status] += 1
+        if outcome.status in ("failed", "no face"):
+            named = outcome.reason.startswith(outcome.source)
+            self._say(f"{outcome.reason if named else f'{outcome.source}: {outcome.reason}'}\n")
+        if sys.stderr.isatty():
+            self._say(f"{self._line()}\r")
+
+    def end(self, report: Path) -> None:
+        """Print the sums."""
+        self._say(f"{self._line()}; see {report}\n")
+
+    def _line(self) -> str:
+        finished = sum(self._counts.values())
+        counts = ", ".join(f"{count} {name}" for name, count in sorted(self._counts.items()))
+        worked = finished - self._counts["skipped"]
+        line = f"{finished} of {self._total}: {counts or 'nothing yet'}"
+        if worked and finished < self._total:
+            left = (time.monotonic() - self._start) / worked * (self._total - finished)
+            line += f", {left / 60:.0f} min left" if left > 90 else f", {left:.0f} s left"
+        return line
+
+    def _say(self, text: str) -> None:
+        click.echo(text, nl=False, err=True)

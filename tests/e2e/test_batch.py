@@ -1,0 +1,210 @@
+"""Many photos: bad ones are named, good ones done, interrupted runs gone on with."""
+
+import concurrent.futures
+import dataclasses
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import assets, batch, photo
+from kogao_core.batch import workers
+from kogao_core.cli import main
+from kogao_core.recipe import Recipe
+
+
+@pytest.fixture(scope="module")
+def small_portrait(tmp_path_factory):
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        sample = assets.path("samples/average.jpg")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+    path = tmp_path_factory.mktemp("portrait") / "small.jpg"
+    Image.open(sample).resize((300, 300)).save(path, quality=92)
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path, small_portrait):
+    """Five portraits in two folders, a broken file, a picture without a face, and notes."""
+    inputs = tmp_path / "in"
+    (inputs / "deeper").mkdir(parents=True)
+    for name in ("a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg"):
+        shutil.copy(small_portrait, inputs / name)
+    (inputs / "broken.jpg").write_bytes(small_portrait.read_bytes()[:3000])
+    Image.fromarray(np.full((300, 300, 3), 90, np.uint8)).save(inputs / "wall.png")
+    (inputs / "notes.txt").write_text("not a photo")
+    return inputs
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as ending:
+        main(["batch", *map(str, arguments)])
+    return ending.value.code, *capsys.readouterr()
+
+
+def lines(out):
+    text = (out / "kogao-batch.jsonl").read_text(encoding="utf-8")
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_good_photos_are_done_and_bad_ones_named(capsys, folder, tmp_path):
+    out = tmp_path / "out"
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    code, said, err = run(capsys, folder, "-o", out, "-j", 2, "--percent", 6)
+    assert (code, said) == (5, "")
+    assert "broken.jpg" in err
+    assert "wall.png: no face" in err
+    assert "7 of 7: 5 done, 1 failed, 1 no face" in err
+    report = {line["output"]: line for line in lines(out)}
+    assert sorted(line["status"] for line in report.values()) == [
+        *["done"] * 5,
+        "failed",
+        "no face",
+    ]
+    written = sorted(str(path.relative_to(out)) for path in out.rglob("*.[jJ]*[gG]"))
+    assert written == ["a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg"]
+    assert not list(out.rglob("*.partial"))
+    assert {path: path.read_bytes() for path in before} == before
+    source, result = photo.read(folder / "a.jpg"), photo.read(out / "a.jpg")
+    assert (source.pixels != result.pixels).any()
+
+    code, _, err = run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
+    assert code == 5
+    assert "5 skipped" in err
+    # Other choices, another source or a damaged result are worked on again.
+    (out / "b.jpg").write_bytes(b"damaged")
+    Image.open(folder / "a.jpg").rotate(5).save(folder / "a.jpg")
+    _, _, err = run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
+    assert "2 done, 1 failed, 1 no face, 3 skipped" in err
+    _, _, err = run(capsys, folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5)
+    assert "1 of 1: 1 done" in err
+    _, _, err = run(capsys, folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5, "--again")
+    assert "1 of 1: 1 done" in err
+
+
+def test_wrong_calls_end_with_one_line(capsys, folder, tmp_path):
+    out = tmp_path / "out"
+    for arguments, words in [
+        ((folder / "nothing.jpg",), "doesn't exist"),
+        ((folder / "*.gif",), "nothing matches"),
+        ((folder / "a.jpg", folder / "deeper" / "a.jpg"), "both become"),
+        ((folder / "a.jpg", "--percent", "99"), "percent must be within"),
+        ((folder / "a.jpg", "--dask", "127.0.0.1:1"), "dask"),
+    ]:
+        code, said, err = run(capsys, *arguments, "-o", out)
+        assert (code in (1, 2), said) == (True, "")
+        assert words in err
+        assert err.count("\n") == 1
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    code, _, err = run(capsys, empty, "-o", out)
+    assert code == 2
+    assert "no photos" in err
+
+
+def test_results_inside_the_input_folder_are_not_inputs_the_next_time(folder):
+    out = folder / "small"
+    out.mkdir()
+    shutil.copy(folder / "a.jpg", out / "a.jpg")
+    tasks = batch.plan([folder], out, Recipe())
+    assert not any("small" in task.source for task in tasks)
+
+
+def test_a_damaged_report_is_read_as_far_as_it_goes(folder, tmp_path):
+    out = tmp_path / "out"
+    report = tmp_path / "report.jsonl"
+    good = batch.Outcome("x", str(out / "a.jpg"), "done", key="k").to_json()
+    report.write_text('{"cut\n[1, 2]\n{"output": 3, "status": "done", "key": "z"}\n' + good + "\n")
+    tasks = batch.plan([folder / "a.jpg"], out, Recipe(), report=report)
+    assert [task.done for task in tasks] == ["k"]
+
+
+def _dies(task):
+    if "poison" in task.source:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return batch.Outcome(task.source, task.output, "done")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_a_worker_that_dies_fails_its_own_photo_only(monkeypatch):
+    monkeypatch.setattr(workers, "work", _dies)
+    names = [f"good{k}" for k in range(12)]
+    names[4] = names[9] = "poison"
+    tasks = [batch.Task(name, f"{k}.jpg", {}) for k, name in enumerate(names)]
+    outcomes = {one.output: one for one in batch.run(tasks, batch.Workers.processes(2))}
+    assert len(outcomes) == 12
+    failed = {output for output, one in outcomes.items() if one.status == "failed"}
+    assert failed == {"4.jpg", "9.jpg"}
+    assert "died" in outcomes["4.jpg"].reason
+
+
+def test_a_stopped_batch_hands_out_no_more(monkeypatch):
+    monkeypatch.setattr(workers, "work", lambda task: batch.Outcome(task.source, "", "done"))
+    seen = []
+    one = batch.Workers(lambda: concurrent.futures.ThreadPoolExecutor(1), 1)
+    tasks = [batch.Task(str(k), str(k), {}) for k in range(100)]
+    for outcome in batch.run(tasks, one, stop=lambda: len(seen) >= 3):
+        seen.append(outcome)
+    assert 3 <= len(seen) <= 6
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_a_killed_batch_leaves_whole_files_and_goes_on(small_portrait, tmp_path):
+    inputs, out = tmp_path / "in", tmp_path / "out"
+    inputs.mkdir()
+    for k in range(12):
+        shutil.copy(small_portrait, inputs / f"{k}.jpg")
+    before = small_portrait.read_bytes()
+    program = [sys.executable, "-c", "from kogao_core.cli import main; main()"]
+    command = [*program, "batch", str(inputs), "-o", str(out), "-j", "1"]
+    for wait in (1.2, 2.0):
+        process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
+        time.sleep(wait)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        assert all(path.read_bytes() == before for path in inputs.iterdir())
+        for path in out.glob("*.jpg") if out.exists() else []:
+            assert photo.read(path).pixels.shape == (300, 300, 3)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert len(list(out.glob("*.jpg"))) == 12
+
+
+def test_the_report_names_what_was_asked(folder, tmp_path):
+    (task,) = batch.plan([folder / "a.jpg"], tmp_path / "out", Recipe(percent=3.0))
+    outcome = batch.work(task)
+    assert outcome.status == "done"
+    assert batch.work(dataclasses.replace(task, done=outcome.key)).status == "skipped"
+    other = dataclasses.replace(task, done=outcome.key, recipe=Recipe(percent=4.0).to_dict())
+    assert batch.work(other).status == "done"
+
+
+def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portrait, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
+    inputs, out = tmp_path / "in", tmp_path / "out"
+    inputs.mkdir()
+    for k in range(8):
+        shutil.copy(small_portrait, inputs / f"{k}.jpg")
+    tasks = batch.plan([inputs], out, Recipe())
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
+    ) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+        outcomes = []
+        for outcome in batch.run(tasks, batch.Workers.dask(cluster.scheduler_address)):
+            outcomes.append(outcome)
+            if len(outcomes) == 2:
+                os.kill(victim, signal.SIGTERM if sys.platform == "win32" else signal.SIGKILL)
+    assert [one.status for one in outcomes] == ["done"] * 8, outcomes
+    alone = batch.work(dataclasses.replace(tasks[0], output=str(tmp_path / "alone.jpg")))
+    assert alone.status == "done"
+    assert (tmp_path / "alone.jpg").read_bytes() == (out / "0.jpg").read_bytes()
