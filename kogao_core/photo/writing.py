@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import secrets
 import shutil
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from kogao_core.atomic import put
 from kogao_core.geometry import Image
 from kogao_core.photo.encoding import encode
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
@@ -41,7 +41,7 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
     path : path
         ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff`` or ``.webp``.
     force : bool
-        Replace an existing file.
+        Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
 
     Returns
     -------
@@ -65,13 +65,26 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
             data, said = _encoded(photo, pixels, path, form), ""
             if form == "JPEG" and photo.format == "JPEG":
                 data, said = _with_blocks_kept(photo, pixels, data)
-        _put(data, path, force)
+        if path.exists() and photo.path.exists() and path.samefile(photo.path):
+            said = f"the photo as it was is {_backed_up(path)}" + (f"; {said}" if said else "")
+        # The last look is just before the file appears: someone may have been quicker.
+        put(data, path, lambda: check_output(path, force=force))
         return said
     except OSError as error:
         reason = error.strerror or error
         raise CannotWrite(
             f"{path} can't be written ({reason}); choose another folder or make room"
         ) from error
+
+
+def _backed_up(path: Path) -> Path:
+    """Keep a photo under another name beside it; the oldest one that was kept stays."""
+    target = Path(os.path.realpath(path))
+    backup = target.with_name(f"{target.stem}.original{target.suffix}")
+    if not backup.exists():
+        put(target.read_bytes(), backup)
+        shutil.copystat(target, backup)
+    return backup
 
 
 def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format:
@@ -172,20 +185,3 @@ def _encoded(photo: Photo, pixels: Image, path: Path, form: Format) -> bytes:
         raise CannotWrite(
             f"{path} can't be encoded as {form} ({error}); write it as .tif or .png"
         ) from error
-
-
-def _put(data: bytes, path: Path, force: bool) -> None:
-    # Through a link to the file it names, and beside it: a rename must not cross file systems.
-    target = Path(os.path.realpath(path))
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
-    try:
-        with partial.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if target.exists():
-            shutil.copymode(target, partial)
-        check_output(path, force=force)  # someone may have been quicker
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)

@@ -375,6 +375,17 @@ def test_a_source_written_over_is_not_taken_for_the_original(tmp_path, picture):
     np.testing.assert_array_equal(photo.read(path).pixels, picture)
 
 
+def test_a_photo_written_over_is_kept_beside_it_once(tmp_path, picture):
+    path = saved(tmp_path / "in.jpg", picture)
+    first = path.read_bytes()
+    for _ in range(2):
+        source = photo.read(path)
+        said = photo.write(source, inverted(source), path, force=True)
+        assert "in.original.jpg" in said
+        assert (tmp_path / "in.original.jpg").read_bytes() == first
+    assert path.read_bytes() != first
+
+
 # ---- bad input ------------------------------------------------------------------------------
 
 
