@@ -37,26 +37,34 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     if options.screenshot is not None and options.photo is None:
         options.sample = True
     # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
+    from PySide6.QtCore import QTemporaryDir
     from PySide6.QtWidgets import QApplication
 
     app = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(app, QApplication)
     app.setApplicationName("Kogao")
-    from kogao_core.landmarks import MeshSource
+    from kogao_core import landmarks
 
     from .editor import Editor
-    from .screenshot import Screenshot
+    from .screenshot import Look, Screenshot
+    from .storage import Storage
 
-    editor = Editor(app, source or MeshSource(), options.theme)
-    editor.window.resize(*options.size)
-    shot = None if options.screenshot is None else Screenshot(editor, options.screenshot)
+    # A picture shows the program as it comes, whatever this user has made of it.
+    aside = None if options.screenshot is None else QTemporaryDir()
+    storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
+    editor = Editor(app, source or landmarks.source(), storage, options.theme)
+    if options.size is not None or not editor.desk.size_known:
+        editor.window.resize(*(options.size or _SIZE))
+    look = Look(options.show, options.percent, options.protect)
+    shot = None if options.screenshot is None else Screenshot(editor, options.screenshot, look)
     editor.window.show()
     if options.photo is not None:
         editor.files.open(options.photo)
     elif options.sample:
         editor.files.open_sample()
     else:
-        editor.files.welcome()
+        editor.desk.begin(editor.files.welcome)
+    editor.recovery.look()
     code = app.exec()
     return code if shot is None else shot.finish()
 
@@ -70,11 +78,25 @@ def _parser() -> argparse.ArgumentParser:
         "--screenshot",
         type=Path,
         metavar="OUT.png",
-        help="save a picture of the window with all overlays on, and exit",
+        help="save a picture of the window, and exit",
     )
     parser.add_argument(
-        "--size", type=_size, default=_SIZE, metavar="WxH", help="size of the window in px"
+        "--show",
+        type=_names,
+        metavar="NAME,...",
+        help="what the picture shows: overlays, ways to compare, tools (see docs/editor.md); "
+        "the overlays that leave the photo visible when absent",
     )
+    parser.add_argument(
+        "--percent", type=float, metavar="P", help="warp distance in the picture, %% of D"
+    )
+    parser.add_argument(
+        "--protect",
+        type=_line,
+        metavar="'X,Y X,Y'",
+        help="a line in the picture's photo, px, that must not move",
+    )
+    parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window in px")
     parser.add_argument(
         "--theme",
         choices=("system", "light", "dark"),
@@ -82,6 +104,28 @@ def _parser() -> argparse.ArgumentParser:
         help="colours of the window",
     )
     return parser
+
+
+def _names(text: str) -> frozenset[str]:
+    from .screenshot import names
+
+    asked = frozenset(text.split(","))
+    unknown = sorted(asked - names())
+    if unknown:
+        known = ", ".join(sorted(names()))
+        raise argparse.ArgumentTypeError(f"{unknown[0]!r} can't be shown; known: {known}")
+    return asked
+
+
+def _line(text: str) -> tuple[tuple[float, float], ...]:
+    try:
+        pairs = [point.split(",") for point in text.split()]
+        line = tuple((float(x), float(y)) for x, y in pairs)
+    except ValueError:
+        line = ()
+    if len(line) < 2:
+        raise argparse.ArgumentTypeError(f"{text!r} isn't a line such as '80,40 80,600'")
+    return line
 
 
 def _size(text: str) -> tuple[int, int]:

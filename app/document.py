@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,17 +15,21 @@ from PySide6.QtGui import QUndoStack
 from kogao_core.face import Face
 from kogao_core.geometry import Box
 from kogao_core.photo import Photo
-from kogao_core.recipe import Recipe
+from kogao_core.project import Mode, Sheet
+from kogao_core.protection import NOTHING, Protection
+from kogao_core.recipe import FACE_FIELDS, Recipe
 from kogao_core.targets import Pairs, aim
 
 from .commands import ReplaceState
 from .pyramid import Pyramid
 
+# A landmark marked by hand and where it goes, px of the photo.
+Mark = tuple[tuple[float, float], tuple[float, float]]
 DEFAULT: Final = Recipe()
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Sheet):
     """Everything that undo brings back.
 
     Parameters
@@ -34,26 +39,69 @@ class State:
     off : frozenset of int
         Indices of the faces left as they are.
     recipe : Recipe
-        The choices, for all faces.
+        The photo's choices, for all faces but those with some of their own.
+    protection : Protection
+        Places that must not move, px of the photo.
+    mode : {"automatic", "manual"}
+        Whose faces these are: the machine's, or those marked by hand.
+    kept : Sheet, optional
+        Faces and recipe of the other mode; None until it is first switched to.
+    draft : tuple of Mark
+        Points of a face being marked that aren't a face yet.
     """
 
-    faces: tuple[Face, ...] = ()
-    off: frozenset[int] = frozenset()
-    recipe: Recipe = DEFAULT
-
-    @property
-    def active(self) -> list[Face]:
-        """The faces to make smaller."""
-        return [face for index, face in enumerate(self.faces) if index not in self.off]
+    protection: Protection = NOTHING
+    mode: Mode = "automatic"
+    kept: Sheet | None = None
+    draft: tuple[Mark, ...] = ()
 
     @cached_property
     def pairs(self) -> tuple[Pairs, ...]:
         """Landmarks, targets and centre of every face, off ones too."""
         return tuple(aim(face, self.recipe) for face in self.faces)
 
-    def with_recipe(self, **changes: object) -> State:
-        """Return the state with fields of the recipe replaced."""
-        return dataclasses.replace(self, recipe=dataclasses.replace(self.recipe, **changes))  # type: ignore[arg-type]
+    def recipe_of(self, face: int | None) -> Recipe:
+        """Return what a face goes by; the photo's own recipe for None."""
+        return self.recipe if face is None else self.recipe.of_face(self.faces[face].recipe)
+
+    def with_choices(self, face: int | None, **changes: object) -> State:
+        """Return the state with fields of a recipe replaced.
+
+        What a face can't choose for itself (all but `FACE_FIELDS`) is changed for the photo.
+        """
+        if face is None or not changes.keys() <= set(FACE_FIELDS):
+            recipe = dataclasses.replace(self.recipe, **changes)  # type: ignore[arg-type]
+            return dataclasses.replace(self, recipe=recipe)
+        own = dataclasses.replace(self.recipe_of(face), **changes)  # type: ignore[arg-type]
+        return self.with_face(face, dataclasses.replace(self.faces[face], recipe=own))
+
+    def sheet(self, mode: Mode) -> Sheet:
+        """Return what a mode holds; one never switched to starts with the other's recipe."""
+        if mode == self.mode:
+            return Sheet(self.faces, self.off, self.recipe)
+        return self.kept or Sheet(recipe=self.recipe)
+
+    def in_mode(self, mode: Mode) -> State:
+        """Return the state in a mode; the other mode's faces and recipe are kept for later."""
+        if mode == self.mode:
+            return self
+        here, there = self.sheet(self.mode), self.sheet(mode)
+        return dataclasses.replace(
+            self, mode=mode, kept=here, faces=there.faces, off=there.off, recipe=there.recipe
+        )
+
+    def with_found(self, faces: Sequence[Face]) -> State:
+        """Return the state with what the detector found; marks made by hand stay."""
+        if self.mode == "automatic":
+            return dataclasses.replace(self, faces=tuple(faces), off=frozenset())
+        kept = Sheet(tuple(faces), recipe=self.sheet("automatic").recipe)
+        return dataclasses.replace(self, kept=kept)
+
+    def without_face(self, index: int) -> State:
+        """Return the state with one face less."""
+        faces = (*self.faces[:index], *self.faces[index + 1 :])
+        off = frozenset(i - (i > index) for i in self.off if i != index)
+        return dataclasses.replace(self, faces=faces, off=off)
 
     def with_face(self, index: int, face: Face) -> State:
         """Return the state with one face replaced."""
@@ -88,6 +136,11 @@ class Document(QObject):
         return self._state
 
     @property
+    def committed(self) -> State:
+        """What the last whole gesture left."""
+        return self._committed
+
+    @property
     def in_gesture(self) -> bool:
         """True between a first preview and its commit or abort."""
         return self._state is not self._committed
@@ -113,7 +166,7 @@ class Document(QObject):
     def start_with(self, faces: list[Face]) -> None:
         """Take what the detector found, below the first undo step."""
         self.undo.clear()
-        self.restore(dataclasses.replace(self._committed, faces=tuple(faces), off=frozenset()))
+        self.restore(self._committed.with_found(faces))
 
     def preview(self, state: State) -> None:
         """Show a state while a gesture lasts."""

@@ -9,14 +9,22 @@ from kogao_core.face import LandmarkSource
 from kogao_core.pipeline import Rendering
 
 from . import actions, theme
+from .controllers.choices import Choices
 from .controllers.dialogs import Dialogs
 from .controllers.editing import Editing
 from .controllers.files import Files
 from .controllers.live import Live
+from .controllers.recovery import Recovery
 from .document import Document
 from .i18n import tr
 from .layers import ON_AT_FIRST, layers
+from .parts.canvas import CanvasPart
+from .parts.desk import Desk
+from .parts.landmarks import LandmarksPart
+from .parts.manual import ManualPart
+from .parts.presets import PresetsPart
 from .scene import Scene
+from .storage import Storage
 from .surfaces import Frame
 from .views.about import about_box
 from .views.bar import Message
@@ -32,12 +40,18 @@ class Editor(QObject):
         The application, for its theme.
     source : LandmarkSource
         What finds the faces.
+    storage : Storage
+        Where settings and recovery files lie.
     choice : {"system", "light", "dark"}
         Colours of the window.
     """
 
     def __init__(
-        self, app: QApplication, source: LandmarkSource, choice: theme.Choice = "system"
+        self,
+        app: QApplication,
+        source: LandmarkSource,
+        storage: Storage,
+        choice: theme.Choice = "system",
     ) -> None:
         super().__init__()
         self._app, self._choice = app, choice
@@ -47,11 +61,28 @@ class Editor(QObject):
         self.document = Document(self)
         self.window = Window(self.scene)
         self.editing = Editing(self.document, self.scene, self)
+        self.choices = Choices(self.document, self.scene, self.editing, self)
         self.live = Live(self.document, self.scene, self.window.canvas, self._pool, self)
         self.files = Files(self.document, self.editing, source, self._pool, self)
         self.dialogs = Dialogs(self.document, self.files, self.window)
+        self.recovery = Recovery(
+            self.document, self.files, storage.recovery, self.dialogs.guard, self._pool, self
+        )
         self._join_actions()
         self._join_canvas()
+        self.on_canvas = CanvasPart(
+            self.document, self.scene, self.editing, self.live, self.window, self._pool, self
+        )
+        settings = storage.settings()
+        self.desk = Desk(self.document, self.dialogs, self.window, settings, self._pool, self)
+        self.presets = PresetsPart(
+            self.document, self.scene, self.choices, self.window, settings, self
+        )
+        self.by_hand = ManualPart(
+            self.document, self.scene, self.editing, self.files, self.window, self._pool, self
+        )
+        self.by_hand.take_brush(self.on_canvas.protecting)
+        self.landmarks = LandmarksPart(source, self.files, self.window, self)
         self._join_panels()
         self._join_messages()
         app.styleHints().colorSchemeChanged.connect(self._dress)
@@ -61,14 +92,20 @@ class Editor(QObject):
     @property
     def busy(self) -> bool:
         """True while anything is under way."""
-        return self.files.busy or self.live.busy
+        parts = (self.files, self.live, self.on_canvas, self.by_hand, self.recovery, self.desk)
+        return any(part.busy for part in parts)
 
     def close(self) -> None:
         """Close the window without a question and wait for the workers."""
         self.files.stop()
         self.live.stop()
+        self.on_canvas.stop()
+        self.by_hand.stop()
+        self.recovery.stop()
+        self.desk.stop()
         self.window.really_close()
         self._pool.waitForDone()
+        self.recovery.clear()
 
     def _join_actions(self) -> None:
         canvas = self.window.canvas
@@ -88,7 +125,9 @@ class Editor(QObject):
                 "farther": lambda: canvas.zoom_to(canvas.zoom / 1.5),
                 "find": self.files.find,
                 "place": self.files.place,
-                "automatic": self.editing.make_automatic,
+                "copy-settings": self.choices.copy,
+                "paste-settings": self.choices.paste,
+                "follow-photo": self.choices.follow_photo,
                 "about": lambda: about_box(self.window).open(),
             },
         )
@@ -105,16 +144,19 @@ class Editor(QObject):
         canvas.nudge_ended.connect(self.editing.commit)
         canvas.hovered.connect(self.editing.hover)
         canvas.hovered.connect(lambda _, x, y: window.status.show_cursor(x, y))
-        canvas.view_changed.connect(lambda: window.status.show_zoom(canvas.zoom))
+        canvas.view_changed.connect(self._show_zoom)
         window.original_held.connect(canvas.show_original)
-        window.dropped.connect(self.dialogs.open)
         window.asked_to_close.connect(lambda: self.dialogs.guard(self.close))
         self.editing.aborted.connect(canvas.let_go)
         self.editing.restyled.connect(canvas.redraw)
 
     def _join_panels(self) -> None:
         window = self.window
-        window.recipe.edited.connect(self.editing.set_field)
+        window.recipe.edited.connect(self.choices.set_field)
+        window.recipe.follow.connect(self.choices.follow_photo)
+        window.faces.chosen.connect(self.choices.choose)
+        self.choices.chosen.connect(self._show_document)
+        self.choices.chosen.connect(window.canvas.redraw)
         window.recipe.rested.connect(self.editing.commit)
         window.faces.switched.connect(self.editing.switch_face)
         self.editing.aborted.connect(window.recipe.abort)
@@ -123,14 +165,18 @@ class Editor(QObject):
         self.document.undo.cleanChanged.connect(self._show_title)
         self.document.undo.indexChanged.connect(self._show_history)
         self.live.drawn.connect(self._show_frame)
+        self.live.drawn.connect(self.by_hand.manual.clock.show_photo)
         self.live.measured.connect(self._show_measures)
 
     def _join_messages(self) -> None:
         window = self.window
         self.files.said.connect(window.bar.say)
+        self.recovery.said.connect(window.bar.say)
         self.files.quiet.connect(window.bar.clear)
         self.files.working.connect(window.status.hint)
         self.editing.named.connect(window.status.hint)
+        self.choices.said.connect(window.bar.say)
+        self.landmarks.said.connect(window.bar.say)
         self.live.failed.connect(lambda problem: window.bar.say(Message(str(problem))))
 
     def _dress(self) -> None:
@@ -142,10 +188,14 @@ class Editor(QObject):
             self.window.status.show_photo(self.document.photo)
 
     def _show_document(self) -> None:
-        self.window.recipe.show_state(self.document.state)
-        self.window.faces.show_state(self.document.state)
+        self.window.recipe.show_state(self.document.state, self.scene.face)
+        self.window.faces.show_state(self.document.state, self.scene.face)
         self._show_title()
         self._show_history()
+
+    def _show_zoom(self) -> None:
+        if self.document.photo is not None:
+            self.window.status.show_zoom(self.window.canvas.zoom)
 
     def _show_title(self) -> None:
         path = self.document.path

@@ -28,7 +28,11 @@ def layers() -> tuple[Layer, ...]:
         Layer("lattice", tr("Lattice"), "G"),
         Layer("domains", tr("Domains"), "D"),
         Layer("folds", tr("Folded cells"), "J"),
+        Layer("heat", tr("Heat map of the move"), "H"),
+        Layer("jacobian", tr("Jacobian map"), "K"),
+        Layer("straight", tr("Straight lines and their bend"), "S"),
+        Layer("protection", tr("Protected places"), "P"),
     )
 
 
-ON_AT_FIRST = frozenset({"landmarks", "targets", "centre", "folds"})
+ON_AT_FIRST = frozenset({"landmarks", "targets", "centre", "folds", "protection"})

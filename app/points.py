@@ -17,7 +17,7 @@ from kogao_core.targets import center_candidates
 from .document import State
 from .i18n import tr
 
-Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body"]
+Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 _LEAST_TURN_PX: Final = 1e-3
 
 
@@ -61,6 +61,9 @@ def handles(
             "target": pairs.target_px,
             "centre": center_candidates(points),
         }
+        if state.mode == "manual":
+            # A target marked with a mere click lies on its landmark and must be drawn out of it.
+            groups = {"target": pairs.target_px, **groups}
         for kind, positions in groups.items():
             if kind in kinds:
                 yield from _numbered(kind, face, positions)
@@ -69,6 +72,14 @@ def handles(
 def _numbered(kind: Kind, face: int, positions: Array) -> Iterator[tuple[Handle, Array]]:
     for index, position in enumerate(positions):
         yield Handle(kind, face, index), position
+
+
+def exists(state: State, handle: Handle) -> bool:
+    """Return whether a face, and a point of its outline, is still there."""
+    if handle.face >= len(state.faces):
+        return False
+    on_outline = handle.kind in ("outline", "target")
+    return not on_outline or handle.index < len(state.faces[handle.face].outline)
 
 
 def position(state: State, handle: Handle) -> Array:
@@ -101,7 +112,7 @@ def moved(state: State, handle: Handle, start: npt.ArrayLike, to: npt.ArrayLike)
             face = face.mapped(_turn(corners(face).mean(axis=0), start, to))
         case "body":
             face = face.mapped(Affine(np.eye(2), np.asarray(to) - np.asarray(start)))
-        case "centre":
+        case "centre" | "mark":
             return state
     return state.with_face(handle.face, face)
 
@@ -138,6 +149,16 @@ def name(handle: Handle, count: int) -> str:
             return tr("turn and size the face")
         case "body":
             return tr("move the face")
+        case "mark":
+            return tr("a new landmark")
+
+
+def confidence(face: Face, handle: Handle) -> float | None:
+    """Return how sure the landmark is, 0 to 1; None where nobody says or it is no landmark."""
+    first = {"outline": 0, "eye": len(face.outline), "mouth": len(face.outline) + 4}
+    if face.confidence is None or handle.kind not in first:
+        return None
+    return float(face.confidence[first[handle.kind] + handle.index])
 
 
 def _part(index: int, count: int) -> str:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from kogao_core.geometry import Box
+from kogao_core.bend import BentLine
+from kogao_core.geometry import Array, Box
 
+from .before_after import CompareName
 from .document import State
 from .points import Handle
 from .surfaces import Frame
+from .tools import Brush
 
 NOWHERE: Final = Box(0, 0, 0, 0)
 
@@ -34,6 +37,22 @@ class Scene:
         The point under the cursor, and the one that the arrow keys move.
     placing : int, optional
         The face that is being placed as a whole.
+    face : int, optional
+        The face whose settings are edited; None for those of the photo.
+    lines : tuple of BentLine
+        Straight lines of the photo and their bend, the most bent first.
+    marking : bool
+        True while a press on the photo marks a landmark.
+    compare : {"off", "wipe", "side", "difference"}
+        How before and after are compared.
+    wipe : float
+        Where the divider stands, as a share of the canvas's width.
+    loupe : bool
+        Whether what lies under the cursor is magnified.
+    brush : Brush
+        The tool in hand.
+    cursor : array of shape (2,), optional
+        Where the mouse is, px of the photo; None when it is elsewhere.
     """
 
     state: State = field(default_factory=State)
@@ -44,3 +63,11 @@ class Scene:
     hovered: Handle | None = None
     selected: Handle | None = None
     placing: int | None = None
+    face: int | None = None
+    marking: bool = False
+    lines: tuple[BentLine, ...] = ()
+    compare: CompareName = "off"
+    wipe: float = 0.5
+    loupe: bool = False
+    brush: Brush = field(default_factory=Brush)
+    cursor: Array | None = None

@@ -2,18 +2,53 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QObject, QTimer
 
-from .actions import overlay_action
+from .actions import compare_action, overlay_action, tool_action
+from .before_after import Comparison, comparisons
 from .editor import Editor
-from .layers import layers
+from .layers import Layer, layers
+from .tools import Tool, tools
+
+# Maps cover the photo; everything else may be shown at once.
+SEE_THROUGH: Final = frozenset(
+    {"landmarks", "targets", "centre", "displacement", "lattice", "domains", "folds", "protection"}
+)
+_JAW: Final = 15
 
 UNREADABLE: Final = 3
 NO_FACE: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What the picture shows.
+
+    Parameters
+    ----------
+    show : frozenset of str, optional
+        Overlays, ways to compare and tools, from `names`.
+    percent : float, optional
+        Warp distance, % of D; the recipe's when absent.
+    protect : tuple of (x, y), optional
+        Corners of a line that must not move, px of the photo.
+    """
+
+    show: frozenset[str] | None = None
+    percent: float | None = None
+    protect: tuple[tuple[float, float], ...] | None = None
+
+
+def names() -> frozenset[str]:
+    """Return all names that `Look.show` may hold."""
+    listed: list[Layer | Comparison | Tool] = [*layers(), *comparisons(), *tools()]
+    return frozenset({*(one.name for one in listed), "loupe"})
 
 
 class Screenshot(QObject):
@@ -25,17 +60,19 @@ class Screenshot(QObject):
         Whose window; it is closed at the end, and with it the application.
     path : Path
         Where the picture goes.
+    look : Look
+        What it shows.
     """
 
-    def __init__(self, editor: Editor, path: Path) -> None:
+    def __init__(self, editor: Editor, path: Path, look: Look) -> None:
         super().__init__(editor)
-        self._editor, self._path = editor, path
+        self._editor, self._path, self._look = editor, path, look
         self._code, self._line = 0, ""
-        for layer in layers():
-            editor.window.actions_by_name[overlay_action(layer.name)].setChecked(True)
+        self._show(SEE_THROUGH if look.show is None else look.show)
         editor.files.unreadable.connect(self._give_up)
-        editor.files.found.connect(self._look)
+        editor.files.found.connect(self._arrive)
         editor.live.settled.connect(self._take)
+        editor.on_canvas.bending.measured.connect(self._take)
         self._found = False
 
     def finish(self) -> int:
@@ -44,15 +81,42 @@ class Screenshot(QObject):
             print(f"kogao: {self._line}", file=sys.stderr)
         return self._code
 
-    def _look(self, faces: int) -> None:
+    def _arrive(self, faces: int) -> None:
         self._found = True
         if not faces:
             self._end(NO_FACE, f"no face in {self._editor.document.path}")
+        self._edit()
         if not self._editor.live.busy:
             self._take()
 
+    def _show(self, shown: frozenset[str]) -> None:
+        named = self._editor.window.actions_by_name
+        for layer in layers():
+            named[overlay_action(layer.name)].setChecked(layer.name in shown)
+        for way in comparisons():
+            named[compare_action(way.name)].setChecked(way.name in shown)
+        for tool in tools():
+            if tool.name in shown:
+                named[tool_action(tool.name)].trigger()
+        named["loupe"].setChecked("loupe" in shown)
+
+    def _edit(self) -> None:
+        state, look = self._editor.document.state, self._look
+        if look.percent is not None:
+            recipe = dataclasses.replace(state.recipe, percent=look.percent)
+            state = dataclasses.replace(state, recipe=recipe)
+        if look.protect is not None:
+            radius = self._editor.scene.brush.radius_px
+            protection = state.protection.with_stroke(look.protect, radius)
+            state = dataclasses.replace(state, protection=protection)
+        if state is not self._editor.document.state:
+            self._editor.document.restore(state)
+        if state.faces:
+            # The loupe needs a cursor: on the jaw, where most moves.
+            self._editor.scene.cursor = state.faces[0].outline[_JAW]
+
     def _take(self) -> None:
-        if self._found:
+        if self._found and not self._editor.on_canvas.bending.busy:
             # The last signals must reach the panels first.
             QTimer.singleShot(0, self._shoot)
 

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import Rendering, render
+from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import Recipe
 from kogao_core.warp import Canvas
 
+from .document import State
 from .pyramid import Pyramid, Rgb8, to_photo
 
 
@@ -54,6 +56,15 @@ class View:
     box: Box
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Job:
+    """What to render, in px of the picture that it is rendered from."""
+
+    faces: Sequence[Face]
+    recipe: Recipe
+    protection: Protection
+
+
 class _Buffer:
     """A canvas over one picture and the halvings of its result."""
 
@@ -61,8 +72,11 @@ class _Buffer:
         self._canvas = Canvas(source)
         self._result = Pyramid(self._canvas.pixels) if reduced else None
 
-    def render(self, faces: Sequence[Face], recipe: Recipe) -> tuple[Rendering, Sequence[Rgb8]]:
-        rendering = render(self._canvas.source, faces, recipe, canvas=self._canvas)
+    def render(self, job: _Job) -> tuple[Rendering, Sequence[Rgb8]]:
+        canvas, protection = self._canvas, job.protection
+        rendering = render(
+            canvas.source, job.faces, job.recipe, protection=protection, canvas=canvas
+        )
         if self._result is None:
             return rendering, [rendering.pixels]
         self._result.refresh(rendering.changed)
@@ -77,10 +91,10 @@ class _Pair:
         self._front: _Buffer | None = None
         self._back: _Buffer | None = None
 
-    def render(self, faces: Sequence[Face], recipe: Recipe) -> tuple[Rendering, Sequence[Rgb8]]:
+    def render(self, job: _Job) -> tuple[Rendering, Sequence[Rgb8]]:
         if self._back is None:
             self._back = _Buffer(self._source, reduced=self._reduced)
-        return self._back.render(faces, recipe)
+        return self._back.render(job)
 
     def swap(self) -> None:
         self._front, self._back = self._back, self._front
@@ -100,10 +114,10 @@ class FullSurface:
     def __init__(self, photo: Pyramid) -> None:
         self._pair = _Pair(photo.levels[0], reduced=True)
 
-    def render(self, revision: int, faces: Sequence[Face], recipe: Recipe) -> Frame:
+    def render(self, revision: int, state: State) -> Frame:
         """Return a frame in the buffer off screen."""
         start = time.perf_counter()
-        rendering, levels = self._pair.render(faces, recipe)
+        rendering, levels = self._pair.render(_Job(state.active, state.recipe, state.protection))
         return Frame(revision, rendering, levels, to_photo(0), _since_ms(start))
 
     def shown(self) -> None:
@@ -124,19 +138,26 @@ class PreviewSurface:
         self._photo = photo
         self._view: View | None = None
         self._pair: _Pair | None = None
+        self._protection = self._mapped = NOTHING
 
-    def render(self, revision: int, faces: Sequence[Face], recipe: Recipe, view: View) -> Frame:
+    def render(self, revision: int, state: State, view: View) -> Frame:
         """Return a frame of `view`, sampled bilinearly, in the buffer off screen."""
         start = time.perf_counter()
         if self._pair is None or self._view != view:
             rows, columns = view.box.slices
             part = self._photo.levels[view.level][rows, columns]
             self._pair, self._view = _Pair(part, reduced=False), view
+            self._protection = self._mapped = NOTHING
         back = to_photo(view.level, (view.box.left, view.box.top))
-        there = back.inverse
-        quick = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
-        rendering, levels = self._pair.render([face.mapped(there) for face in faces], quick)
+        rendering, levels = self._pair.render(self._quick(state, back.inverse))
         return Frame(revision, rendering, levels, back, _since_ms(start))
+
+    def _quick(self, state: State, there: Affine) -> _Job:
+        if state.protection is not self._protection:
+            # The warp redoes only what changes as long as the strokes are the very same.
+            self._protection, self._mapped = state.protection, state.protection.mapped(there)
+        recipe = dataclasses.replace(state.recipe.at_scale(there.scale), interpolation="bilinear")
+        return _Job([face.mapped(there) for face in state.active], recipe, self._mapped)
 
     def shown(self) -> None:
         """Note that the last frame has gone on screen."""

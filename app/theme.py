@@ -122,6 +122,7 @@ def _sheet(theme: Theme) -> str:
     QPushButton, QToolButton[segment="true"] {{
         background: {theme.raised}; border-color: {theme.line};
     }}
+    QToolButton[snug="true"] {{ padding: 4px 2px; }}
     QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
     QToolButton:pressed, QPushButton:pressed {{ background: {theme.line}; }}
     QToolButton:checked {{
@@ -137,6 +138,9 @@ def _sheet(theme: Theme) -> str:
     QLabel[heading="true"] {{ color: {theme.text}; font-weight: 600; }}
     QLabel[muted="true"] {{ color: {theme.muted}; }}
     QLabel[warn="true"] {{ color: {theme.warning}; }}
+    QLabel[plate="true"] {{
+        background: rgba(0, 0, 0, 170); color: white; border-radius: 3px; padding: 1px 4px;
+    }}
     QSlider {{ min-height: 20px; }}
     QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
     QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 2px; }}
@@ -153,7 +157,19 @@ def _sheet(theme: Theme) -> str:
     QFrame[bar="wrong"] {{ border-left: 4px solid {theme.warning}; }}
     QFrame[bar="hint"] {{ border-left: 4px solid {theme.accent}; }}
     QScrollArea, QListWidget {{ border: none; background: {theme.window}; }}
-    QListWidget::item {{ padding: 4px; border-radius: 4px; }}
+    QListWidget::item {{
+        padding: 4px; border-radius: 4px; border-left: 4px solid transparent;
+    }}
+    QListWidget::item:selected {{
+        background: {theme.raised}; color: {theme.text}; border-left-color: {theme.accent};
+    }}
+    QTabBar {{ background: {theme.window}; qproperty-drawBase: 0; }}
+    QTabBar::tab {{
+        color: {theme.muted}; padding: 4px 12px; border-bottom: 2px solid transparent;
+    }}
+    QTabBar::tab:selected {{ color: {theme.text}; border-bottom-color: {theme.accent}; }}
+    QTabBar::tab:hover {{ color: {theme.text}; }}
+    QUndoView {{ border: none; background: {theme.window}; }}
     QStatusBar {{ border-top: 1px solid {theme.line}; }}
     QStatusBar::item {{ border: none; }}
     """

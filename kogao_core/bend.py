@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -62,6 +63,24 @@ def straight_lines(photo: Image, near: Box) -> Array:
         return np.zeros((0, 2, 2))
     ends = (found.reshape(-1, 2, 2).astype(np.float64) + 0.5) / scale - 0.5
     return np.asarray(ends + np.array([box.left, box.top]))
+
+
+def beside(lines: Array, outlines: Sequence[Array]) -> Array:
+    """Drop lines of shape (N, 2, 2) whose middle lies on a face: brows and lips are meant to move.
+
+    Parameters
+    ----------
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of each line, px.
+    outlines : sequence of arrays of shape (M, 2)
+        Outline of each face, px.
+    """
+    hulls = [cv2.convexHull(outline.astype(np.float32)) for outline in outlines]
+    apart = [
+        all(cv2.pointPolygonTest(hull, middle, measureDist=False) < 0 for hull in hulls)
+        for middle in lines.mean(axis=1).tolist()
+    ]
+    return np.asarray(lines[np.array(apart, bool)])
 
 
 def bends(field: Field, lines: Array) -> list[BentLine]:

@@ -58,6 +58,9 @@ class Face:
         Which landmark source made it: "mesh", "manual", ...
     recipe : Recipe, optional
         This face's own warp distance, centre, lattice and fit; the photo's when absent.
+    confidence : array of shape (N + 6,), optional
+        How sure each of `points` is, 0 to 1: low where hair or a hand hides the face, 1 for a point
+        placed by hand. Absent where the source doesn't tell.
     """
 
     outline: Array
@@ -68,6 +71,7 @@ class Face:
     pinned_frame: Frame | None = None
     source: str = "manual"
     recipe: Recipe | None = None
+    confidence: Array | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -79,6 +83,11 @@ class Face:
         object.__setattr__(self, "mouth", frozen(self.mouth, (2, 2)))
         if self.targets is not None:
             object.__setattr__(self, "targets", frozen(self.targets, outline.shape))
+        if self.confidence is not None:
+            confidence = frozen(self.confidence, (len(outline) + 6,))
+            if not ((confidence >= 0.0) & (confidence <= 1.0)).all():
+                raise ValueError("confidence must lie between 0 and 1")
+            object.__setattr__(self, "confidence", confidence)
 
     @cached_property
     def frame(self) -> Frame:
@@ -118,7 +127,8 @@ class Face:
 
     def with_outline_point(self, index: int, position: npt.ArrayLike) -> Face:
         """Return the face with one outline landmark moved; the lattice frame stays."""
-        return self._edited(outline=_with_row(self.outline, index, position))
+        outline = _with_row(self.outline, index, position)
+        return self._edited(outline=outline, confidence=self._sure_of(index % len(outline)))
 
     def with_target(self, index: int, position: npt.ArrayLike | None) -> Face:
         """Return the face with one target set by hand, or automatic again when None."""
@@ -129,11 +139,24 @@ class Face:
 
     def with_eye_point(self, index: int, position: npt.ArrayLike) -> Face:
         """Return the face with one eye corner moved."""
-        return self._edited(eyes=_with_row(self.eyes, index, position))
+        row = len(self.outline) + index % 4
+        return self._edited(
+            eyes=_with_row(self.eyes, index, position), confidence=self._sure_of(row)
+        )
 
     def with_mouth_point(self, index: int, position: npt.ArrayLike) -> Face:
         """Return the face with one mouth corner moved."""
-        return self._edited(mouth=_with_row(self.mouth, index, position))
+        row = len(self.outline) + 4 + index % 2
+        return self._edited(
+            mouth=_with_row(self.mouth, index, position), confidence=self._sure_of(row)
+        )
+
+    def _sure_of(self, row: int) -> Array | None:
+        if self.confidence is None:
+            return None
+        confidence = self.confidence.copy()
+        confidence[row] = 1.0
+        return confidence
 
     def _edited(self, **changes: Any) -> Face:
         return dataclasses.replace(self, pinned_frame=self.frame, **changes)

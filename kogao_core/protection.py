@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Affine, Array, frozen
+
+_LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,10 +64,53 @@ class Stroke:
 def _along(points: Array, step_px: float) -> Array:
     if len(points) == 1:
         return points
-    lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    count = max(2, int(np.ceil(lengths[-1] / step_px)) + 1)
-    even = np.linspace(0.0, lengths[-1], count)
-    return np.column_stack([np.interp(even, lengths, points[:, axis]) for axis in (0, 1)])
+    length = float(_lengths(points)[-1])
+    count = max(2, int(np.ceil(length / step_px)) + 1)
+    return _at(points, np.linspace(0.0, length, count))
+
+
+def _without(stroke: Stroke, eraser: Stroke) -> list[Stroke]:
+    reach = stroke.radius_px + eraser.radius_px
+    step = max(_LEAST_STEP_PX, reach / 8.0)
+    length = _lengths(stroke.points_px)
+    at = np.linspace(0.0, length[-1], int(np.ceil(length[-1] / step)) + 1)
+    kept = _distance(_at(stroke.points_px, at), eraser.points_px) > reach
+    if kept.all():
+        return [stroke]
+    edges = np.flatnonzero(np.diff(np.pad(kept, 1).astype(np.int8)))
+    return [
+        dataclasses.replace(stroke, points_px=_part(stroke.points_px, at[first], at[end - 1]))
+        for first, end in edges.reshape(-1, 2).tolist()
+    ]
+
+
+def _distance(points: Array, line: Array) -> Array:
+    """Return how far points of shape (N, 2) are from a line, shape (N,)."""
+    nearest = np.full(len(points), np.inf)
+    ends = line[1:] if len(line) > 1 else line
+    for start, end in zip(line[: len(ends)], ends, strict=True):
+        along = end - start
+        t = np.clip((points - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
+        apart = points - start - t[:, None] * along
+        nearest = np.minimum(nearest, np.hypot(apart[:, 0], apart[:, 1]))
+    return nearest
+
+
+def _lengths(line: Array) -> Array:
+    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+
+
+def _at(line: Array, length: npt.ArrayLike) -> Array:
+    """Return the points of a line at lengths along it, shape (N, 2)."""
+    along = _lengths(line)
+    columns = [np.interp(np.atleast_1d(length), along, line[:, axis]) for axis in (0, 1)]
+    return np.column_stack(columns)
+
+
+def _part(line: Array, start: float, end: float) -> Array:
+    along = _lengths(line)
+    ends = _at(line, [start, end] if end > start else start)
+    return np.vstack([ends[:1], line[(along > start) & (along < end)], ends[1:]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +145,16 @@ class Protection:
         """Return the protection with one more stroke."""
         stroke = Stroke(np.asarray(points_px, np.float64), radius_px, feather_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
+
+    def erased(self, points_px: npt.ArrayLike, radius_px: float) -> Protection:
+        """Return the protection without what an eraser drawn along `points_px` touches.
+
+        A stroke loses the part of its line whose width would meet the eraser; what lies on either
+        side of the gap stays, as strokes of their own.
+        """
+        eraser = Stroke(np.asarray(points_px, np.float64), radius_px)
+        parts = (part for stroke in self.strokes for part in _without(stroke, eraser))
+        return Protection(tuple(parts))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the strokes as plain JSON values."""

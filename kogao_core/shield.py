@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,35 +52,43 @@ class Shield:
         steepest = np.clip(0.5, low, high)  # of a smoothstep: half way
         return _smoothstep(high), 6.0 * steepest * (1.0 - steepest) / thinnest
 
+    @property
+    def _parts(self) -> Iterator[tuple[Stroke, Array, Array, Array]]:
+        """Each straight part of a stroke: its ends, and the box beyond which it does nothing."""
+        for stroke in self.strokes:
+            reach, line = stroke.radius_px + stroke.feather_px, stroke.points_px
+            ends = line[1:] if len(line) > 1 else line
+            for start, end in zip(line[: len(ends)], ends, strict=True):
+                low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
+                yield stroke, start, end, np.append(low, high)
+
     def _depth(self, points: Array) -> tuple[Array, Array]:
         """Return how far into the feather points lie, 0 on a stroke to 1, and its slope per px."""
-        depth, slope = np.ones(len(points)), np.zeros((len(points), 2))
-        for stroke, (left, top, right, bottom) in zip(self.strokes, self.boxes_px, strict=True):
-            x, y = points.T
+        depth, slope = np.ones(len(points)), np.zeros((2, len(points)))
+        x, y = points.T
+        for stroke, start, end, (left, top, right, bottom) in self._parts:
             near = np.flatnonzero((x > left) & (x < right) & (y > top) & (y < bottom))
-            apart, unit = _distance(points[near], stroke.points_px)
-            mine = np.maximum(0.0, (apart - stroke.radius_px) / stroke.feather_px)
-            nearer = mine < depth[near]
-            where = near[nearer]
-            depth[where] = mine[nearer]
-            slope[where] = unit[nearer] / stroke.feather_px
-        return depth, slope
+            if len(near):
+                mine, rise = _into_feather(stroke, start, end, x[near], y[near])
+                nearer = mine < depth[near]
+                where = near[nearer]
+                depth[where], slope[:, where] = mine[nearer], rise[:, nearer]
+        return depth, slope.T
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
         """Return the factor on the grid ``ys x xs``, shape (Y, X), and its slopes, (2, Y, X)."""
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
-        factor, slope = np.ones((len(ys), len(xs))), np.zeros((2, len(ys), len(xs)))
-        if not len(self.strokes):
-            return factor, slope
-        left, top = self.boxes_px[:, :2].min(axis=0)
-        right, bottom = self.boxes_px[:, 2:].max(axis=0)
-        columns = slice(*np.searchsorted(xs, [left, right]))
-        rows = slice(*np.searchsorted(ys, [top, bottom]))
-        grid = np.stack(np.meshgrid(xs[columns], ys[rows]), axis=-1)
-        values, slopes = self.at(grid.reshape(-1, 2))
-        factor[rows, columns] = values.reshape(grid.shape[:2])
-        slope[:, rows, columns] = slopes.T.reshape(2, *grid.shape[:2])
-        return factor, slope
+        depth, slope = np.ones((len(ys), len(xs))), np.zeros((2, len(ys), len(xs)))
+        for stroke, start, end, (left, top, right, bottom) in self._parts:
+            columns = slice(*np.searchsorted(xs, [left, right]))
+            rows = slice(*np.searchsorted(ys, [top, bottom]))
+            if columns.start < columns.stop and rows.start < rows.stop:
+                mine, rise = _into_feather(stroke, start, end, xs[columns], ys[rows, None])
+                nearer = mine < depth[rows, columns]
+                np.copyto(depth[rows, columns], mine, where=nearer)
+                np.copyto(slope[:, rows, columns], rise, where=nearer)
+        slope *= 6.0 * depth * (1.0 - depth)
+        return _smoothstep(depth), slope
 
 
 NO_SHIELD = Shield(())
@@ -94,15 +103,16 @@ def _smoothstep(t: Array) -> Array:
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
-def _distance(points: Array, line: Array) -> tuple[Array, Array]:
-    """Return how far points are from a polyline, and the direction away from it."""
-    nearest, away = np.full(len(points), np.inf), np.zeros((len(points), 2))
-    ends = line[1:] if len(line) > 1 else line
-    for start, end in zip(line[: len(ends)], ends, strict=True):
-        along = end - start
-        t = np.clip((points - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-        apart = points - start - t[:, None] * along
-        length = np.sqrt((apart**2).sum(axis=1))
-        nearer = length < nearest
-        nearest[nearer], away[nearer] = length[nearer], apart[nearer]
-    return nearest, away / np.maximum(nearest, 1e-12)[:, None]
+def _into_feather(
+    stroke: Stroke, start: Array, end: Array, x: Array, y: Array
+) -> tuple[Array, Array]:
+    """Return the depth, 0 on the part of a stroke from `start` to `end`, and its slope per px."""
+    along_x, along_y = (end - start).tolist()
+    from_x, from_y = x - start[0], y - start[1]
+    length = max(along_x**2 + along_y**2, 1e-12)
+    t = np.clip((from_x * along_x + from_y * along_y) / length, 0.0, 1.0)
+    apart_x, apart_y = from_x - t * along_x, from_y - t * along_y
+    apart = np.sqrt(apart_x**2 + apart_y**2)
+    depth = np.maximum(0.0, (apart - stroke.radius_px) / stroke.feather_px)
+    per_px = np.maximum(apart, 1e-12) * stroke.feather_px
+    return depth, np.stack([apart_x / per_px, apart_y / per_px])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from kogao_core.photo import FORMATS
@@ -18,7 +18,15 @@ Then = Callable[[], object]
 
 
 class Dialogs(QObject):
-    """Asks for names and permission, and passes the answers on to `Files`."""
+    """Asks for names and permission, and passes the answers on to `Files`.
+
+    Signals
+    -------
+    folder_chosen(Path)
+        A folder of photos is wanted.
+    """
+
+    folder_chosen = Signal(object)
 
     def __init__(self, document: Document, files: Files, window: QWidget) -> None:
         super().__init__(window)
@@ -33,6 +41,13 @@ class Dialogs(QObject):
         dialog = self._dialog(tr("Open a photo"))
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.fileSelected.connect(lambda name: self.open(Path(name)))
+        dialog.open()
+
+    def ask_folder(self) -> None:
+        """Ask for a folder of photos."""
+        dialog = self._dialog(tr("Open a folder"))
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.fileSelected.connect(lambda name: self.folder_chosen.emit(Path(name)))
         dialog.open()
 
     def open(self, path: Path) -> None:

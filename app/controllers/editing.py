@@ -1,4 +1,4 @@
-"""Gestures on the recipe and on the points: many previews, one undo step each."""
+"""Gestures on the points and faces: many previews, one undo step each."""
 
 from __future__ import annotations
 
@@ -29,11 +29,17 @@ class Editing(QObject):
         What the point under the cursor is called; empty for none.
     restyled
         Something is marked otherwise: the overlays need drawing.
+    took(int)
+        A point of this face is in hand.
+    centre_taken(int, int)
+        A centre candidate of a face was clicked: face and number.
     """
 
     aborted = Signal()
     named = Signal(str)
     restyled = Signal()
+    took = Signal(int)
+    centre_taken = Signal(int, int)
 
     def __init__(self, document: Document, scene: Scene, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -45,11 +51,19 @@ class Editing(QObject):
         document.changed.connect(self._follow)
         document.opened.connect(self._forget)
 
-    # -- the recipe ------------------------------------------------------------------------------
+    # -- gestures --------------------------------------------------------------------------------
 
-    def set_field(self, field: str, value: object) -> None:
-        """Preview another value of a field of the recipe."""
-        self._preview(self._document.state.with_recipe(**{field: value}), _gesture_name(field))
+    def preview(self, state: State, text: str) -> None:
+        """Show a state while a gesture lasts; another text is another gesture."""
+        if self._document.in_gesture and text != self._text:
+            self._document.commit(self._text)
+        self._text = text
+        self._document.preview(state)
+
+    def step(self, state: State, text: str) -> None:
+        """Make a state the next undo step."""
+        self.preview(state, text)
+        self.commit()
 
     def commit(self) -> None:
         """End the gesture in hand as one undo step."""
@@ -81,9 +95,12 @@ class Editing(QObject):
     def grab(self, handle: Handle, x: float, y: float) -> None:
         """Take hold of a handle at (x, y), px of the photo."""
         self.commit()
+        if handle.kind == "mark":
+            return
         self._held, self._before = handle, self._document.state
         self._offset = points.position(self._before, handle) - np.array([x, y])
         self._select(handle if handle.kind not in ("corner", "body") else None)
+        self.took.emit(handle.face)
 
     def drag(self, x: float, y: float) -> None:
         """Move the handle in hand; it stays under the cursor where it was taken."""
@@ -91,14 +108,14 @@ class Editing(QObject):
             start = points.position(self._before, self._held)
             to = self._offset + np.array([x, y])
             state = points.moved(self._before, self._held, start, to)
-            self._preview(state, self._name_of(self._held))
+            self.preview(state, self._name_of(self._held))
 
     def release(self) -> None:
         """Let go: a moved point is one undo step, a centre is chosen."""
         held, self._held = self._held, None
-        if held is not None and held.kind == "centre":
-            self.set_field("center", held.index + 1)
         self.commit()
+        if held is not None and held.kind == "centre":
+            self.centre_taken.emit(held.face, held.index + 1)
 
     def nudge(self, dx: int, dy: int) -> None:
         """Move the selected point by whole px of the photo."""
@@ -106,17 +123,27 @@ class Editing(QObject):
         if handle is not None and handle.movable:
             at = points.position(state, handle)
             nudged = points.moved(state, handle, at, at + np.array([dx, dy]))
-            self._preview(nudged, self._name_of(handle))
+            self.preview(nudged, self._name_of(handle))
 
     def make_automatic(self) -> None:
         """Put the selected target back on its line to the centre."""
         handle, state = self._scene.selected, self._document.state
         if handle is not None and handle.kind == "target":
             face = state.faces[handle.face].with_target(handle.index, None)
-            self._step(state.with_face(handle.face, face), tr("Automatic target"))
+            self.step(state.with_face(handle.face, face), tr("Automatic target"))
 
-    def hover(self, handle: Handle | None, x: float, y: float) -> None:  # noqa: ARG002
-        """Name the point under the cursor."""
+    def let_selection_go(self) -> None:
+        """Select nothing: what the points are numbered by has changed."""
+        self._scene.hovered = None
+        self._select(None)
+
+    def hover(self, handle: Handle | None, x: float, y: float) -> None:
+        """Name the point under the cursor, and note where that is; the canvas says -1 for away."""
+        self._scene.cursor = None if (x, y) == (-1.0, -1.0) else np.array([x, y])
+        if self._scene.brush.paints or self._scene.loupe:
+            self.restyled.emit()
+        if handle is not None and handle.kind == "mark":
+            handle = None
         if handle != self._scene.hovered:
             self._scene.hovered = handle
             self.named.emit("" if handle is None else self._name_of(handle))
@@ -128,12 +155,12 @@ class Editing(QObject):
         """Make a face smaller, or leave it as it is."""
         state = self._document.state
         off = state.off - {index} if on else state.off | {index}
-        self._step(dataclasses.replace(state, off=off), tr("Switch a face"))
+        self.step(dataclasses.replace(state, off=off), tr("Switch a face"))
 
     def place(self, make: Callable[[], Face]) -> None:
         """Add a face and let it be dragged into place."""
         state = self._document.state
-        self._step(dataclasses.replace(state, faces=(*state.faces, make())), tr("Place a face"))
+        self.step(dataclasses.replace(state, faces=(*state.faces, make())), tr("Place a face"))
         self._scene.placing = len(state.faces)
         self.restyled.emit()
 
@@ -144,18 +171,7 @@ class Editing(QObject):
 
     def replace_faces(self, faces: list[Face]) -> None:
         """Take newly found faces, as an undo step."""
-        state = dataclasses.replace(self._document.state, faces=tuple(faces), off=frozenset())
-        self._step(state, tr("Find faces"))
-
-    def _preview(self, state: State, text: str) -> None:
-        if self._document.in_gesture and text != self._text:
-            self._document.commit(self._text)
-        self._text = text
-        self._document.preview(state)
-
-    def _step(self, state: State, text: str) -> None:
-        self._preview(state, text)
-        self.commit()
+        self.step(self._document.state.with_found(faces), tr("Find faces"))
 
     def _name_of(self, handle: Handle) -> str:
         return points.name(handle, len(self._document.state.faces[handle.face].outline))
@@ -170,23 +186,10 @@ class Editing(QObject):
             self._scene.placing = None
         for kept in ("selected", "hovered"):
             handle = getattr(self._scene, kept)
-            if handle is not None and handle.face >= len(state.faces):
+            if handle is not None and not points.exists(state, handle):
                 setattr(self._scene, kept, None)
 
     def _forget(self) -> None:
         self._scene.image = self._document.image
         self._scene.frame = None
         self._scene.placing = self._scene.selected = self._scene.hovered = self._held = None
-
-
-def _gesture_name(field: str) -> str:
-    return {
-        "percent": tr("Warp distance"),
-        "center": tr("Centre"),
-        "lattice": tr("Lattice"),
-        "threshold_px": tr("Threshold"),
-        "fit": tr("Fit"),
-        "domain": tr("Domain"),
-        "interpolation": tr("Interpolation"),
-        "guard": tr("Guard"),
-    }[field]

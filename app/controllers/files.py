@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +10,17 @@ from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
+from kogao_core.geometry import Image
 from kogao_core.landmarks import template_face
 from kogao_core.landmarks.pixels import rgb8
 from kogao_core.photo import FORMATS, Photo, read, write
 from kogao_core.pipeline import render
+from kogao_core.project import Project
+from kogao_core.strict import BadFile
 
-from ..document import Document
+from ..document import Document, State
 from ..i18n import tr
+from ..projects import state_of
 from ..pyramid import Pyramid
 from ..views.bar import Message, Step
 from ..workers import Lane
@@ -44,6 +49,8 @@ class Files(QObject):
         The photo that was asked for can't be opened, and why.
     saved(Path)
         A copy has been written.
+    restored(Project)
+        What this project holds has been taken over.
     """
 
     said = Signal(object)
@@ -54,6 +61,7 @@ class Files(QObject):
     found = Signal(int)
     unreadable = Signal(str)
     saved = Signal(object)
+    restored = Signal(object)
 
     def __init__(
         self,
@@ -65,6 +73,8 @@ class Files(QObject):
     ) -> None:
         super().__init__(parent)
         self._document, self._editing, self._source = document, editing, source
+        # What table 2 calls the setting time of the automatic method.
+        self.finding_s: float | None = None
         self._reading, self._finding, self._writing = (Lane(pool, self) for _ in range(3))
         self._reading.done.connect(self._opened)
         self._reading.failed.connect(self._not_opened)
@@ -85,13 +95,13 @@ class Files(QObject):
 
     # -- opening ---------------------------------------------------------------------------------
 
-    def open(self, path: Path) -> None:
-        """Read a photo and look for faces in it."""
+    def open(self, path: Path, project: Project | None = None) -> None:
+        """Read a photo and look for faces in it, or go on with what a project holds."""
         self.quiet.emit()
         self._finding.drop()
         self._reading.drop()
         self.working.emit(tr("Opening {name}…", name=path.name))
-        self._reading.submit(lambda: _read(path))
+        self._reading.submit(lambda: (*_read(path), project))
 
     def open_sample(self) -> bool:
         """Open the portrait that travels with the program; return whether it is there."""
@@ -113,9 +123,26 @@ class Files(QObject):
             )
             self.said.emit(Message("\n".join(lines), (self._open_step(),), wrong=False))
 
-    def _opened(self, opened: tuple[Photo, Pyramid]) -> None:
-        self._document.open(*opened)
-        self.find()
+    def _opened(self, opened: tuple[Photo, Pyramid, Project | None]) -> None:
+        photo, pyramid, project = opened
+        self.finding_s = None
+        self._document.open(photo, pyramid)
+        if project is None:
+            self.find()
+        else:
+            self._go_on_with(project, photo)
+
+    def _go_on_with(self, project: Project, photo: Photo) -> None:
+        try:
+            state = state_of(project.at_size(photo.width, photo.height))
+        except BadFile as problem:
+            self.said.emit(Message(_sentence(problem)))
+            self.find()
+            return
+        self._editing.step(state, tr("Restore"))
+        self.working.emit(tr("The unsaved changes are back"))
+        self.restored.emit(project)
+        self.found.emit(len(state.faces))
 
     def _not_opened(self, problem: Exception) -> None:
         self.working.emit("")
@@ -124,15 +151,21 @@ class Files(QObject):
 
     # -- faces -----------------------------------------------------------------------------------
 
+    def use(self, source: LandmarkSource) -> None:
+        """Take landmarks from another source from now on, and look for faces again."""
+        self._source = source
+        self.find()
+
     def find(self) -> None:
         """Look for faces."""
         photo = self._document.photo
         if photo is not None:
             self._finding.drop()
             self.working.emit(tr("Looking for faces…"))
-            self._finding.submit(lambda: self._source.find(photo.pixels))
+            self._finding.submit(lambda: _found(self._source, photo))
 
-    def _take_faces(self, faces: list[Face]) -> None:
+    def _take_faces(self, found: tuple[list[Face], float]) -> None:
+        faces, self.finding_s = found
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))
         elif self._document.undo.count():
@@ -188,7 +221,7 @@ class Files(QObject):
 
         def job() -> tuple[Path, int]:
             # The dialog has asked before replacing a file.
-            write(photo, render(photo.pixels, state.active, state.recipe).pixels, path, force=True)
+            write(photo, _rendered(photo, state), path, force=True)
             return path, step
 
         self.working.emit(tr("Saving {name}…", name=path.name))
@@ -215,6 +248,16 @@ class Files(QObject):
 def _read(path: Path) -> tuple[Photo, Pyramid]:
     photo = read(path)
     return photo, Pyramid(rgb8(photo.pixels))
+
+
+def _found(source: LandmarkSource, photo: Photo) -> tuple[list[Face], float]:
+    start = time.perf_counter()
+    return source.find(photo.pixels), time.perf_counter() - start
+
+
+def _rendered(photo: Photo, state: State) -> Image:
+    recipe, protection = state.recipe, state.protection
+    return render(photo.pixels, state.active, recipe, protection=protection).pixels
 
 
 def _sentence(problem: Exception) -> str:

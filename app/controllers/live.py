@@ -97,7 +97,7 @@ class Live(QObject):
         state, revision = self._document.state, self._revision
 
         def job() -> Frame:
-            return _checked(surface.render(revision, state.active, state.recipe, view))
+            return _checked(surface.render(revision, state, view))
 
         self._preview_lane.submit(job)
 
@@ -108,7 +108,7 @@ class Live(QObject):
         state, revision = self._document.state, self._revision
 
         def job() -> Frame:
-            return _checked(surface.render(revision, state.active, state.recipe))
+            return _checked(surface.render(revision, state))
 
         self._full_lane.submit(job)
 

@@ -86,7 +86,7 @@ class Overlay(pg.GraphicsObject):
         scene = self.shown
         if scene.original or not scene.image.area or not self.wanted():
             return
-        place = Place(_affine(painter.worldTransform()), _viewport(painter, widget))
+        place = Place(_affine(painter.worldTransform()), viewport_of(painter, widget))
         painter.save()
         painter.setWorldTransform(QTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -107,5 +107,6 @@ def _affine(transform: QTransform) -> Affine:
     return Affine(matrix, np.array([transform.dx(), transform.dy()]))
 
 
-def _viewport(painter: QPainter, widget: QWidget | None) -> QRectF:
+def viewport_of(painter: QPainter, widget: QWidget | None) -> QRectF:
+    """Return what can be painted on, px of the screen; on fine screens they hold several each."""
     return QRectF(widget.rect() if widget is not None else painter.viewport())

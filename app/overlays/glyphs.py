@@ -20,6 +20,8 @@ CENTRE: Final = QColor(OKABE_ITO["yellow"])
 DISPLACEMENT: Final = QColor(OKABE_ITO["orange"])
 LATTICE: Final = QColor(OKABE_ITO["purple"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
+STRAIGHT: Final = QColor(OKABE_ITO["sky"])
+BENT: Final = QColor(OKABE_ITO["vermilion"])
 DOMAINS: Final = {
     "image": QColor(150, 150, 150),
     "control-points": QColor(OKABE_ITO["blue"]),
@@ -60,10 +62,10 @@ def hollow(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) ->
     """Draw a dashed circle: a landmark of low confidence."""
     radius = 4.0 * size
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(HALO, 3.0 * size))
-    painter.drawEllipse(at, radius, radius)
-    painter.setPen(QPen(colour, 1.6, Qt.PenStyle.DotLine))
-    painter.drawEllipse(at, radius, radius)
+    dots = QPen(colour, 1.6, Qt.PenStyle.DotLine)
+    for pen in (QPen(CASE, 4.6 * size), QPen(HALO, 3.0 * size), dots):
+        painter.setPen(pen)
+        painter.drawEllipse(at, radius, radius)
 
 
 def diamond(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
@@ -146,6 +148,18 @@ def brush(name: str) -> QBrush:
     picture.fill(_translucent(DOMAINS[name], 26))
     painter = QPainter(picture)
     painter.fillRect(picture.rect(), QBrush(_translucent(DOMAINS[name], 110), HATCHES[name]))
+    painter.end()
+    return QBrush(picture)
+
+
+@cache
+def protected() -> QBrush:
+    """Return the hatch of protected places: light on dark, so that any ground shows it."""
+    picture = QPixmap(_HATCH_PX, _HATCH_PX)
+    picture.fill(QColor(0, 0, 0, 70))
+    painter = QPainter(picture)
+    hatch = Qt.BrushStyle.DiagCrossPattern
+    painter.fillRect(picture.rect(), QBrush(_translucent(HALO, 200), hatch))
     painter.end()
     return QBrush(picture)
 

@@ -28,21 +28,24 @@ _REACH: Final = 2
 _SAMPLE_PX: Final = 3
 
 
-class _FrameOverlay(Overlay):
+class FrameOverlay(Overlay):
     """Draws from the newest rendering."""
 
     def wanted(self) -> bool:
+        """Return whether it is on and there is a rendering."""
         return super().wanted() and self.shown.frame is not None
 
     def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the newest rendering."""
         if self.shown.frame is not None:
             self.draw_frame(painter, place, self.shown.frame)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+        """Draw one rendering, whose px need not be the photo's."""
         raise NotImplementedError
 
 
-class Displacement(_FrameOverlay):
+class Displacement(FrameOverlay):
     """Arrows along the way that the picture moves, on a grid that stays with the photo."""
 
     def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
@@ -60,7 +63,7 @@ class Displacement(_FrameOverlay):
         glyphs.arrow(painter, shafts, glyphs.DISPLACEMENT)
 
 
-class LatticeLines(_FrameOverlay):
+class LatticeLines(FrameOverlay):
     """The control lattice, bent the way it bends the photo."""
 
     def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
@@ -89,7 +92,7 @@ class LatticeLines(_FrameOverlay):
                 painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))
 
 
-class Domains(_FrameOverlay):
+class Domains(FrameOverlay):
     """Figures 12 to 15: whole image, cells of the control points, and what moves beyond T."""
 
     def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
@@ -115,7 +118,7 @@ class Domains(_FrameOverlay):
             painter.drawPath(path)
 
 
-class Folds(_FrameOverlay):
+class Folds(FrameOverlay):
     """Lattice cells in which the warp folds over."""
 
     def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:

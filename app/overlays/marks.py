@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
 from PySide6.QtCore import QLineF, QPointF, Qt
 from PySide6.QtGui import QPainter, QPen, QPolygonF
 
@@ -11,10 +13,13 @@ from kogao_core.face import Face
 from kogao_core.targets import center_candidates
 
 from .. import points
+from ..i18n import tr
 from . import glyphs
 from .base import Overlay, Place
 
 _LOW_SCORE: Final = 0.75
+# A landmark below this is more likely hidden than seen.
+_UNSURE: Final = 0.5
 _TICK_PX: Final = 6.0
 # Landmarks at least this far apart on screen have marks of full size.
 _ROOM_PX: Final = 16.0
@@ -27,25 +32,26 @@ class Landmarks(Overlay):
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw off faces and unsure ones hollow."""
         for index, face in enumerate(self.shown.state.faces):
-            if index in self.shown.state.off or face.score < _LOW_SCORE:
-                for at in place.points(face.points):
-                    glyphs.hollow(painter, at, glyphs.LANDMARK, _size(place, face))
-            else:
-                _draw_sure(painter, place, face)
+            off = index in self.shown.state.off or face.score < _LOW_SCORE
+            unsure = np.full(len(face.points), off)
+            if face.confidence is not None:
+                unsure |= face.confidence < _UNSURE
+            self._draw_face(painter, place, face, unsure.tolist())
+
+    def _draw_face(
+        self, painter: QPainter, place: Place, face: Face, unsure: Sequence[bool]
+    ) -> None:
+        size, outline = _size(place, face), len(face.outline)
+        for index, at in enumerate(place.points(face.points)):
+            sure = glyphs.dot if index < outline else glyphs.diamond
+            mark = glyphs.hollow if unsure[index] else sure
+            mark(painter, at, glyphs.LANDMARK, size)
 
 
 def _size(place: Place, face: Face) -> float:
     """Return how large a face's marks are: smaller where they would hide its outline."""
     room = face.frame.spacing_px * place.zoom / _ROOM_PX
     return min(1.0, max(_SMALLEST, room))
-
-
-def _draw_sure(painter: QPainter, place: Place, face: Face) -> None:
-    size = _size(place, face)
-    for at in place.points(face.outline):
-        glyphs.dot(painter, at, glyphs.LANDMARK, size)
-    for at in (*place.points(face.eyes), *place.points(face.mouth)):
-        glyphs.diamond(painter, at, glyphs.LANDMARK, size)
 
 
 class Targets(Overlay):
@@ -81,7 +87,7 @@ class Centre(Overlay):
         ticks = place.points(center_candidates(face))
         segments = [QLineF(eyes, mouth), *(QLineF(at - step, at + step) for at in ticks)]
         glyphs.lines(painter, segments, glyphs.CENTRE, 1.4)
-        chosen = int(self.shown.state.recipe.center) - 1
+        chosen = int(self.shown.state.recipe.of_face(face.recipe).center) - 1
         glyphs.cross(painter, ticks[chosen], glyphs.CENTRE, size)
         if QLineF(ticks[0], ticks[3]).length() > 5 * _TICK_PX:
             # Neighbours are closer than a label is high: odd ones stand right, even ones left.
@@ -127,5 +133,7 @@ class Names(Overlay):
             glyphs.ring(painter, at, glyphs.HALO, 2.0)
         if scene.hovered is not None and scene.hovered.kind != "body":
             (at,) = place.points(points.position(scene.state, scene.hovered))
-            count = len(scene.state.faces[scene.hovered.face].outline)
-            glyphs.label(painter, at + QPointF(14, -14), points.name(scene.hovered, count))
+            face = scene.state.faces[scene.hovered.face]
+            count, confidence = len(face.outline), points.confidence(face, scene.hovered)
+            sure = "" if confidence is None else tr(" · {n:.0f} % sure", n=100 * confidence)
+            glyphs.label(painter, at + QPointF(14, -14), points.name(scene.hovered, count) + sure)

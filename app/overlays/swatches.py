@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+import pyqtgraph as pg
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPixmap
+from PySide6.QtGui import QBrush, QPainter, QPen, QPixmap
 
-from . import glyphs
+from . import glyphs, maps
 
 SIZE_PX: Final = 18
 _Draw = Callable[[QPainter, QRectF], None]
@@ -49,6 +50,27 @@ def _domains(painter: QPainter, box: QRectF) -> None:
         glyphs.hatched(painter, box.adjusted(inset, inset, -inset, -inset), name)
 
 
+def _protection(painter: QPainter, box: QRectF) -> None:
+    painter.setPen(QPen(glyphs.HALO, 1.4))
+    painter.setBrush(glyphs.protected())
+    painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 5, 5)
+
+
+def _map(name: str) -> _Draw:
+    def draw(painter: QPainter, box: QRectF) -> None:
+        gradient = pg.colormap.get(name).getGradient(box.topLeft(), box.topRight())
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QBrush(gradient))
+        painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 2, 2)
+
+    return draw
+
+
+def _straight(painter: QPainter, box: QRectF) -> None:
+    slant = QLineF(box.left() + 3, box.bottom() - 4, box.right() - 3, box.top() + 4)
+    glyphs.lines(painter, [slant], glyphs.BENT, 2.4)
+
+
 _MARKS: Final[dict[str, _Draw]] = {
     "landmarks": lambda painter, box: glyphs.dot(painter, box.center(), glyphs.LANDMARK),
     "targets": lambda painter, box: glyphs.ring(painter, box.center(), glyphs.TARGET),
@@ -56,6 +78,10 @@ _MARKS: Final[dict[str, _Draw]] = {
     "displacement": _arrow,
     "lattice": _lattice,
     "domains": _domains,
+    "heat": _map(maps.HEAT),
+    "jacobian": _map(maps.JACOBIAN),
+    "straight": _straight,
+    "protection": _protection,
     "folds": lambda painter, box: glyphs.warning(painter, box.center() + QPointF(0, 0.5)),
     **{name: _domain(name) for name in glyphs.DOMAINS},
 }

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QVBoxLayout, QWidget
 
 from ..theme import GRID_PX
+
+# Notches of a wheel that follow each other faster are one gesture.
+_WHEEL_REST_MS = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,8 @@ class GestureSlider(QSlider):
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._aborted = False
+        self._wheel_rest = QTimer(self, singleShot=True, interval=_WHEEL_REST_MS)
+        self._wheel_rest.timeout.connect(self.rested)
         self.valueChanged.connect(self.edited)
 
     def abort(self) -> None:
@@ -95,8 +100,12 @@ class GestureSlider(QSlider):
         self.rested.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Scroll the panel instead: a wheel over a slider is mostly meant for the panel."""
-        event.ignore()
+        """Move a slider that has the focus; any other wheel is meant for the panel."""
+        if not self.hasFocus():
+            event.ignore()
+            return
+        super().wheelEvent(event)
+        self._wheel_rest.start()
 
 
 class ValueSlider(QWidget):

@@ -1,42 +1,47 @@
-"""The faces of the photo: which ones are made smaller."""
+"""The faces of the photo: which ones are made smaller, and whose settings are edited."""
 
 from __future__ import annotations
 
-import numpy as np
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from kogao_core.face import Face
-from kogao_core.geometry import Box
 
 from ..document import State
 from ..i18n import tr
 from ..pyramid import Pyramid
 from .controls import column_of, heading
+from .thumbnails import face_icon
 
 _THUMBNAIL_PX = 48
+_ALL_ROWS = 1  # the row of all faces comes before those of single ones
 
 
 class FacesPanel(QWidget):
-    """A list with a check box, a thumbnail and the score of each face.
+    """All faces in the first row, then each with a check box, a thumbnail and its score.
 
     Signals
     -------
     switched(int, bool)
         A face is switched on or off.
+    chosen(object)
+        The face whose settings are to be edited; None for those of the photo.
     """
 
     switched = Signal(int, bool)
+    chosen = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
         self._pyramid: Pyramid | None = None
+        self._known: tuple[Face, ...] = ()
         self.list = QListWidget()
         self.list.setAccessibleName(tr("Faces"))
         self.list.setIconSize(QSize(_THUMBNAIL_PX, _THUMBNAIL_PX))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.itemChanged.connect(self._tell)
+        self.list.itemChanged.connect(self._tell_switch)
+        self.list.currentRowChanged.connect(self._tell_choice)
         title = heading(tr("Face&s"))
         title.setBuddy(self.list)
         column = column_of(self, margin=8)
@@ -46,50 +51,54 @@ class FacesPanel(QWidget):
 
     def open(self, photo: Pyramid) -> None:
         """Take thumbnails from another photo."""
-        self._pyramid = photo
-        self.list.clear()
+        self._pyramid, self._known = photo, ()
+        with QSignalBlocker(self.list):
+            self.list.clear()
 
-    def show_state(self, state: State) -> None:
+    def item(self, face: int) -> QListWidgetItem:
+        """Return the row of a face."""
+        return self.list.item(face + _ALL_ROWS)
+
+    def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show the faces; thumbnails stay while points are dragged."""
         with QSignalBlocker(self.list):
-            if self.list.count() != len(state.faces):
+            if len(self._known) != len(state.faces) or not self.list.count():
                 self._fill(state.faces)
-            for index in range(len(state.faces)):
+            self._known = state.faces
+            for index, face in enumerate(state.faces):
                 off = index in state.off
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
-                self.list.item(index).setCheckState(check)
+                item = self.item(index)
+                item.setCheckState(check)
+                item.setText(_caption(index, face))
+            self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
 
     def _fill(self, faces: tuple[Face, ...]) -> None:
         self.list.clear()
+        everyone = QListWidgetItem(tr("All faces"))
+        everyone.setToolTip(tr("The settings of the photo"))
+        self.list.addItem(everyone)
         for number, face in enumerate(faces, 1):
-            by_hand = face.source == "manual"
-            score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
-            item = QListWidgetItem(self._thumbnail(face), f"{number}\n{score}")
-            item.setToolTip(tr("Face {n}: uncheck to leave it as it is", n=number))
+            icon = QIcon()
+            if self._pyramid is not None:
+                icon = face_icon(self._pyramid, face, _THUMBNAIL_PX, self.devicePixelRatioF())
+            item = QListWidgetItem(icon, "")
+            item.setToolTip(
+                tr("Face {n}: select it for settings of its own, uncheck to leave it", n=number)
+            )
             self.list.addItem(item)
 
-    def _thumbnail(self, face: Face) -> QIcon:
-        if self._pyramid is None:
-            return QIcon()
-        left, top, width, height = face.box
-        side = max(width, height)
-        level = self._pyramid.level_for(_THUMBNAIL_PX / max(side, 1.0))
-        pixels = self._pyramid.levels[level]
-        corner = np.array([left + (width - side) / 2, top + (height - side) / 2]) / 2**level
-        x, y = np.round(corner).astype(int).tolist()
-        length = max(1, round(side / 2**level))
-        box = Box(x, y, x + length, y + length).clipped(Box.of(pixels))
-        if not box.area:
-            return QIcon()
-        rows, columns = box.slices
-        part = np.ascontiguousarray(pixels[rows, columns])
-        image = QImage(
-            part.data, box.width, box.height, part.strides[0], QImage.Format.Format_RGB888
-        )
-        smooth = Qt.TransformationMode.SmoothTransformation
-        keep = Qt.AspectRatioMode.KeepAspectRatio
-        size = round(_THUMBNAIL_PX * self.devicePixelRatioF())
-        return QIcon(QPixmap.fromImage(image.copy()).scaled(size, size, keep, smooth))
+    def _tell_switch(self, item: QListWidgetItem) -> None:
+        on = item.checkState() == Qt.CheckState.Checked
+        self.switched.emit(self.list.row(item) - _ALL_ROWS, on)
 
-    def _tell(self, item: QListWidgetItem) -> None:
-        self.switched.emit(self.list.row(item), item.checkState() == Qt.CheckState.Checked)
+    def _tell_choice(self, row: int) -> None:
+        if row >= 0:
+            self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
+
+
+def _caption(index: int, face: Face) -> str:
+    by_hand = face.source == "manual"
+    score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
+    number = str(index + 1) if face.recipe is None else tr("{n} · own", n=index + 1)
+    return f"{number}\n{score}"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QSize
 from PySide6.QtGui import QAction, QIcon
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
 
 from ..i18n import tr
 from ..overlays import swatches
@@ -32,7 +32,7 @@ class OverlaysPanel(QWidget):
         grid.setColumnStretch(0, 1)
         for row, (name, action) in enumerate(actions.items()):
             grid.addWidget(self._box(name, action), row, 0)
-            grid.addWidget(muted_label(action.shortcut().toString()), row, 1)
+            grid.addWidget(_key_label(action), row, 1)
         column.addLayout(grid)
 
     def _box(self, name: str, action: QAction) -> QCheckBox:
@@ -44,3 +44,9 @@ class OverlaysPanel(QWidget):
         box.toggled.connect(action.setChecked)
         action.toggled.connect(box.setChecked)
         return box
+
+
+def _key_label(action: QAction) -> QLabel:
+    label = muted_label(action.shortcut().toString())
+    action.changed.connect(lambda: label.setText(action.shortcut().toString()))
+    return label

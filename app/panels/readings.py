@@ -66,32 +66,34 @@ class _Timings(QWidget):
 class _Domains(QWidget):
     def __init__(self) -> None:
         super().__init__()
-        self._note = muted_label()
-        grid = _table(self, tr("Domains"), self._note)
-        self._rows: dict[DomainName, tuple[QLabel, QLabel]] = {}
+        grid = _table(self, tr("Domains"), muted_label())
+        self._rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
         titles = (tr("Whole image"), tr("Control points"), tr("Threshold"))
         for row, (name, title) in enumerate(zip(NAMES, titles, strict=True)):
             mark = QLabel()
             mark.setPixmap(swatches.pixmap(name, self.devicePixelRatioF()))
-            pixels, share = _number(), _number()
-            for column, cell in enumerate((mark, muted_label(title), pixels, share)):
+            pixels, share, saved = _number(), _number(), _number()
+            saved.setProperty("muted", "true")
+            for column, cell in enumerate((mark, muted_label(title), pixels, share, saved)):
                 grid.addWidget(cell, row, column)
-            self._rows[name] = (pixels, share)
+            self._rows[name] = (pixels, share, saved)
         grid.setColumnStretch(1, 1)
         grid.setColumnMinimumWidth(3, 64)
+        grid.setColumnMinimumWidth(4, 88)
         grid.setRowStretch(len(NAMES), 1)
 
     def show_counts(self, counts: Mapping[DomainName, int]) -> None:
-        """Show how many pixels each domain has."""
+        """Show how many pixels each domain has, and how much of the whole it saves."""
         whole = max(1, counts.get("image", 0))
-        for name, (pixels, share) in self._rows.items():
+        for name, (pixels, share, saved) in self._rows.items():
             count = counts.get(name, 0)
             pixels.setText(tr("{n:,} px", n=count).replace(",", "\u2009"))
             share.setText(tr("{n:.1f} %", n=100 * count / whole))
+            saved.setText(tr("{n:.1f} % saved", n=100 * (1 - count / whole)))
 
-    def texts(self) -> dict[DomainName, tuple[str, str]]:
-        """Return what each domain's row says: pixels and their share."""
-        return {name: (pixels.text(), share.text()) for name, (pixels, share) in self._rows.items()}
+    def texts(self) -> dict[DomainName, tuple[str, ...]]:
+        """Return what each domain's row says: pixels, their share, and what is saved."""
+        return {name: tuple(cell.text() for cell in row) for name, row in self._rows.items()}
 
 
 class _Bar(QWidget):

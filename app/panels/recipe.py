@@ -21,15 +21,15 @@ from PySide6.QtWidgets import (
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
-from kogao_core.recipe import Recipe
 
-from ..document import State
+from ..document import DEFAULT, State
 from ..i18n import tr
 from ..surfaces import Frame
 from ..theme import GRID_PX
 from .controls import Fold, Scale, ValueSlider, column_of, heading, muted_label
+from .gauge import NaturalnessGauge
+from .owner import OwnerLine
 
-_DEFAULT: Final = Recipe()
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
 
@@ -43,10 +43,13 @@ class RecipePanel(QWidget):
         A field of the recipe and its new value, while the gesture lasts.
     rested
         The gesture's end.
+    follow
+        The face shall go by the photo's recipe again.
     """
 
     edited = Signal(str, object)
     rested = Signal()
+    follow = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -66,10 +69,15 @@ class RecipePanel(QWidget):
             "interpolation": self._choice("interpolation", tr("Interpolation"), _kernels()),
         }
         self.fold = Fold(tr("Fit, thresh&old…"), self._details())
+        self.owner = OwnerLine()
+        self.owner.follow.connect(self.follow)
         column = column_of(self, spacing=3 * GRID_PX)
+        column.addWidget(self.owner)
         column.addWidget(self.percent)
+        self.gauge = NaturalnessGauge()
         readings = QVBoxLayout()
         readings.setSpacing(0)
+        readings.addWidget(self.gauge)
         readings.addWidget(self.one_to_one)
         readings.addWidget(self.residual)
         column.addLayout(readings)
@@ -77,9 +85,11 @@ class RecipePanel(QWidget):
         column.addWidget(self.lattice)
         column.addWidget(self.fold)
 
-    def show_state(self, state: State) -> None:
-        """Show a recipe and what it means for the first active face."""
-        recipe = state.recipe
+    def show_state(self, state: State, chosen: int | None = None) -> None:
+        """Show the recipe of the chosen face, or the photo's and what it means for the first."""
+        recipe = state.recipe_of(chosen)
+        self.owner.show_state(state, chosen)
+        self.gauge.show_state(state)
         self.percent.show_value(recipe.percent)
         self.lattice.show_value(recipe.lattice)
         self.threshold.show_value(recipe.threshold_px)
@@ -89,7 +99,7 @@ class RecipePanel(QWidget):
                 box.setCurrentIndex(box.findData(getattr(recipe, field)))
         with QSignalBlocker(self.guard):
             self.guard.setChecked(recipe.guard)
-        self._show_distances(state)
+        self._show_distances(state, chosen)
 
     def show_frame(self, frame: Frame) -> None:
         """Show whether the warp folds, and how far landmarks end from their targets."""
@@ -116,15 +126,16 @@ class RecipePanel(QWidget):
         for slider in (self.percent, self.lattice, self.threshold):
             slider.slider.abort()
 
-    def _show_distances(self, state: State) -> None:
-        faces = [index for index in range(len(state.faces)) if index not in state.off]
-        if not faces:
+    def _show_distances(self, state: State, chosen: int | None) -> None:
+        active = (index for index in range(len(state.faces)) if index not in state.off)
+        index = next(active, None) if chosen is None else chosen
+        if index is None:
             self.percent.note.clear()
             self.lattice.note.clear()
             return
-        face, pairs = state.faces[faces[0]], state.pairs[faces[0]]
+        face, pairs = state.faces[index], state.pairs[index]
         moved = pairs.warp_distance_px
-        spacing = fit.spacing_px(pairs, face.frame, state.recipe)
+        spacing = fit.spacing_px(pairs, face.frame, state.recipe_of(index))
         self.percent.note.setText(tr("{px:.1f} px on average", px=moved))
         per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else "∞"
         self.lattice.note.setText(
@@ -142,7 +153,7 @@ class RecipePanel(QWidget):
         slider = ValueSlider(title, scale, tip, note_lines)
         slider.edited.connect(lambda value: self.edited.emit(field, value))
         slider.rested.connect(self.rested)
-        slider.reset.connect(lambda: self._choose(field, getattr(_DEFAULT, field)))
+        slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
         return slider
 
     def _choice(self, field: str, title: str, options: list[tuple[str, str]]) -> QComboBox:
@@ -164,6 +175,7 @@ class RecipePanel(QWidget):
         form = QFormLayout()
         form.setSpacing(2 * GRID_PX)
         form.addRow(tr("F&it"), self.choices["fit"])
+        form.addRow(muted_label(tr("These hold for the whole photo:")))
         form.addRow(tr("Do&main"), self.choices["domain"])
         form.addRow(tr("I&nterpolation"), self.choices["interpolation"])
         column = column_of(details, spacing=3 * GRID_PX)
@@ -251,25 +263,25 @@ def _threshold() -> Scale:
 
 
 def _threshold_text(value: float) -> str:
-    lossless = value <= _DEFAULT.threshold_px
+    lossless = value <= DEFAULT.threshold_px
     return tr("{v:.2f} px, lossless", v=value) if lossless else tr("{v:.2f} px", v=value)
 
 
 def _percent_tip() -> str:
-    return tr("How far landmarks move, in % of D, their distance to the centre")
+    return tr("How far landmarks move, in % of D, their distance to the centre (section 3.2)")
 
 
 def _lattice_tip() -> str:
-    return tr("Spacing of the control lattice: small is local, large is smooth")
+    return tr("Spacing of the control lattice: small is local, large is smooth (section 3.3)")
 
 
 def _threshold_tip() -> str:
-    return tr("Pixels that would move less stay as they are")
+    return tr("Pixels that would move less stay as they are (section 4.2)")
 
 
 def _centre_tip(number: int) -> str:
     shares = ("10 : 0", "8 : 2", "6 : 4", "4.7 : 5.3")
-    return tr("Distance to the eyes : to the mouth = {share}", share=shares[number - 1])
+    return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=shares[number - 1])
 
 
 def _fits() -> list[tuple[str, str]]:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 
 from ..i18n import tr
 from ..layers import layers
+from ..overlays.comparison import KNOB_PX
 from ..points import Handle, corners, handles
 from ..scene import Scene
 from .viewport import Viewport
@@ -34,6 +35,10 @@ class PhotoCanvas(Viewport):
         A handle is taken at (x, y) px of the photo, moved there, and let go.
     hovered(object, float, float)
         The handle under the cursor, or None, and where the cursor is, px of the photo.
+    stroke_begun(float, float), stroked(float, float, bool), stroke_ended
+        A painting tool goes down at (x, y) px of the photo, moves, straight with Shift, and lifts.
+    wiped(float)
+        The divider between before and after is dragged to this share of the width.
     nudged(int, int), nudge_ended
         Arrow keys: steps in px of the photo, and the key let go.
     """
@@ -42,6 +47,10 @@ class PhotoCanvas(Viewport):
     dragged = Signal(float, float)
     released = Signal()
     hovered = Signal(object, float, float)
+    stroke_begun = Signal(float, float)
+    stroked = Signal(float, float, bool)
+    stroke_ended = Signal()
+    wiped = Signal(float)
     nudged = Signal(int, int)
     nudge_ended = Signal()
 
@@ -54,21 +63,25 @@ class PhotoCanvas(Viewport):
         self._handle_kinds = {layer.name: layer.handles for layer in layers()}
         self._space = False
         self._held: Handle | None = None
+        self._painting = self._wiping = False
 
     def let_go(self) -> None:
-        """Forget the point in hand, as Escape does; the button may still be down."""
-        self._held = None
+        """Forget what is in hand, as Escape does; the button may still be down."""
+        self._held, self._painting = None, False
 
     def hold_space(self, held: bool) -> None:
         """Pan with the left button while Space is held."""
         self._space = held
-        shape = Qt.CursorShape.OpenHandCursor if held else Qt.CursorShape.ArrowCursor
-        self.viewport().setCursor(shape)
+        self._point_at(None)
+
+    def take_tool(self) -> None:
+        """Show the cursor of the tool in hand."""
+        self._point_at(None)
 
     def handle_at(self, at: QPointF) -> Handle | None:
         """Return the nearest handle within reach of a point of the viewport."""
         scene = self.shown
-        if scene.original:
+        if scene.original or scene.brush.paints:
             return None
         kinds = {kind for name in scene.visible for kind in self._handle_kinds[name]}
         here = self.to_photo(at)
@@ -77,7 +90,17 @@ class PhotoCanvas(Viewport):
             distance = float(np.hypot(*(position - here)))
             if distance < least:
                 nearest, least = handle, distance
+        if nearest is None and scene.marking and scene.placing is None:
+            return Handle("mark", 0, 0)
         return nearest or self._body_at(at)
+
+    def on_knob(self, at: QPointF) -> bool:
+        """Return whether a point of the viewport lies on the divider's knob."""
+        if self.shown.compare != "wipe":
+            return False
+        area = self.viewport().rect().toRectF()
+        away = at - QPointF(round(self.shown.wipe * area.width()), area.center().y())
+        return float(np.hypot(away.x(), away.y())) <= KNOB_PX
 
     def _body_at(self, at: QPointF) -> Handle | None:
         placing = self.shown.placing
@@ -93,7 +116,12 @@ class PhotoCanvas(Viewport):
         at = event.position()
         left = event.button() == Qt.MouseButton.LeftButton
         handle = None if self._space or not left else self.handle_at(at)
-        if handle is not None:
+        if left and not self._space and self.on_knob(at):
+            self._wiping = True
+        elif left and not self._space and self.shown.brush.paints:
+            self._painting = True
+            self.stroke_begun.emit(*self.to_photo(at).tolist())
+        elif handle is not None:
             self._held = handle
             self.grabbed.emit(handle, *self.to_photo(at).tolist())
         elif left or event.button() == Qt.MouseButton.MiddleButton:
@@ -104,21 +132,32 @@ class PhotoCanvas(Viewport):
         """Move what is held, or say what lies under the cursor."""
         at = event.position()
         x, y = self.to_photo(at).tolist()
-        if self._held is not None:
+        if self._wiping:
+            self.wiped.emit(at.x() / self.viewport().width())
+        elif self._held is not None:
             self.dragged.emit(x, y)
+        elif self._painting:
+            shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            self.stroked.emit(x, y, bool(shift))
         elif self.panning:
             self.pan_to(at)
         elif event.buttons() == Qt.MouseButton.NoButton:
-            handle = None if self._space else self.handle_at(at)
+            handle = None if self._space or self.on_knob(at) else self.handle_at(at)
             self._point_at(handle)
+            if self.on_knob(at):
+                self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
             self.hovered.emit(handle, x, y)
         event.accept()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go."""
+        self._wiping = False
         if self._held is not None:
             self._held = None
             self.released.emit()
+        if self._painting:
+            self._painting = False
+            self.stroke_ended.emit()
         self.end_pan()
         self.hold_space(self._space)
         event.accept()
@@ -151,8 +190,11 @@ class PhotoCanvas(Viewport):
         self.nudge_ended.emit()
 
     def _point_at(self, handle: Handle | None) -> None:
-        shape = Qt.CursorShape.OpenHandCursor if self._space else Qt.CursorShape.ArrowCursor
-        if handle is not None:
+        idle = Qt.CursorShape.CrossCursor if self.shown.brush.paints else Qt.CursorShape.ArrowCursor
+        shape = Qt.CursorShape.OpenHandCursor if self._space else idle
+        if handle is not None and handle.kind == "mark":
+            shape = Qt.CursorShape.CrossCursor
+        elif handle is not None:
             shape = Qt.CursorShape.SizeAllCursor
             if not handle.movable:
                 shape = Qt.CursorShape.PointingHandCursor

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QGraphicsView, QWidget
 from kogao_core.geometry import Array, Box
 
 from .. import overlays
+from ..overlays.comparison import Loupe
 from ..pyramid import Pyramid
 from ..scene import Scene
 from ..surfaces import View
@@ -42,7 +43,7 @@ class Viewport(pg.GraphicsView):
         super().__init__(parent, useOpenGL=False)
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
         self.shown = scene
-        self.photo = PhotoItem()
+        self.photo = PhotoItem(scene)
         self._pyramid: Pyramid | None = None
         self._fitted = True
         self._pan_from: QPointF | None = None
@@ -53,6 +54,7 @@ class Viewport(pg.GraphicsView):
         self._box.addItem(self.photo, ignoreBounds=True)
         for overlay in overlays.stack(scene):
             self._box.addItem(overlay, ignoreBounds=True)
+        self._box.addItem(Loupe("loupe", scene, self.photo.pictures), ignoreBounds=True)
         self._box.sigRangeChanged.connect(self._tell_view)
 
     def open(self, photo: Pyramid) -> None:
@@ -77,6 +79,14 @@ class Viewport(pg.GraphicsView):
         center = self.to_photo(about or QPointF(self.viewport().rect().center())).tolist()
         self._box.scaleBy((factor, factor), center=pg.Point(*center))
 
+    def look_like(self, other: Viewport) -> None:
+        """Show the same place at the same zoom as another view."""
+        self._fitted = False
+        scale = self.devicePixelRatioF() / other.zoom
+        width, height = scale * self._box.width(), scale * self._box.height()
+        x, y = other.to_photo(QPointF(other.viewport().rect().toRectF().center())).tolist()
+        self._box.setRange(QRectF(x - width / 2, y - height / 2, width, height), padding=0.0)
+
     @property
     def zoom(self) -> float:
         """Device px per photo px."""
@@ -97,7 +107,6 @@ class Viewport(pg.GraphicsView):
     def show_original(self, original: bool) -> None:
         """Show the photo as it was, without overlays, or the result again."""
         self.shown.original = original
-        self.photo.show_original(original)
         self.redraw()
 
     def show_overlay(self, name: str, on: bool) -> None:

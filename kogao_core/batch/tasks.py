@@ -37,6 +37,8 @@ class Task:
         Faces to work on: all, largest, or numbers.
     max_megapixels : float
         Refuse larger photos.
+    landmarks : str, optional
+        Where they come from, see `landmarks.source`.
     done : str
         What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     """
@@ -46,6 +48,7 @@ class Task:
     recipe: Mapping[str, Any]
     which: str = "all"
     max_megapixels: float = 300.0
+    landmarks: str | None = None
     done: str = ""
 
 
@@ -89,6 +92,7 @@ def plan(
     *,
     which: str = "all",
     max_megapixels: float = 300.0,
+    landmarks: str | None = None,
     report: Path | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
@@ -99,7 +103,7 @@ def plan(
         Photos, and folders to search for photos.
     folder : Path
         Where outputs go, and nowhere else.
-    recipe, which, max_megapixels
+    recipe, which, max_megapixels, landmarks
         See `Task`.
     report : Path, optional
         An earlier run's report: what it lists as done needn't be done again.
@@ -121,9 +125,10 @@ def plan(
     if not found:
         raise NothingToDo("no photos there; name files or folders that hold some")
     keys = _keys(report)
+    choices = recipe.to_dict(), which, max_megapixels, landmarks
     return [
-        Task(str(a), str(b), recipe.to_dict(), which, max_megapixels, keys.get(str(b), ""))
-        for b, a in found.items()
+        Task(str(photo), str(output), *choices, keys.get(str(output), ""))
+        for output, photo in found.items()
     ]
 
 
@@ -178,7 +183,7 @@ def _render(task: Task) -> tuple[int, str]:
     from kogao_core.pipeline import render
 
     photo = read(Path(task.source), max_megapixels=task.max_megapixels)
-    faces = _source().find(photo.pixels)
+    faces = _source(task.landmarks).find(photo.pixels)
     if not faces:
         return 0, ""
     chosen = select(faces, task.which)
@@ -189,15 +194,17 @@ def _render(task: Task) -> tuple[int, str]:
 
 
 @cache
-def _source() -> LandmarkSource:
-    from kogao_core.landmarks import MeshSource
+def _source(wanted: str | None) -> LandmarkSource:
+    from kogao_core.landmarks import source
 
-    return MeshSource()
+    return source(wanted)
 
 
 def _key(task: Task) -> str:
     """Return the hash of source, choices and output; empty while one of the files is missing."""
-    total = hashlib.sha256(json.dumps([task.recipe, task.which], sort_keys=True).encode())
+    total = hashlib.sha256(
+        json.dumps([task.recipe, task.which, task.landmarks], sort_keys=True).encode()
+    )
     for path in (task.source, task.output):
         try:
             with Path(path).open("rb") as file:

@@ -36,6 +36,7 @@ REPORT: Final = "kogao-batch.jsonl"
 )  # fmt: skip
 @click.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
 @common.limits_megapixels
+@common.chooses_landmarks
 @click.option(
     "--dask", metavar="ADDRESS",
     help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files.",
@@ -49,6 +50,7 @@ def command(
     report: Path | None,
     again: bool,
     max_megapixels: float,
+    landmarks: str | None,
     dask: str | None,
     **choices: Any,
 ) -> int:
@@ -60,8 +62,11 @@ def command(
     with common.stopping(batch.NothingToDo, common.USAGE):
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
-            which=which, max_megapixels=max_megapixels, report=None if again else report,
+            which=which, max_megapixels=max_megapixels, landmarks=landmarks,
+            report=None if again else report,
         )  # fmt: skip
+    common.landmark_source(landmarks)
+    common.tell_of_fallback(landmarks)
     workers = _workers(dask, jobs)
     with common.stopping(OSError, common.UNREADABLE):
         report.parent.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from kogao_core.face import Face
+    from kogao_core.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
 BROKEN: Final = 1
@@ -49,13 +49,20 @@ limits_megapixels = click.option(
 )
 
 
+chooses_landmarks = click.option(
+    "--landmarks",
+    metavar="SOURCE",
+    help="mesh, aam, or a cv2.face model file [mesh; aam where the networks are missing].",
+)
+
+
 def takes_photo(command: _Command) -> _Command:
-    """Add the input argument, ``--sample`` and ``--max-megapixels`` to a command."""
+    """Add the input argument, ``--sample`` and what it takes to read and search a photo."""
     sample = click.option("--sample", is_flag=True, help="Use the built-in portrait as IN.")
     photo = click.argument(
         "source", metavar="[IN]", required=False, type=click.Path(path_type=Path)
     )
-    return photo(sample(limits_megapixels(command)))
+    return photo(sample(limits_megapixels(chooses_landmarks(command))))
 
 
 def input_path(source: Path | None, sample: bool) -> Path:
@@ -78,13 +85,34 @@ def read_photo(path: Path, max_megapixels: float) -> Photo:
         return read(path, max_megapixels=max_megapixels)
 
 
-def find_faces(photo: Photo) -> list[Face]:
+def landmark_source(wanted: str | None) -> LandmarkSource:
+    """Return the source of landmarks that was asked for, or the best one here."""
+    from kogao_core.landmarks import ModelRefused, source
+
+    with stopping(ModelRefused, USAGE):
+        return source(wanted)
+
+
+def tell_of_fallback(wanted: str | None) -> None:
+    """Say so on stderr when landmarks come from the AAM for want of the networks."""
+    from kogao_core.landmarks import networks_are_here
+
+    if wanted is None and not networks_are_here():
+        click.echo(
+            "kogao-cli: the networks are missing, so landmarks come from the AAM, which is less "
+            "exact; kogao-cli doctor says how to get them",
+            err=True,
+        )
+
+
+def find_faces(photo: Photo, landmarks: str | None) -> list[Face]:
     """Find the faces, largest first, or stop where there is none."""
     from kogao_core.assets import AssetMissing
-    from kogao_core.landmarks import MeshSource
+    from kogao_core.landmarks import ModelRefused
 
-    with stopping(AssetMissing, BROKEN):
-        faces = MeshSource().find(photo.pixels)
+    with stopping(AssetMissing, BROKEN), stopping(ModelRefused, BROKEN):
+        faces = landmark_source(landmarks).find(photo.pixels)
+    tell_of_fallback(landmarks)
     if not faces:
         raise Stop(
             f"no face in {photo.path}; crop closer or place the landmarks by hand in the editor "

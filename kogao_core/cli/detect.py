@@ -21,13 +21,15 @@ if TYPE_CHECKING:
 @click.command("detect")
 @common.takes_photo
 @click.option("--json", "as_json", is_flag=True, help="Print all landmarks as JSON.")
-def command(source: Path | None, sample: bool, max_megapixels: float, as_json: bool) -> None:
+def command(
+    source: Path | None, sample: bool, max_megapixels: float, landmarks: str | None, as_json: bool
+) -> None:
     """Find the faces in the photo IN.
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
     photo = common.read_photo(common.input_path(source, sample), max_megapixels)
-    faces = common.find_faces(photo)
+    faces = common.find_faces(photo, landmarks)
     if as_json:
         found = {
             "image": {"width": photo.width, "height": photo.height},

@@ -45,7 +45,7 @@ def text() -> str:
             f"    {asset['what']}; taken from {wheel['project']} {wheel['version']} "
             f"({wheel['licence']})"
         )
-    return "\n".join([*lines, _samples()])
+    return "\n".join([*lines, *map(_attribution, ("models", "samples"))])
 
 
 def manifest() -> list[dict[str, Any]]:
@@ -76,9 +76,8 @@ def _licence(about: metadata.PackageMetadata) -> str:
     return ", ".join(names) or _UNNAMED
 
 
-def _samples() -> str:
+def _attribution(folder: str) -> str:
     try:
-        attribution = assets.path("samples/ATTRIBUTION.md").read_text(encoding="utf-8")
+        return "\n" + assets.path(f"{folder}/ATTRIBUTION.md").read_text(encoding="utf-8").strip()
     except assets.AssetMissing:
-        return "\nNo sample portraits in this installation."
-    return "\n" + attribution.strip()
+        return f"\nNo {folder} in this installation."

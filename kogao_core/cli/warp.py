@@ -63,6 +63,7 @@ def command(
     source: Path | None,
     sample: bool,
     max_megapixels: float,
+    landmarks: str | None,
     output: Path,
     which: str,
     recipe_file: Path | None,
@@ -79,7 +80,7 @@ def command(
     _check_output(path, output, force)
     photo = common.read_photo(path, max_megapixels)
     _check_holds(output, photo)
-    faces = _chosen(common.find_faces(photo), which)
+    faces = _chosen(common.find_faces(photo, landmarks), which)
     rendering = _render(photo, faces, recipe, _protection(lines, width_px, feather_px))
     said = _write(photo, rendering, output, force)
     notes = [*photo.notes, *filter(None, [said])]

@@ -23,6 +23,15 @@ from kogao_core.recipe import Recipe
 
 PERCENT: Final = 6.0
 GAP_PX: Final = 12
+WINDOWS: Final = {
+    "window": (),
+    "maps": ("--show", "heat,landmarks", "--percent", "7"),
+    "compare": ("--show", "wipe,loupe", "--percent", "8"),
+    "protect": (
+        *("--show", "protection,line,landmarks", "--theme", "light"),
+        *("--protect", "262,230 262,660", "--percent", "5"),
+    ),
+}
 
 
 def before_after() -> Image:
@@ -38,14 +47,15 @@ def before_after() -> Image:
 
 
 def main(arguments: list[str]) -> None:
-    """Write ``before-after.jpg`` and ``window.png`` into the folder named."""
+    """Write ``before-after.jpg`` and the pictures of the window into the folder named."""
     folder = Path(arguments[0])
     folder.mkdir(parents=True, exist_ok=True)
     bgr = cv2.cvtColor(before_after(), cv2.COLOR_RGB2BGR)
     cv2.imwrite(str(folder / "before-after.jpg"), bgr, [cv2.IMWRITE_JPEG_QUALITY, 90])
-    window = ["--sample", "--screenshot", str(folder / "window.png")]
     offscreen = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
-    subprocess.run([sys.executable, "-m", "kogao_app", *window], check=True, env=offscreen)
+    for name, options in WINDOWS.items():
+        window = ["--sample", "--screenshot", str(folder / f"{name}.png"), *options]
+        subprocess.run([sys.executable, "-m", "kogao_app", *window], check=True, env=offscreen)
 
 
 if __name__ == "__main__":

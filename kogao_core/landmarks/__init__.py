@@ -1,6 +1,16 @@
-"""Where faces come from: the mesh network, or a mean face placed by hand."""
+"""Where faces come from: networks, the paper's AAM, a user's model, or a mean face set by hand."""
 
+from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.mesh import MeshSource
+from kogao_core.landmarks.sources import CHOICES, Choice, networks_are_here, source
 from kogao_core.landmarks.template import template_face
 
-__all__ = ["MeshSource", "template_face"]
+__all__ = [
+    "CHOICES",
+    "Choice",
+    "MeshSource",
+    "ModelRefused",
+    "networks_are_here",
+    "source",
+    "template_face",
+]

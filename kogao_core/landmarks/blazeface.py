@@ -20,6 +20,11 @@ SAME_FACE_IOU: Final = 0.3
 WIDE: Final = 4.0
 CLOSE: Final = 1.5
 SURE: Final = 0.9
+# A proposal seen at about the wide width and nearly upright needs no second look of that kind.
+_ABOUT_WIDE: Final = (2.0, 6.0)
+_ABOUT_UPRIGHT: Final = 15.0
+# A view whose levels spread less is empty. A face of 2 % of it on a bare wall still spreads by 1.
+_FLAT: Final = 1.0
 _GRIDS: Final = ((16, 2), (8, 6))  # cells per side, anchors per cell
 
 
@@ -37,12 +42,19 @@ class Detection:
         Roll of the line between the eyes, from +x towards +y.
     score : float
         The network's probability, 0 to 1.
+    keypoints_px : array of shape (6, 2), optional
+        Left and right eye, tip of the nose, middle of the mouth, left and right ear; absent in a
+        box that the network didn't draw.
+    seen_wide : bool
+        Whether the view it was seen in shows it upright and about `WIDE` sides wide.
     """
 
     center_px: Array
     side_px: float
     degrees: float
     score: float
+    keypoints_px: Array | None = None
+    seen_wide: bool = False
 
     def is_like(self, other: Detection) -> bool:
         """Tell whether two boxes frame one face: near in place and alike in size."""
@@ -99,7 +111,10 @@ class BlazeFace:
 
     def look(self, image: Pyramid, view: View, least_score: float) -> list[Detection]:
         """Return the faces in one view, best first, none twice."""
-        pixels = image.sample(view.to_image, INPUT_PX).astype(np.float32) / 127.5 - 1.0
+        sampled = image.sample(view.to_image, INPUT_PX)
+        if float(sampled[::2, ::2].std(axis=(0, 1)).max()) < _FLAT:
+            return []
+        pixels = sampled.astype(np.float32) / 127.5 - 1.0
         self._net.setInput(np.ascontiguousarray(pixels.transpose(2, 0, 1)[None]))
         regressors, logits = self._net.forward(["regressors", "classificators"])
         scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
@@ -112,7 +127,7 @@ class BlazeFace:
 
     def look_closer(self, image: Pyramid, box: Detection) -> Detection | None:
         """Return a proposal seen again at a better size, turned upright; None if it is gone."""
-        seen = self._best(image, box, WIDE)
+        seen = box if box.seen_wide and box.score > SURE else self._best(image, box, WIDE)
         if seen is not None and seen.score > SURE:
             return seen
         # Heads are also found lying or upside down, but less surely, and with eyes where none are.
@@ -162,7 +177,10 @@ def _iou(low: Array, high: Array, one: int) -> Array:
 def _detection(row: Array, view: View, score: float) -> Detection:
     # The network counts from the edge of its first pixel; we count from its centre.
     to_image = view.to_image
-    center, *eyes = to_image(np.vstack([row[:2], row[4:6], row[6:8]]) - 0.5)
-    across = eyes[1] - eyes[0]
+    center, *keypoints = to_image(row[[0, 1, *range(4, 16)]].reshape(7, 2) - 0.5)
+    across = keypoints[1] - keypoints[0]
     degrees = float(np.degrees(np.arctan2(across[1], across[0])))
-    return Detection(center, float(row[2:4].max()) * to_image.scale, degrees, score)
+    side_px = float(row[2:4].max()) * to_image.scale
+    tilt = abs((degrees - view.degrees + 180.0) % 360.0 - 180.0)
+    wide = _ABOUT_WIDE[0] < view.side_px / side_px < _ABOUT_WIDE[1] and tilt < _ABOUT_UPRIGHT
+    return Detection(center, side_px, degrees, score, np.array(keypoints), wide)

@@ -31,6 +31,10 @@ _RIM: Final = np.array(_OVAL + _CHEEKS)
 _OUTWARD_AT_CHIN: Final = 0.0039
 _OUTWARD_LESS_AT_EARS: Final = 0.0029
 
+# The ends lie above the line through the mesh's ears by this part of its length. An outline that
+# ends on it misses 6 % of the outer inter-ocular distance of what people draw up to "ear level".
+_ABOVE_EARS: Final = 0.06
+
 
 def silhouette(mesh: Array, count: int = OUTLINE_POINTS) -> Array:
     """Return the visible edge of a face from ear level round the chin to ear level.
@@ -52,12 +56,11 @@ def silhouette(mesh: Array, count: int = OUTLINE_POINTS) -> Array:
     ValueError
         If the mesh has collapsed, so that no part of it lies below the ears.
     """
-    return _pushed_out(_resampled(_below_ears(mesh), count))
+    return _pushed_out(resampled(_below_ears(mesh), count))
 
 
 def _below_ears(mesh: Array) -> Array:
-    # The ends lie on the line through both ears, which follows roll, yaw and pitch. Ends chosen on
-    # level lines of the eyes, higher or lower, moved the mean jaw error by 0.1 % at most.
+    # The line through both ears follows roll, yaw and pitch.
     rim = mesh[_RIM].astype(np.float32)
     hull = rim[cv2.convexHull(rim, returnPoints=False).ravel()].astype(np.float64)
     left, right = mesh[LEFT_EAR], mesh[RIGHT_EAR]
@@ -65,7 +68,7 @@ def _below_ears(mesh: Array) -> Array:
     down = np.array([-across[1], across[0]])
     if down @ (mesh[CHIN] - left) < 0.0:
         down = -down
-    depth = (hull - left) @ down
+    depth = (hull - left) @ down + _ABOVE_EARS * float(across @ across)
     below = depth > 0.0
     starts = np.flatnonzero(below & ~np.roll(below, 1))
     if len(starts) != 1:
@@ -87,10 +90,21 @@ def _arc_lengths(line: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _resampled(line: Array, count: int) -> Array:
-    lengths = _arc_lengths(line)
+def resampled(line: Array, count: int) -> Array:
+    """Return `count` points at equal steps of arc length along a polyline, ends kept.
+
+    Parameters
+    ----------
+    line : array of shape (N, 2 or more)
+        x, y and whatever else is to be interpolated with them.
+    count : int
+        Number of points.
+    """
+    lengths = _arc_lengths(line[:, :2])
     wanted = np.linspace(0.0, lengths[-1], count)
-    return np.column_stack([np.interp(wanted, lengths, line[:, axis]) for axis in (0, 1)])
+    return np.column_stack(
+        [np.interp(wanted, lengths, line[:, axis]) for axis in range(line.shape[1])]
+    )
 
 
 def _pushed_out(line: Array) -> Array:

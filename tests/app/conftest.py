@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from kogao_app.editor import Editor
 from kogao_app.points import Handle, position
+from kogao_app.storage import Storage
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -111,12 +112,22 @@ def photo(tmp_path: Path, pixels: np.ndarray) -> Path:
 
 
 @pytest.fixture
-def start(qapp: QApplication, qtbot: QtBot, source: KnownFaces) -> Iterator[Callable[[], Driver]]:
+def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
+    """Where the editor keeps its things; `main` finds the same places."""
+    for name in ("CONFIG", "DATA"):
+        monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / "home" / name.lower()))
+    return Storage.of_user()
+
+
+@pytest.fixture
+def start(
+    qapp: QApplication, qtbot: QtBot, source: KnownFaces, storage: Storage
+) -> Iterator[Callable[[], Driver]]:
     """Start an editor; it is closed, and its threads are done, at the end of the test."""
     editors = []
 
     def make() -> Driver:
-        editor = Editor(qapp, source)
+        editor = Editor(qapp, source, storage)
         editors.append(editor)
         editor.window.resize(1100, 760)
         with qtbot.waitExposed(editor.window):

@@ -191,7 +191,7 @@ def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
 
 
 def test_a_face_switched_off_stays_as_it_was(opened, pixels):
-    item = opened.window.faces.list.item(0)
+    item = opened.window.faces.item(0)
     assert item.checkState() == Qt.CheckState.Checked
     opened.window.faces.list.setFocus()
     opened.window.faces.list.setCurrentItem(item)

@@ -27,6 +27,30 @@ def test_a_picture_of_the_window_with_all_overlays(source, photo, shot):
         assert (abs(picture.astype(int) - colour).max(axis=2) < 24).any()
 
 
+def test_a_picture_shows_what_is_asked_for(source, photo, tmp_path):
+    shots = {}
+    for name in ("landmarks", "heat", "wipe,loupe", "difference", "brush"):
+        path = tmp_path / f"{name}.png"
+        assert run(source, photo, "--screenshot", path, "--show", name, "--percent", 9) == 0
+        shots[name] = cv2.imread(str(path))
+    assert len({shot.tobytes() for shot in shots.values()}) == len(shots)
+    canvas = slice(100, 500), slice(200, 900)
+    # The photo's own noise has some of the landmarks' blue, too.
+    blue = {
+        name: (abs(shots[name][canvas].astype(int) - (233, 180, 86)).max(axis=2) < 24).sum()
+        for name in ("landmarks", "heat")
+    }
+    assert blue["landmarks"] > 2 * blue["heat"]
+
+
+def test_a_line_can_be_protected_in_the_picture(source, photo, tmp_path):
+    free, held = tmp_path / "free.png", tmp_path / "held.png"
+    calls = ("--show", "heat", "--percent", 9, "--screenshot")
+    assert run(source, photo, *calls, free) == 0
+    assert run(source, photo, "--protect", "310,100 310,260", *calls, held) == 0
+    assert free.read_bytes() != held.read_bytes()
+
+
 def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys):
     assert run(source, tmp_path / "none.jpg", "--screenshot", shot) == 3
     lines = capsys.readouterr().err.strip().splitlines()
@@ -47,7 +71,16 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
     assert "can't be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("wrong", [["--size", "big"], ["--theme", "pink"], ["a.jpg", "--sample"]])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--size", "big"],
+        ["--theme", "pink"],
+        ["a.jpg", "--sample"],
+        ["--show", "nothing"],
+        ["--protect", "1,2"],
+    ],
+)
 def test_a_wrong_call_ends_with_2(source, wrong, capsys):
     with pytest.raises(SystemExit) as stop:
         run(source, *wrong)

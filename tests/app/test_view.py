@@ -28,7 +28,7 @@ def test_a_key_toggles_an_overlay_and_its_box(opened, layer):
     opened.key(Qt.Key[f"Key_{layer.key}"])
     assert (layer.name in opened.editor.scene.visible) != was
     assert box.isChecked() != was
-    if layer.name != "folds":  # nothing folds here
+    if layer.name not in ("folds", "straight", "protection"):  # there are none here
         assert (picture(opened) != before).any()
     opened.key(Qt.Key[f"Key_{layer.key}"])
     np.testing.assert_array_equal(picture(opened), before)
@@ -62,7 +62,7 @@ def test_the_backslash_shows_the_original_while_it_is_held(opened):
     assert (original != result).any()
     QTest.keyRelease(opened.window, Qt.Key.Key_Backslash)
     np.testing.assert_array_equal(picture(opened), result)
-    opened.window.faces.list.item(0).setCheckState(Qt.CheckState.Unchecked)
+    opened.window.faces.item(0).setCheckState(Qt.CheckState.Unchecked)
     opened.settle()
     np.testing.assert_array_equal(picture(opened), original)
 
@@ -135,7 +135,12 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
 
 def test_every_control_has_a_name_for_screen_readers(opened):
     kinds = (QAbstractSlider, QComboBox, QListWidget)
-    panels = (opened.window.recipe, opened.window.faces, opened.window.overlays)
+    panels = (
+        opened.window.recipe,
+        opened.window.faces,
+        opened.window.overlays,
+        opened.window.protect,
+    )
     controls = [
         control
         for panel in panels

@@ -1,71 +1,161 @@
-"""How well and how fast faces are found: `python tests/benchmarks/landmarks.py ../shared/data`."""
+"""How well and how fast faces are found.
+
+``python tests/benchmarks/landmarks.py [DATA] [--sources mesh aam] [--json F] [--pictures DIR]``
+
+DATA is the folder of labelled photographs, ``KOGAO_SHARED`` or ``../shared/data`` when not given.
+Errors are means over a face's points in % of its outer inter-ocular distance; a table cell is the
+mean over faces (95th percentile, worst). ``--pictures`` draws cumulative error curves and sheets
+of the worst faces (needs ``pip install -e '.[bench]'``); the sheets show real people: keep them.
+"""
 
 from __future__ import annotations
 
-import sys
+import argparse
+import json
+import os
 import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 
-import cv2
 import numpy as np
+from clock import machine
+from labelled import STUDIO, Sample, samples
 
-from kogao_core.face import Face
-from kogao_core.geometry import Array
+from kogao_core.assets import AssetMissing
+from kogao_core.face import Face, LandmarkSource
 from kogao_core.landmarks import MeshSource
+from kogao_core.landmarks.aam.source import AamSource
+from kogao_core.landmarks.evaluate import Errors, errors, nearest, repeatability, summary
 
-LABELLED = ("frll", "canada", "composites")
-UNLABELLED = ("portraits", "headshots", "large", "groups", "synthetic")
-EYES, MOUTH, JAW = (18, 22, 23, 27), (87, 93), slice(125, 134)
-
-
-def read(path: Path) -> np.ndarray:
-    return cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
-
-
-def labels_of(picture: Path) -> Array:
-    return np.loadtxt(picture.with_suffix(".csv"), delimiter=",", skiprows=1)
+SOURCES: Mapping[str, Callable[[], LandmarkSource]] = {"mesh": MeshSource, "aam": AamSource}
+SETS = (*STUDIO, "studio", "wild frontal", "wild turned", "wild")
+LEAST_IN_GROUP = 3
+PACKAGES = ("numpy", "opencv-contrib-python-headless")
+HEAD = "| eyes | mouth | jaw to outline |"
 
 
-def distance_to_line(points: Array, line: Array) -> Array:
-    """Distance of each point to a polyline."""
-    start, along = line[:-1], np.diff(line, axis=0)
-    t = ((points[:, None] - start) * along).sum(axis=-1) / (along**2).sum(axis=-1)
-    nearest = start + np.clip(t, 0.0, 1.0)[..., None] * along
-    return np.linalg.norm(points[:, None] - nearest, axis=-1).min(axis=1)
+@dataclass(frozen=True)
+class Outcome:
+    """What a source made of one labelled face."""
+
+    sample: Sample
+    face: Face | None
+    milliseconds: float
+
+    @property
+    def errors(self) -> Errors:
+        """All NaN when the face was missed."""
+        if self.face is None:
+            return Errors(np.nan, np.nan, np.nan)
+        return errors(self.face, self.sample.labels)
 
 
-def errors_percent(face: Face, labels: Array) -> tuple[float, float, float]:
-    """Mean error of eyes, mouth and jaw-to-outline in % of the outer inter-ocular distance."""
-    unit = np.linalg.norm(labels[EYES[3]] - labels[EYES[0]]) / 100.0
-    eyes = np.linalg.norm(face.eyes - labels[list(EYES)], axis=1).mean()
-    mouth = np.linalg.norm(face.mouth - labels[list(MOUTH)], axis=1).mean()
-    jaw = distance_to_line(labels[JAW], face.outline).mean()
-    return eyes / unit, mouth / unit, jaw / unit
+def measure(source: LandmarkSource, faces: list[Sample]) -> list[Outcome]:
+    source.find(faces[0].read())  # reads the model
+    return [_measured(source, sample) for sample in faces]
 
 
-def main(data: Path) -> None:
-    source = MeshSource()
-    source.find(read(data / "composites" / "f_african.jpg"))
-    print(f"{'':12}{'photos':>7}{'with':>6}{'faces':>7}{'ms/photo':>9}{'ms/face':>8}", end="   ")
-    print("eyes, mouth, jaw: mean (p95) in % of the outer inter-ocular distance")
-    for name in (*LABELLED, *UNLABELLED):
-        pictures = sorted((data / name).glob("*.jpg"))
-        errors, faces_found, photos_found, seconds = [], 0, 0, 0.0
-        for picture in pictures:
-            rgb = read(picture)
-            start = time.perf_counter()
-            faces = source.find(rgb)
-            seconds += time.perf_counter() - start
-            faces_found += len(faces)
-            photos_found += bool(faces)
-            if faces and picture.with_suffix(".csv").exists():
-                errors.append(errors_percent(faces[0], labels_of(picture)))
-        line = f"{name:12}{len(pictures):7}{photos_found:6}{faces_found:7}"
-        line += f"{seconds / len(pictures) * 1e3:9.0f}{seconds / max(1, faces_found) * 1e3:8.0f}   "
-        for column in np.array(errors).reshape(-1, 3).T if errors else ():
-            line += f"{column.mean():.2f} ({np.percentile(column, 95):.2f})  "
-        print(line, flush=True)
+def _measured(source: LandmarkSource, sample: Sample) -> Outcome:
+    rgb = sample.read()
+    start = time.perf_counter()
+    found = source.find(rgb)
+    milliseconds = (time.perf_counter() - start) * 1e3
+    return Outcome(sample, nearest(found, sample.labels), milliseconds / max(1, len(found)))
+
+
+def table(results: Mapping[str, list[Outcome]]) -> Iterator[str]:
+    """Markdown rows: one for each source and set."""
+    yield f"| source | faces | found {HEAD} ms per face |"
+    yield "|---|---|---|---|---|---|---|"
+    for source, outcomes in results.items():
+        for name in SETS:
+            group = [one for one in outcomes if name in one.sample.sets]
+            found = sum(one.face is not None for one in group)
+            speed = np.median([one.milliseconds for one in group])
+            cells = _cells([one.errors for one in group])
+            yield f"| {source} | {name} | {found}/{len(group)} | {cells} | {speed:.0f} |"
+    again = [repeatability(one.labels, one.again) for one in _first(results) if one.again]
+    yield f"| second pass of labels | wild | {len(again)} | {_cells(again)} | |"
+
+
+def groups(results: Mapping[str, list[Outcome]]) -> Iterator[str]:
+    """Markdown rows: one for each source and group of people."""
+    yield f"| source | group | faces {HEAD}"
+    yield "|---|---|---|---|---|---|"
+    for source, outcomes in results.items():
+        names = {(one.sample.sets[0], group) for one in outcomes for group in one.sample.groups}
+        for origin, group in sorted(names):
+            members = [
+                one.errors
+                for one in outcomes
+                if one.sample.sets[0] == origin and group in one.sample.groups
+            ]
+            if len(members) >= LEAST_IN_GROUP:
+                label = f"{origin}, {group.replace('_', ' ')}"
+                yield f"| {source} | {label} | {len(members)} | {_cells(members)} |"
+
+
+def _first(results: Mapping[str, list[Outcome]]) -> list[Sample]:
+    return [one.sample for one in next(iter(results.values()))]
+
+
+def _cells(rows: list[Errors]) -> str:
+    columns = np.array(rows, np.float64).reshape(-1, 3).T
+    return " | ".join("{:.2f} ({:.2f}, {:.1f})".format(*summary(column)) for column in columns)
+
+
+def heading() -> str:
+    facts = machine()
+    versions = ", ".join(f"{name} {facts['packages'][name]}" for name in PACKAGES)
+    return f"{date.today()}, {facts['processor']}, {facts['cores']} cores, {versions}"
+
+
+def as_json(results: Mapping[str, list[Outcome]]) -> str:
+    faces = {
+        source: [
+            {
+                "face": one.sample.name,
+                "found": one.face is not None,
+                "ms": round(one.milliseconds, 1),
+                **{name: round(value, 3) for name, value in one.errors._asdict().items()},
+            }
+            for one in outcomes
+        ]
+        for source, outcomes in results.items()
+    }
+    return json.dumps({"date": str(date.today()), "machine": machine(), "faces": faces}, indent=1)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    default = os.environ.get("KOGAO_SHARED", "../shared/data")
+    parser.add_argument("data", nargs="?", type=Path, default=Path(default))
+    parser.add_argument("--sources", nargs="+", choices=list(SOURCES), default=list(SOURCES))
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--pictures", type=Path)
+    arguments = parser.parse_args()
+    try:
+        faces = samples(arguments.data)
+    except (OSError, ValueError) as problem:
+        parser.error(f"{problem}; name the folder of labelled photographs or set KOGAO_SHARED")
+    results = {}
+    for name in arguments.sources:
+        try:
+            results[name] = measure(SOURCES[name](), faces)
+        except AssetMissing as missing:
+            print(f"{name}: absent ({missing})")
+    if not results:
+        parser.exit(1)
+    print(heading(), "", *table(results), "", *groups(results), sep="\n")
+    if arguments.json:
+        arguments.json.write_text(as_json(results), encoding="utf-8")
+    if arguments.pictures:
+        import landmark_pictures  # matplotlib is only needed here
+
+        landmark_pictures.draw(results, arguments.pictures)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

@@ -1,5 +1,6 @@
 """The face value: edits, maps, JSON and selection."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -83,3 +84,26 @@ def test_box_arithmetic():
     assert box.clipped(Box(4, 0, 20, 5)) == Box(4, 3, 10, 5)
     assert Box(5, 5, 2, 9).area == 0
     assert np.zeros((20, 30))[box.slices].shape == (4, 8)
+
+
+def test_confidence_travels_with_its_points_and_a_hand_is_sure():
+    face = dataclasses.replace(oval_face(), confidence=np.linspace(0.0, 0.9, 27))
+    mapped = face.mapped(Affine.similarity(2.0, 30.0, (1.0, 2.0)))
+    np.testing.assert_array_equal(mapped.confidence, face.confidence)
+    for moved, row in (
+        (face.with_outline_point(-1, (5.0, 5.0)), 20),
+        (face.with_eye_point(1, (5.0, 5.0)), 22),
+        (face.with_mouth_point(0, (5.0, 5.0)), 25),
+    ):
+        others = np.arange(27) != row
+        assert moved.confidence[row] == 1.0
+        np.testing.assert_array_equal(moved.confidence[others], face.confidence[others])
+    aimed = face.with_target(2, (5.0, 5.0))
+    np.testing.assert_array_equal(aimed.confidence, face.confidence)
+    assert oval_face().with_outline_point(3, (5.0, 5.0)).confidence is None
+
+
+@pytest.mark.parametrize("confidence", [np.ones(21), np.full(27, 1.5), np.full(27, np.nan)])
+def test_a_broken_confidence_is_refused(confidence):
+    with pytest.raises(ValueError, match=r"shape|between 0 and 1"):
+        dataclasses.replace(oval_face(), confidence=confidence)

@@ -10,8 +10,8 @@ import pytest
 
 from kogao_core import assets
 from kogao_core.geometry import Affine
-from kogao_core.landmarks import MeshSource
-from kogao_core.landmarks.blazeface import Detection, View
+from kogao_core.landmarks import MeshSource, search
+from kogao_core.landmarks.blazeface import BlazeFace, Detection, View
 from kogao_core.landmarks.pixels import Pyramid, rgb8
 
 
@@ -88,6 +88,28 @@ def test_boxes_of_one_face_overlap_and_neighbours_do_not() -> None:
     assert face.overlaps(cut)
     assert cut.overlaps(face)
     assert not face.overlaps(neighbour)
+
+
+@pytest.mark.parametrize("shape", [(3000, 4000), (4000, 3000), (1000, 1000), (500, 3000)])
+@pytest.mark.parametrize("parts", sorted(search.OVERLAP))
+def test_some_tile_holds_every_face_that_tiles_are_for(shape: tuple[int, int], parts: int) -> None:
+    rows, columns = shape
+    tiles = search._tiles(Pyramid(np.zeros(shape, np.uint8)), parts)
+    corners = np.array([(*(tile.center_px - tile.side_px / 2.0), tile.side_px) for tile in tiles])
+    side = search.OVERLAP[parts] * max(shape) / parts
+    rng = np.random.default_rng(6)
+    for low in rng.uniform(0.0, 1.0, (300, 2)) * (columns - side, rows - side):
+        inside = (corners[:, :2] <= low + 1.0) & (
+            corners[:, :2] + corners[:, 2:] >= low + side - 1.0
+        )
+        assert inside.all(axis=1).any()
+
+
+def test_an_empty_view_is_not_looked_at(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    detector = BlazeFace(weights / "face_detection_back.tflite")
+    monkeypatch.setattr(detector, "_net", None)
+    sky = np.full((200, 200, 3), (90, 140, 220), np.uint8)
+    assert detector.look(Pyramid(sky), View(np.array([100.0, 100.0]), 200.0), 0.1) == []
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9, 3), (3, 3, 4), (2, 500, 3), (17, 5)])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.bend import bends, straight_lines
+from kogao_core.bend import bends, beside, straight_lines
 from kogao_core.domain import reduce
 from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import render
@@ -186,3 +186,31 @@ def test_strokes_are_sampled_within_their_step_and_follow_their_image():
         Stroke([[0.0, 0.0]], -1.0)
     with pytest.raises(ValueError, match="feather"):
         Stroke([[0.0, 0.0]], 1.0, np.inf)
+
+
+def test_an_eraser_leaves_nothing_under_it_and_all_else_as_it_was():
+    line = Stroke([[0.0, 0.0], [60.0, 0.0], [60.0, 80.0]], radius_px=5.0, feather_px=3.0)
+    far, dot = Stroke([[200.0, 200.0]], 5.0), Stroke([[61.0, 40.0]])
+    erased = Protection((line, far, dot)).erased([[60.0, 36.0], [60.0, 44.0]], 8.0)
+    first, second, third = erased.strokes
+    assert third is far
+    assert (first.radius_px, first.feather_px) == (5.0, 3.0)
+    np.testing.assert_array_equal(first.points_px[:2], line.points_px[:2])
+    np.testing.assert_allclose(first.points_px[-1], (60.0, 36.0 - 13.0), atol=13 / 8)
+    np.testing.assert_allclose(second.points_px[0], (60.0, 44.0 + 13.0), atol=13 / 8)
+    rubber = Stroke([[60.0, 36.0], [60.0, 44.0]]).samples_px(0.1)
+    for part in (first, second):
+        apart = np.linalg.norm(part.samples_px(0.5)[:, None] - rubber, axis=2)
+        assert apart.min() >= 8.0 - 0.05
+    untouched = Protection((line,)).erased([[0.0, 100.0]], 8.0)
+    assert untouched.strokes[0] is line
+    assert not Protection((dot,)).erased([[60.0, 40.0]], 2.0).strokes
+
+
+def test_lines_on_a_face_are_not_the_background():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    x, y = face.mouth_center
+    lip, frame = [(x - 30, y), (x + 30, y)], door_frame(face)
+    kept = beside(np.array([lip, frame]), [face.outline])
+    np.testing.assert_array_equal(kept, frame[None])
+    assert beside(np.zeros((0, 2, 2)), [face.outline]).shape == (0, 2, 2)

@@ -350,6 +350,35 @@ def test_a_full_disk_leaves_nothing(fails, portrait, tmp_path, monkeypatch):
     fails(3, "No space left on device", "warp", portrait, "-o", tmp_path / "out.jpg")
 
 
+def test_without_networks_the_aam_steps_in_and_says_so(cli, portrait, monkeypatch):
+    everything = assets.path
+
+    def no_networks(name):
+        if name.endswith(".tflite"):
+            raise assets.AssetMissing(f"{name} is missing; reinstall")
+        return everything(name)
+
+    monkeypatch.setattr(assets, "path", no_networks)
+    code, said, err = cli("detect", portrait, "--json")
+    assert code == 0
+    assert len(json.loads(said)["faces"]) == 1
+    assert "less exact" in err
+    code, said, err = cli("detect", portrait, "--landmarks", "mesh")
+    assert (code, said) == (1, "")
+    assert "is missing; reinstall" in err
+
+
+def test_landmarks_come_from_where_they_are_asked_for(cli, portrait, tmp_path):
+    for name in ("mesh", "aam"):
+        code, said, _ = cli("detect", portrait, "--json", "--landmarks", name)
+        assert code == 0
+        assert len(json.loads(said)["faces"]) == 1
+    (tmp_path / "model.yaml").write_text("none")
+    code, said, err = cli("detect", portrait, "--landmarks", tmp_path / "model.yaml")
+    assert (code, said) == (2, "")
+    assert "no landmark model" in err
+
+
 def test_missing_networks_say_how_to_get_them(fails, faceless, tmp_path, monkeypatch):
     def missing(name):
         raise assets.AssetMissing(f"{name} is missing; reinstall")

@@ -1,0 +1,29 @@
+"""The points of a face that is being marked and isn't one yet."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QLineF
+from PySide6.QtGui import QPainter
+
+from ..marking import CORNERS
+from . import glyphs
+from .base import Overlay, Place
+
+
+class Draft(Overlay):
+    """Diamonds for the corners of eyes and mouth, dots and rings for the first landmarks."""
+
+    def wanted(self) -> bool:
+        """Show it in manual mode, whatever is switched on."""
+        return bool(self.shown.state.draft) and self.shown.state.mode == "manual"
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw what has been marked so far."""
+        for number, (source, target) in enumerate(self.shown.state.draft):
+            at, to = place.points([source, target])
+            if number < CORNERS:
+                glyphs.diamond(painter, at, glyphs.LANDMARK)
+                continue
+            glyphs.dot(painter, at, glyphs.LANDMARK)
+            glyphs.lines(painter, [QLineF(at, to)], glyphs.TARGET, 1.0)
+            glyphs.ring(painter, to, glyphs.TARGET)

@@ -1,0 +1,37 @@
+"""Door frames and shelves near the face, and how far the warp bends each of them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QLineF, QPointF
+from PySide6.QtGui import QPainter
+
+from ..i18n import tr
+from . import glyphs
+from .base import Overlay, Place
+
+# Half a pixel is where a bend in a straight edge begins to be seen.
+SEEN_PX: Final = 0.5
+_TICK_PX: Final = 5.0
+_BESIDE: Final = QPointF(8.0, 0.0)
+
+
+class StraightLines(Overlay):
+    """Thin lines with ticks at their ends; bent ones thick, in another colour, with their px."""
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the most bent ones last, over the others."""
+        for line in reversed(self.shown.lines):
+            start, end = place.points([line.start_px, line.end_px])
+            chord = QLineF(start, end)
+            across = chord.normalVector().unitVector()
+            tick = QPointF(across.dx(), across.dy()) * _TICK_PX
+            ticks = [QLineF(at - tick, at + tick) for at in (start, end)]
+            if line.bend_px < SEEN_PX:
+                glyphs.lines(painter, [chord, *ticks], glyphs.STRAIGHT, 1.0)
+                continue
+            glyphs.lines(painter, [chord, *ticks], glyphs.BENT, 2.4)
+            glyphs.label(
+                painter, chord.center() + _BESIDE, tr("{px:.1f} px", px=line.bend_px), bold=True
+            )

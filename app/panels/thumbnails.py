@@ -1,0 +1,40 @@
+"""Small pictures of faces, cut from the level of the photo that is just large enough."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QIcon, QImage, QPixmap
+
+from kogao_core.face import Face
+from kogao_core.geometry import Box
+
+from ..pyramid import Pyramid
+
+
+def face_icon(photo: Pyramid, face: Face, size_px: int, ratio: float) -> QIcon:
+    """Return a square picture round a face, `size_px` wide at `ratio` device px per px."""
+    left, top, width, height = face.box
+    side = max(width, height)
+    level = photo.level_for(size_px / max(side, 1.0))
+    pixels = photo.levels[level]
+    corner = np.array([left + (width - side) / 2, top + (height - side) / 2]) / 2**level
+    x, y = np.round(corner).astype(int).tolist()
+    length = max(1, round(side / 2**level))
+    box = Box(x, y, x + length, y + length).clipped(Box.of(pixels))
+    if not box.area:
+        return QIcon()
+    rows, columns = box.slices
+    part = np.ascontiguousarray(pixels[rows, columns])
+    image = QImage(part.data, box.width, box.height, part.strides[0], QImage.Format.Format_RGB888)
+    smooth = Qt.TransformationMode.SmoothTransformation
+    keep = Qt.AspectRatioMode.KeepAspectRatio
+    wanted = round(size_px * ratio)
+    return untinted(QPixmap.fromImage(image.copy()).scaled(wanted, wanted, keep, smooth))
+
+
+def untinted(picture: QPixmap) -> QIcon:
+    """Return an icon that keeps its colours when it is selected."""
+    icon = QIcon(picture)
+    icon.addPixmap(picture, QIcon.Mode.Selected)
+    return icon

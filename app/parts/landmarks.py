@@ -1,0 +1,70 @@
+"""The choice where landmarks come from, with what each source was measured to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QActionGroup
+from PySide6.QtWidgets import QFileDialog
+
+from kogao_core.face import LandmarkSource
+from kogao_core.landmarks import ModelRefused, source
+
+from .. import actions
+from ..controllers.files import Files
+from ..i18n import tr
+from ..views.bar import Message
+from ..views.window import Window
+
+
+class LandmarksPart(QObject):
+    """Joins the actions of the Face menu to the source that `Files` asks.
+
+    Signals
+    -------
+    said(Message)
+        For the bar over the canvas.
+    """
+
+    said = Signal(object)
+
+    def __init__(
+        self, first: LandmarkSource, files: Files, window: Window, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._files, self._window = files, window
+        named = window.actions_by_name
+        self._group = QActionGroup(self)
+        for name in ("mesh", "aam", "file"):
+            self._group.addAction(named[f"landmarks-{name}"])
+        self._now = named.get(f"landmarks-{first.name}", named["landmarks-mesh"])
+        self._now.setChecked(True)
+        actions.connect(
+            named,
+            {
+                "landmarks-mesh": lambda: self.use("mesh"),
+                "landmarks-aam": lambda: self.use("aam"),
+                "landmarks-file": self.ask_for_file,
+            },
+        )
+
+    def use(self, wanted: str) -> None:
+        """Find the faces again by a source: its name or a model file; a bad one changes nothing."""
+        try:
+            chosen = source(wanted)
+        except ModelRefused as refusal:
+            self._now.setChecked(True)
+            self.said.emit(Message(str(refusal)))
+            return
+        self._now = self._group.checkedAction()
+        self._files.use(chosen)
+
+    def ask_for_file(self) -> None:
+        """Ask for a model that the user brings."""
+        dialog = QFileDialog(self._window, tr("A landmark model for cv2.face"))
+        dialog.setNameFilter(tr("Models (*.yaml *.dat)"))
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(lambda name: self.use(str(Path(name))))
+        dialog.rejected.connect(lambda: self._now.setChecked(True))
+        dialog.open()

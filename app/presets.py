@@ -1,0 +1,54 @@
+"""Recipes with names: those that come with the program, and the user's own."""
+
+from __future__ import annotations
+
+import json
+from typing import Final
+
+from PySide6.QtCore import QSettings
+
+from kogao_core.recipe import PAPER, Recipe
+
+from .i18n import tr
+
+_KEY: Final = "presets"
+LONGEST_NAME: Final = 60
+
+
+def built_in() -> dict[str, Recipe]:
+    """Return the recipes that come with the program, by name."""
+    return {
+        tr("Retoucher's, 4 %"): Recipe(),
+        tr("Gentle, 2 %"): Recipe(percent=2.0),
+        tr("Clear, 6 %"): Recipe(percent=6.0),
+        tr("The paper's"): PAPER,
+    }
+
+
+def own(settings: QSettings) -> dict[str, Recipe]:
+    """Return the user's recipes by name; what can't be read is left out."""
+    try:
+        stored = json.loads(str(settings.value(_KEY, "{}")))
+    except (ValueError, RecursionError):
+        return {}
+    found = {}
+    for name, values in stored.items() if isinstance(stored, dict) else ():
+        try:
+            found[name[:LONGEST_NAME]] = Recipe.from_dict(values)
+        except (ValueError, TypeError):  # written by a newer program, or by hand
+            continue
+    return found
+
+
+def add(settings: QSettings, name: str, recipe: Recipe) -> None:
+    """Keep a recipe under a name, in place of any other of that name."""
+    _store(settings, {**own(settings), name[:LONGEST_NAME]: recipe})
+
+
+def remove(settings: QSettings, name: str) -> None:
+    """Forget a recipe of the user's."""
+    _store(settings, {n: recipe for n, recipe in own(settings).items() if n != name})
+
+
+def _store(settings: QSettings, recipes: dict[str, Recipe]) -> None:
+    settings.setValue(_KEY, json.dumps({n: recipe.to_dict() for n, recipe in recipes.items()}))

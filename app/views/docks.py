@@ -1,0 +1,106 @@
+"""Docks round the canvas: flat while their places are fixed, with title bars to move them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QByteArray, QObject, QSettings, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabWidget, QWidget
+
+# A window saved with other docks than these is not restored.
+_VERSION: Final = 1
+_FREE: Final = (
+    QDockWidget.DockWidgetFeature.DockWidgetMovable
+    | QDockWidget.DockWidgetFeature.DockWidgetFloatable
+    | QDockWidget.DockWidgetFeature.DockWidgetClosable
+)
+# Without a title bar; the menu can still close it.
+_FIXED: Final = QDockWidget.DockWidgetFeature.DockWidgetClosable
+
+
+class Docks(QObject):
+    """Adds docks, moves them, and remembers where they are.
+
+    Parameters
+    ----------
+    window : QMainWindow
+        Whose docks these are.
+    """
+
+    def __init__(self, window: QMainWindow) -> None:
+        super().__init__(window)
+        self._window = window
+        self._docks: dict[str, QDockWidget] = {}
+        self._hidden: list[QDockWidget] = []
+        self._first: QByteArray | None = None
+        window.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
+        window.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
+        area = Qt.DockWidgetArea.BottomDockWidgetArea
+        window.setTabPosition(area, QTabWidget.TabPosition.North)
+
+    def add(
+        self,
+        name: str,
+        title: str,
+        content: QWidget,
+        area: Qt.DockWidgetArea,
+        *,
+        beside: str | None = None,
+        shown: bool = True,
+    ) -> None:
+        """Add a dock; `beside` makes it a tab next to another one."""
+        dock = QDockWidget(title)
+        dock.setObjectName(name)
+        dock.setWidget(content)
+        self._docks[name] = dock
+        self._window.addDockWidget(area, dock)
+        if beside is not None:
+            self._window.tabifyDockWidget(self._docks[beside], dock)
+            self._docks[beside].raise_()
+        dock.setVisible(shown)
+        self._fix(dock, True)
+
+    def show(self, name: str) -> None:
+        """Show a dock in front of its neighbours."""
+        self._docks[name].show()
+        self._docks[name].raise_()
+
+    def toggles(self) -> list[QAction]:
+        """Return the actions that show and hide each dock."""
+        return [dock.toggleViewAction() for dock in self._docks.values()]
+
+    def fix(self, fixed: bool) -> None:
+        """Fix all docks in their places, or let them be moved, floated and closed."""
+        for dock in self._docks.values():
+            self._fix(dock, fixed)
+
+    def hide_all(self, hidden: bool) -> None:
+        """Leave the canvas alone in the window, or bring back what was there."""
+        if hidden:
+            self._hidden = [dock for dock in self._docks.values() if not dock.isHidden()]
+        for dock in self._hidden:
+            dock.setHidden(hidden)
+
+    def save(self, settings: QSettings) -> None:
+        """Remember the window's size and its docks."""
+        settings.setValue("window/geometry", self._window.saveGeometry())
+        settings.setValue("window/docks", self._window.saveState(_VERSION))
+
+    def restore(self, settings: QSettings) -> bool:
+        """Put the docks where they were, and return whether the window's size is known, too."""
+        self._first = self._window.saveState(_VERSION)
+        state, geometry = (settings.value(f"window/{what}") for what in ("docks", "geometry"))
+        if isinstance(state, QByteArray):
+            self._window.restoreState(state, _VERSION)
+        return isinstance(geometry, QByteArray) and self._window.restoreGeometry(geometry)
+
+    def reset(self) -> None:
+        """Put all docks back where they first were."""
+        if self._first is not None:
+            self._window.restoreState(self._first, _VERSION)
+
+    def _fix(self, dock: QDockWidget, fixed: bool) -> None:
+        # An empty widget in place of the title bar keeps a fixed dock flat.
+        dock.setTitleBarWidget(QWidget() if fixed else None)  # type: ignore[arg-type]
+        dock.setFeatures(_FIXED if fixed else _FREE)

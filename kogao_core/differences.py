@@ -1,0 +1,58 @@
+"""How two sets of points on one photo differ: marked by hand against found by the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.face import Face
+from kogao_core.geometry import Array
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Differences:
+    """Distances from each point of the first face to its partner on the second.
+
+    Parameters
+    ----------
+    partners : int array of shape (N,)
+        Index of the partner: the same one where both outlines have as many points, else the
+        nearest.
+    landmarks_px, targets_px : array of shape (N,)
+        Distance between partners, px.
+    """
+
+    partners: npt.NDArray[np.intp]
+    landmarks_px: Array
+    targets_px: Array
+
+
+def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Differences:
+    """Compare the landmarks and targets of two faces; the recipes place automatic targets."""
+    ours, theirs = aim(first, recipes[0]), aim(second, recipes[1])
+    between = np.linalg.norm(ours.source_px[:, None] - theirs.source_px, axis=2)
+    same_count = len(ours.source_px) == len(theirs.source_px)
+    partners = np.arange(len(between)) if same_count else between.argmin(axis=1)
+    return Differences(
+        partners,
+        between[np.arange(len(between)), partners],
+        np.linalg.norm(ours.target_px - theirs.target_px[partners], axis=1),
+    )
+
+
+def matching(face: Face, others: Sequence[Face]) -> int | None:
+    """Return which of `others` lies where `face` lies; None when there is none near."""
+    middle = (face.eye_center + face.mouth_center) / 2.0
+    apart = [
+        float(np.linalg.norm((other.eye_center + other.mouth_center) / 2.0 - middle))
+        for other in others
+    ]
+    if not apart:
+        return None
+    nearest = int(np.argmin(apart))
+    return nearest if apart[nearest] < max(face.box[2:]) else None

@@ -1,0 +1,1 @@
+"""How the committed model is made: see ``__main__``."""

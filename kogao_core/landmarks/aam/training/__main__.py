@@ -1,0 +1,96 @@
+"""Train the Active Appearance Model: ``python -m kogao_core.landmarks.aam.training DATA OUT``.
+
+DATA is the folder of shared photographs. With ``--leave-out LABELS`` the people of a file of hand
+labels are left out; so is, with ``--hold-out N`` (0 to 3), every fourth person, and the model is
+then measured on these. The same photographs give the same bytes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import cv2
+
+from kogao_core.landmarks.aam.model_file import write
+from kogao_core.landmarks.aam.training.examples import examples
+from kogao_core.landmarks.aam.training.faces import (
+    Photographed,
+    once_each,
+    people_in,
+    photographed,
+)
+from kogao_core.landmarks.aam.training.labels import labeller
+from kogao_core.landmarks.aam.training.learn import Plan, learn, with_threshold
+from kogao_core.landmarks.aam.training.report import (
+    Truth,
+    area_under_curve,
+    hand_labelled,
+    results,
+    table,
+    truths,
+)
+from kogao_core.threads import one_blas_thread
+
+FOLDS: Final = 4
+COMPOSITES: Final = "composites"
+
+
+def main() -> None:
+    """Train, write the model and, where faces are held out, report on these."""
+    parser = argparse.ArgumentParser(prog="python -m kogao_core.landmarks.aam.training")
+    parser.add_argument("data", type=Path)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--leave-out", type=Path, metavar="LABELS")
+    parser.add_argument("--hold-out", type=int, choices=range(FOLDS))
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    with one_blas_thread():
+        train(options.data, options.out, options.leave_out, options.hold_out)
+
+
+def train(data: Path, out: Path, leave_out: Path | None, hold_out: int | None) -> None:
+    """Train on a folder of photographs, write the model, and measure it; see the module."""
+    begin = time.perf_counter()
+
+    def say(line: str) -> None:
+        print(f"{time.perf_counter() - begin:5.0f} s  {line}", flush=True)
+
+    everybody = photographed(data)
+    away = _kept_away(everybody, leave_out, hold_out)
+    faces = once_each(everybody)
+    known = [face for face in faces if face.person not in away]
+    say(f"{len(known)} faces to learn from, {len(faces) - len(known)} left out")
+    plan, labels = Plan(), labeller(known)
+    learning = examples(known, labels, plan.turns, plan.seed)
+    write(with_threshold(learn(learning, plan, say), learning, plan), out)
+    say(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
+    unseen = [face for face in faces if face.person in away and face.folder != COMPOSITES]
+    by_hand = hand_labelled(leave_out, data) if leave_out else ()
+    _measure(out, [*truths(unseen, labeller(faces)), *by_hand])
+
+
+def _kept_away(
+    faces: Sequence[Photographed], leave_out: Path | None, hold_out: int | None
+) -> set[str]:
+    away = people_in(leave_out, faces) if leave_out else set()
+    if hold_out is not None:
+        away |= set(list(dict.fromkeys(face.person for face in faces))[hold_out::FOLDS])
+        # They are averages of people who may be held out.
+        away |= {face.person for face in faces if face.folder == COMPOSITES}
+    return away
+
+
+def _measure(model: Path, known: Sequence[Truth]) -> None:
+    if known:
+        found = results(model, known)
+        print("\n".join(table(found)))
+        for percent in (5.0, 8.0):
+            print(f"AUC of the score, error > {percent} %: {area_under_curve(found, percent):.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""The faces of a photograph as the networks see them: the detector's box and the mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core import assets
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Array, Image
+from kogao_core.landmarks import search
+from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, View
+from kogao_core.landmarks.mesh import EYES, MOUTH
+from kogao_core.landmarks.outline import silhouette
+from kogao_core.landmarks.pixels import Pyramid
+
+SURFACE: Final = 468
+_LEAST_SCORE: Final = 0.8
+_CROP: Final = 1.5
+_PASSES: Final = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One face of a photograph.
+
+    Parameters
+    ----------
+    box : Detection
+        The detector's box, px of the photograph.
+    mesh : array of shape (478, 3)
+        Points of the mesh, px of the photograph; z grows away from the camera.
+    """
+
+    box: Detection
+    mesh: Array
+
+
+class Networks:
+    """Detector and mesh together, giving all the mesh's points with their depth."""
+
+    def __init__(self) -> None:
+        self._detector = BlazeFace(assets.path("models/face_detection_back.tflite"))
+        mesh = assets.path("models/face_landmarks_detector.tflite")
+        self._mesh = cv2.dnn.readNetFromTFLite(str(mesh))
+
+    def faces(self, picture: Pyramid) -> list[Seen]:
+        """Return the faces that both networks are sure of."""
+        found: list[Seen] = []
+
+        def fit(proposal: Detection) -> search.Fitted | None:
+            box = self._detector.look_closer(picture, proposal)
+            if box is None or box.score < _LEAST_SCORE:
+                return None
+            mesh, around = self._meshed(picture, box)
+            try:
+                outline = silhouette(mesh[:, :2])
+            except ValueError:
+                return None
+            found.append(Seen(box, mesh))
+            return Face(outline, mesh[list(EYES), :2], mesh[list(MOUTH), :2]), around
+
+        search.faces(picture, self._detector, fit)
+        return found
+
+    def _meshed(self, picture: Pyramid, box: Detection) -> tuple[Array, Detection]:
+        for _ in range(_PASSES):
+            view = View(box.center_px, _CROP * box.side_px, box.degrees).to_image
+            pixels = picture.sample(view, INPUT_PX, cv2.BORDER_REPLICATE)
+            planes = pixels.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
+            self._mesh.setInput(np.ascontiguousarray(planes))
+            raw = self._mesh.forward("Identity").reshape(-1, 3).astype(np.float64)
+            points = view(raw[:, :2] - 0.5)
+            box = _around(points[:SURFACE], points[EYES[3]] - points[EYES[0]])
+        return np.column_stack([points, raw[:, 2] * view.scale]), box
+
+
+def _around(points: Array, across: Array) -> Detection:
+    degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+    upright = Affine.similarity(1.0, -degrees, (0.0, 0.0))
+    low, high = upright(points).min(axis=0), upright(points).max(axis=0)
+    middle = upright.inverse((low + high) / 2.0)
+    return Detection(middle, float((high - low).max()), degrees, 1.0)
+
+
+def read(path: Path) -> Image:
+    """Return a photograph, uint8 RGB of shape (H, W, 3).
+
+    Raises
+    ------
+    FileNotFoundError
+        If it is missing or no picture.
+    """
+    pixels = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if pixels is None:
+        raise FileNotFoundError(f"{path} is missing or no picture")
+    return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)

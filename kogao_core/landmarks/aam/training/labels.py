@@ -1,0 +1,108 @@
+"""The 80 points of a face: from hand labels, or from the mesh corrected by these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from kogao_core.face import OUTLINE_POINTS
+from kogao_core.geometry import Array
+from kogao_core.landmarks.aam.points import (
+    INNER_LABELS,
+    MIRROR,
+    OUTLINE_LABELS,
+    interocular,
+    similarity,
+)
+from kogao_core.landmarks.aam.training.detected import SURFACE
+from kogao_core.landmarks.aam.training.faces import Photographed
+from kogao_core.landmarks.outline import resampled, silhouette
+
+_NEUTRAL, _SMILING = "_neutral", "_smiling"
+MIRRORED_X: Final = np.array([-1.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Labeller:
+    """Turns a mesh into our points, by what hand labels say about it.
+
+    Parameters
+    ----------
+    mean : array of shape (80, 2)
+        Mean hand-labelled face, one outer inter-ocular distance wide.
+    vertices : tuple of int
+        The mesh point next to each inner point.
+    offset : array of shape (80, 2)
+        From the mesh to the hand labels, mean, in the frame of `mean`.
+    personal : mapping of str to array of shape (80, 2)
+        The same for each person with hand labels.
+    """
+
+    mean: Array
+    vertices: tuple[int, ...]
+    offset: Array
+    personal: Mapping[str, Array]
+
+    def points(self, mesh: Array, person: str) -> Array:
+        """Return the 80 points of a mesh (478, 2 or more)."""
+        raw = _raw(mesh, self.vertices)
+        frame = similarity(self.mean, raw)
+        return frame(frame.inverse(raw) + self.personal.get(person, self.offset))
+
+
+def labeller(faces: Sequence[Photographed]) -> Labeller:
+    """Learn how hand labels lie on the mesh, from the faces that have them.
+
+    The other pictures of a person with hand labels get this person's own correction, so a smile is
+    labelled by hand as far as it hides nothing.
+    """
+    labelled = [face for face in faces if face.labels is not None]
+    hand = [_by_hand(face) for face in labelled]
+    units = [similarity(shape, _unit(shape)) for shape in hand]
+    mean = np.mean([unit(shape) for unit, shape in zip(units, hand, strict=True)], axis=0)
+    meshes = [
+        unit(face.view.mesh[:SURFACE, :2]) for unit, face in zip(units, labelled, strict=True)
+    ]
+    mesh = np.mean(meshes, axis=0)
+    inner = mean[OUTLINE_POINTS:]
+    vertices = tuple(int(np.linalg.norm(mesh - point, axis=1).argmin()) for point in inner)
+    personal = {}
+    for face, shape in zip(labelled, hand, strict=True):
+        raw = _raw(face.view.mesh, vertices)
+        back = similarity(mean, raw).inverse
+        personal[face.person] = back(shape) - back(raw)
+    offset = np.mean(list(personal.values()), axis=0)
+    return Labeller(mean, vertices, (offset + offset[MIRROR] * MIRRORED_X) / 2.0, personal)
+
+
+def _unit(shape: Array) -> Array:
+    return np.asarray((shape - shape.mean(axis=0)) / interocular(shape))
+
+
+def _raw(mesh: Array, vertices: Sequence[int]) -> Array:
+    return np.vstack([silhouette(mesh[:, :2]), mesh[list(vertices), :2]])
+
+
+def _by_hand(face: Photographed) -> Array:
+    assert face.labels is not None
+    # The labels begin above the ear level of the other faces: cut to the mesh's ends.
+    ends = silhouette(face.view.mesh[:, :2])[[0, -1]]
+    line = _cut(face.labels[list(OUTLINE_LABELS)], ends[0], ends[1])
+    return np.vstack([resampled(line, OUTLINE_POINTS), face.labels[list(INNER_LABELS)]])
+
+
+def _cut(line: Array, first: Array, last: Array) -> Array:
+    begin, start = _foot(line, first)
+    end, stop = _foot(line, last)
+    return np.vstack([start, line[begin + 1 : end + 1], stop])
+
+
+def _foot(line: Array, point: Array) -> tuple[int, Array]:
+    start, along = line[:-1], np.diff(line, axis=0)
+    t = np.clip(((point - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+    feet = start + t[:, None] * along
+    nearest = int(np.linalg.norm(feet - point, axis=1).argmin())
+    return nearest, feet[nearest]

@@ -1,0 +1,130 @@
+"""How far a model lies from the labels of faces that it hasn't seen."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from kogao_core.face import Face
+from kogao_core.landmarks import evaluate
+from kogao_core.landmarks.aam.points import EYES, MOUTH, OUTLINE
+from kogao_core.landmarks.aam.source import AamSource
+from kogao_core.landmarks.aam.training.detected import read
+from kogao_core.landmarks.aam.training.faces import STUDIO, Photographed
+from kogao_core.landmarks.aam.training.labels import Labeller
+from kogao_core.landmarks.evaluate import Labels
+
+_JAW_LABELS: Final = slice(125, 134)
+_LIMITS: Final = (5.0, 8.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """One labelled face of a photograph, px of the photograph; tags name its rows in the table."""
+
+    path: Path
+    labels: Labels
+    tags: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Errors in % of eyes, mouth, jaw and their mean, infinite where no face was found."""
+
+    tags: tuple[str, ...]
+    errors: tuple[float, ...]
+    score: float
+
+
+def truths(faces: Sequence[Photographed], labeller: Labeller) -> Iterator[Truth]:
+    """Yield what is known about held-out faces: hand labels in the studio, else the mesh's."""
+    for face in faces:
+        shape = face.to_photo(labeller.points(face.view.mesh, face.person))
+        jaw = shape[OUTLINE]
+        if face.labels is not None:
+            jaw = face.to_photo(face.labels[_JAW_LABELS])
+        by = "by hand" if face.labels is not None else "by the mesh"
+        where = "studio" if face.folder in STUDIO else "in the wild"
+        tags = (face.folder, f"{where}, labelled {by}", *_person_tags(face))
+        yield Truth(face.path, Labels(shape[EYES], shape[MOUTH], jaw), tags)
+
+
+def _person_tags(face: Photographed) -> tuple[str, ...]:
+    if face.folder != "frll" or face.labels is None:
+        return ()
+    with (face.path.parent / "people.csv").open(encoding="utf-8", newline="") as stream:
+        rows = {row["id"]: row for row in csv.DictReader(stream)}
+    row = rows[face.path.stem.split("_")[0]]
+    tags = (f"frll, {row['face_gender']}", f"frll, {row['face_eth']}")
+    if not row["face_age"].isdigit():
+        return tags
+    return (*tags, "frll, age 30 and more" if int(row["face_age"]) >= 30 else "frll, age below 30")
+
+
+def hand_labelled(file: Path, data: Path) -> Iterator[Truth]:
+    """Yield the faces of a file of hand labels such as ``tests/labels/faces.json``."""
+    for entry in json.loads(file.read_text(encoding="utf-8"))["faces"]:
+        first = entry["first"]
+        corner = np.array(entry.get("crop", (0.0, 0.0))[:2])
+        eyes, mouth, jaw = (np.array(first[part]) + corner for part in ("eyes", "mouth", "outline"))
+        labels = Labels(eyes, mouth, jaw, _seen(first))
+        tags = ("in the wild, labelled by hand", *(f"by hand, {tag}" for tag in entry["tags"]))
+        yield Truth(data / entry["file"], labels, tags)
+
+
+def _seen(labels: dict[str, Any]) -> np.ndarray:
+    seen = []
+    for part in ("eyes", "mouth", "outline"):
+        hidden = labels.get("hidden", {}).get(part, [])
+        seen += [index not in hidden for index in range(len(labels[part]))]
+    return np.array(seen)
+
+
+def results(model: Path, known: Sequence[Truth]) -> list[Result]:
+    """Run the whole source, detection included, on the photographs of labelled faces."""
+    source = AamSource(model)
+    found: dict[Path, list[Face]] = {}
+    for one in known:
+        if one.path not in found:
+            found[one.path] = source.find(read(one.path))
+    return [_result(one, found[one.path]) for one in known]
+
+
+def _result(one: Truth, found: Sequence[Face]) -> Result:
+    face = evaluate.nearest(found, one.labels)
+    if face is None:
+        return Result(one.tags, (np.inf,) * 4, 0.0)
+    errors = evaluate.errors(face, one.labels)
+    return Result(one.tags, (*errors, float(np.nanmean(errors))), face.score)
+
+
+def table(found: Sequence[Result]) -> Iterator[str]:
+    """Yield the lines of a Markdown table, one row per tag: mean (95th percentile) of the found."""
+    limits = " | ".join(f"below {limit:.0f} %" for limit in _LIMITS)
+    yield f"| faces | number | found | eyes | mouth | jaw | mean of the three | {limits} |"
+    yield "|---|" + (6 + len(_LIMITS)) * "---|"
+    for tag in sorted({tag for one in found for tag in one.tags}):
+        errors = np.array([one.errors for one in found if tag in one.tags])
+        seen = errors[np.isfinite(errors[:, 3])]
+        cells = [evaluate.summary(column) for column in seen.T]
+        means = " | ".join(f"{cell.mean:.2f} ({cell.p95:.2f})" for cell in cells)
+        below = " | ".join(
+            f"{100 * share:.0f} %" for share in evaluate.share_below(errors[:, 3], _LIMITS)
+        )
+        yield f"| {tag} | {len(errors)} | {len(seen)} | {means} | {below} |"
+
+
+def area_under_curve(found: Sequence[Result], far_percent: float) -> float:
+    """Return how often a bad fit has a lower score than a good one; 0.5 is chance, 1 perfect."""
+    error = np.array([one.errors[3] for one in found])
+    score = np.array([one.score for one in found])
+    bad, good = score[(error > far_percent) & np.isfinite(error)], score[error <= far_percent]
+    if not len(bad) or not len(good):
+        return float("nan")
+    return float((bad[:, None] < good).mean() + 0.5 * (bad[:, None] == good).mean())

@@ -1,0 +1,80 @@
+"""Labelled faces as examples to learn from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from kogao_core.geometry import Array, Image
+from kogao_core.landmarks.edges.strips import smooth
+from kogao_core.landmarks.edges.training import Example, example
+from kogao_core.landmarks.evaluate import Labels, nearest
+from kogao_core.landmarks.mesh import MeshSource
+from kogao_core.landmarks.pixels import Pyramid
+
+STUDIO: Final = ("canada", "composites", "frll")
+_EYES: Final = [18, 22, 23, 27]
+_MOUTH: Final = [87, 93]
+_JAW: Final = slice(125, 134)
+_WILD_WEIGHT: Final = 2.0
+
+
+def studio(data: Path) -> Iterator[tuple[Example, Labels]]:
+    """Yield the faces with 189 labelled points in a folder of photographs."""
+    source = MeshSource(refined=False)
+    for folder in STUDIO:
+        for picture in sorted((data / folder).glob("*.jpg")):
+            if picture.with_suffix(".csv").exists():
+                points = np.loadtxt(picture.with_suffix(".csv"), delimiter=",", skiprows=1)
+                labels = Labels(points[_EYES], points[_MOUTH], points[_JAW])
+                line = smooth(smooth(labels.jaw))
+                yield from _example(source, picture, _read(picture), labels, line, 1.0)
+
+
+def wild(data: Path, table: Path) -> Iterator[tuple[Example, Labels]]:
+    """Yield the hand-labelled faces of a table, each pass of each face for itself."""
+    source = MeshSource(refined=False)
+    for face in json.loads(table.read_text(encoding="utf-8"))["faces"]:
+        image = _read(data / face["file"])
+        if "crop" in face:
+            left, top, width, height = face["crop"]
+            image = np.ascontiguousarray(image[top : top + height, left : left + width])
+        passes = [face[name] for name in ("first", "second") if name in face]
+        for one in passes:
+            labels = _labels(one)
+            weight = _WILD_WEIGHT / len(passes)
+            name = data / face["file"] / face["id"]
+            yield from _example(source, name, image, labels, labels.jaw, weight)
+
+
+def _labels(one: dict[str, Any]) -> Labels:
+    hidden = one.get("hidden", {})
+    seen = [
+        index not in hidden.get(group, ())
+        for group in ("eyes", "mouth", "outline")
+        for index in range(len(one[group]))
+    ]
+    eyes, mouth, jaw = (np.array(one[group], float) for group in ("eyes", "mouth", "outline"))
+    return Labels(eyes, mouth, jaw, np.array(seen))
+
+
+def _example(
+    source: MeshSource, name: Path, image: Image, labels: Labels, line: Array, weight: float
+) -> Iterator[tuple[Example, Labels]]:
+    face = nearest(source.find(image), labels)
+    if face is not None:
+        seen = np.ones(6 + len(line), bool) if labels.seen is None else labels.seen
+        hidden = np.flatnonzero(~seen[6:]).tolist()
+        yield example(str(name), Pyramid(image), face, line, hidden, weight), labels
+
+
+def _read(picture: Path) -> Image:
+    image = cv2.imread(str(picture))
+    if image is None:
+        raise ValueError(f"{picture} isn't a picture")
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))

@@ -1,0 +1,134 @@
+"""From the network's opinion at every step across the outline to one smooth line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from kogao_core.geometry import Array
+from kogao_core.landmarks.edges import network
+from kogao_core.landmarks.edges.network import Floats
+from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
+from kogao_core.landmarks.outline import resampled
+from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.threads import one_blas_thread
+
+MODEL: Final = "models/edges.npz"
+
+# Steps, each 1 % of the outer inter-ocular distance: how far the edge lies from the silhouette, how
+# much its distance changes from line to line, and what counts as the same place.
+_FAR: Final = 3.0
+_CHANGE: Final = 0.8
+_SAME: Final = 3.0
+_NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])
+INSIDE: Final = int(MOVES[0] - ACROSS[0])
+
+
+class EdgeNetwork:
+    """Moves an outline onto the edge that can be seen.
+
+    Parameters
+    ----------
+    parameters : list of array
+        See `network.shapes`.
+    """
+
+    def __init__(self, parameters: list[Floats]) -> None:
+        self._parameters = parameters
+
+    @staticmethod
+    def read(path: Path) -> EdgeNetwork:
+        """Read a model file.
+
+        Raises
+        ------
+        ValueError
+            If the file holds another kind of model.
+        """
+        with np.load(path, allow_pickle=False) as file:
+            parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
+        if [array.shape for array in parameters] != network.shapes():
+            raise ValueError(f"{path.name} isn't a model of the outline's edge")
+        return EdgeNetwork(parameters)
+
+    def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
+        """Return a finer outline and how sure each of its points is.
+
+        Parameters
+        ----------
+        image : Pyramid
+            The image.
+        eyes : array of shape (4, 2)
+            Eye corners, left to right, px.
+        outline : array of shape (N, 2)
+            Silhouette from left to right, px.
+
+        Returns
+        -------
+        outline : array of shape (N, 2)
+            At equal steps of arc length, px.
+        confidence : array of shape (N,)
+            Probability, 0 to 1, that the edge is seen and lies within 3 % of the outer
+            inter-ocular distance.
+        """
+        cut = Cut.of(image, eyes, outline)
+        lines = lines_of(cut.to_image.inverse(outline))
+        with one_blas_thread():
+            outputs, _ = network.forward(self._parameters, planes(cut.strip(lines))[None])
+            moves, confidence = settle(*split(outputs[0]))
+        moved = np.column_stack([lines.moved(moves), confidence])
+        even = resampled(moved, len(outline))
+        return cut.to_image(even[:, :2]), np.clip(even[:, 2], 0.0, 1.0)
+
+
+def split(outputs: Floats) -> tuple[Floats, Floats]:
+    """Return the log-odds of each move, shape (..., 41, 33), and of unseen edges, (..., 41)."""
+    window = outputs[..., INSIDE : INSIDE + len(MOVES)]
+    return window[..., 0, :, :], window[..., 1, :, :].mean(axis=-1)
+
+
+def settle(seen: Floats, unseen: Floats) -> tuple[Array, Array]:
+    """Return the expected move of each line and its confidence.
+
+    Moves of neighbouring lines are alike: a chain, solved forwards and backwards.
+
+    Parameters
+    ----------
+    seen : array of shape (41, 33)
+        Log-odds of the moves `MOVES`.
+    unseen : array of shape (41,)
+        Log-odds that nothing can be seen, against all of them together.
+
+    Returns
+    -------
+    moves : array of shape (41,)
+        Steps outwards.
+    confidence : array of shape (41,)
+        0 to 1.
+    """
+    own = np.exp(seen - seen.max(axis=1, keepdims=True)).astype(np.float64)
+    own /= own.sum(axis=1, keepdims=True)
+    visible = 1.0 / (1.0 + np.exp(np.clip(unseen.astype(np.float64), -30.0, 30.0)))[:, None]
+    likely = visible * own + (1.0 - visible) / len(MOVES)
+    moves = _along_chain(likely * np.exp(-0.5 * (MOVES / _FAR) ** 2)) @ MOVES
+    # What each line sees for itself says more than the chain, which is sure of everything: areas
+    # under the curve for errors above 5 % are 0.86 and 0.72.
+    near = np.abs(MOVES - moves[:, None]) <= _SAME
+    agreed = visible[:, 0] * (own * near).sum(axis=1)
+    return moves, np.convolve(np.pad(agreed, 2, mode="edge"), _NEIGHBOURS, "valid")
+
+
+def _along_chain(likely: Array) -> Array:
+    change = np.exp(-0.5 * ((MOVES[:, None] - MOVES) / _CHANGE) ** 2)
+    change /= change.sum(axis=1, keepdims=True)
+    before, after = likely.copy(), np.ones_like(likely)
+    for line in range(1, len(likely)):
+        before[line] *= before[line - 1] @ change
+        before[line] /= before[line].sum()
+    for line in range(len(likely) - 2, -1, -1):
+        after[line] = change @ (after[line + 1] * likely[line + 1])
+        after[line] /= after[line].sum()
+    share = before * after
+    return np.asarray(share / share.sum(axis=1, keepdims=True))

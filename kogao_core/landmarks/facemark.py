@@ -1,0 +1,139 @@
+"""A user's own model for `cv2.face`: the 68 points that LBF and Kazemi files are trained on."""
+
+from __future__ import annotations
+
+import threading
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from kogao_core import assets
+from kogao_core.face import OUTLINE_POINTS, Face
+from kogao_core.geometry import Array, Image
+from kogao_core.landmarks import search
+from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, View
+from kogao_core.landmarks.errors import ModelRefused
+from kogao_core.landmarks.mesh import LEAST_SCORE
+from kogao_core.landmarks.outline import resampled
+from kogao_core.landmarks.pixels import Pyramid
+
+POINTS: Final = 68
+_JAW: Final = slice(0, 17)
+_EYES: Final = (36, 39, 42, 45)
+_MOUTH: Final = (48, 54)
+_YAML: Final = b"%YAML"
+# A Kazemi file starts with the length of its first word, and the word. Anything else makes OpenCV
+# ask for whatever memory the bytes happen to spell.
+_KAZEMI: Final = (13).to_bytes(8, "little") + b"cascade_depth"
+# The detector's box as the models' own trainers saw it, in sides of the face: OpenCV's Haar boxes.
+_SIDE: Final = 1.12
+_UP: Final = 0.12
+_SIDES_IN_CROP: Final = 2.0
+
+
+class FacemarkSource:
+    """Landmarks by a model file that the user brings, faces by BlazeFace.
+
+    Parameters
+    ----------
+    model : path
+        An LBF (``.yaml``) or Kazemi (``.dat``) model of 68 points as `cv2.face` reads them.
+
+    Raises
+    ------
+    ModelRefused
+        If the file is no such model.
+    """
+
+    name = "facemark"
+
+    def __init__(self, model: Path) -> None:
+        self._facemark = _loaded(model)
+        self._lock = threading.Lock()
+
+    @cached_property
+    def _detector(self) -> BlazeFace:
+        return BlazeFace(assets.path("models/face_detection_back.tflite"))
+
+    def find(self, rgb: Image) -> list[Face]:
+        """Return the faces of an upright image, largest first; see `MeshSource.find`."""
+        with self._lock:
+            image = Pyramid(rgb)
+            faces = search.faces(image, self._detector, lambda box: self._fit(image, box))
+        return sorted(faces, key=lambda face: -face.interocular_px)
+
+    def _fit(self, image: Pyramid, proposal: Detection) -> search.Fitted | None:
+        box = self._detector.look_closer(image, proposal)
+        if box is None or box.score < LEAST_SCORE:
+            return None
+        view = View(box.center_px, _SIDES_IN_CROP * box.side_px, box.degrees)
+        grey = cv2.cvtColor(image.sample(view.to_image, INPUT_PX), cv2.COLOR_RGB2GRAY)
+        side = _SIDE * INPUT_PX / _SIDES_IN_CROP
+        left = (INPUT_PX - side) / 2.0
+        top = left - _UP * side
+        boxes = np.array([[left, top, side, side]]).round().astype(np.int32)
+        done, found = self._facemark.fit(grey, boxes)
+        if not done or np.shape(found[0]) != (1, POINTS, 2):
+            return None
+        return face_of(view.to_image(found[0][0]), box.score), box
+
+
+def face_of(points: Array, score: float) -> Face:
+    """Return a face from the 68 points of iBUG's mark-up, shape (68, 2), px."""
+    return Face(
+        resampled(points[_JAW], OUTLINE_POINTS),
+        points[list(_EYES)],
+        points[list(_MOUTH)],
+        score,
+        source=FacemarkSource.name,
+    )
+
+
+def _loaded(model: Path) -> Any:
+    try:
+        with model.open("rb") as file:
+            start = file.read(len(_KAZEMI))
+    except OSError as error:
+        raise ModelRefused(f"the model {model} can't be read ({error.strerror})") from error
+    if start.startswith(_YAML):
+        facemark = _silent_lbf()
+    elif start == _KAZEMI:
+        facemark = cv2.face.createFacemarkKazemi()
+    else:
+        raise ModelRefused(
+            f"{model} is no landmark model that cv2.face reads; give an LBF (.yaml) or Kazemi "
+            "(.dat) file of 68 points"
+        )
+    try:
+        whole = not start.startswith(_YAML) or _is_whole(model)
+        if whole:
+            facemark.loadModel(str(model))
+    except (cv2.error, SystemError):
+        whole = False
+    if not whole:
+        raise ModelRefused(f"the landmark model {model} is damaged, or not one of 68 points")
+    return facemark
+
+
+def _silent_lbf() -> Any:
+    # By itself it prints to standard output, which belongs to the command.
+    settings = cv2.FileStorage(
+        "%YAML:1.0\n---\nverbose: 0\n", cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY
+    )
+    facemark = cv2.face.createFacemarkLBF()
+    facemark.read(settings.root())
+    return facemark
+
+
+def _is_whole(lbf: Path) -> bool:
+    """Return whether a YAML file holds all stages of an LBF model: OpenCV itself doesn't look."""
+    stored = cv2.FileStorage(str(lbf), cv2.FILE_STORAGE_READ)
+    try:
+        stages = int(stored.getNode("stages_n").real())
+        last = stored.getNode(f"weights_{stages - 1}")
+        return stored.getNode("n_landmarks").real() == POINTS and not last.empty()
+    finally:
+        stored.release()

@@ -1,0 +1,76 @@
+"""Which landmark sources there are to choose from, and what each was measured to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core import assets
+from kogao_core.face import LandmarkSource
+from kogao_core.landmarks.aam import AamSource
+from kogao_core.landmarks.facemark import FacemarkSource
+from kogao_core.landmarks.mesh import MeshSource
+
+_NETWORKS: Final = ("models/face_detection_back.tflite", "models/face_landmarks_detector.tflite")
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A landmark source that travels with the program.
+
+    Parameters
+    ----------
+    name : str
+        What to ask for: ``--landmarks NAME``.
+    make : callable
+        Returns the source; models are read at its first use.
+    studio_jaw, wild_jaw : float
+        Mean distance from labelled jaw points to the outline on studio portraits and in the wild,
+        % of the outer inter-ocular distance, on faces left out of training (docs/landmarks.md).
+    typical_ms : float
+        Time for a portrait of about a megapixel with one face, on two cores.
+    """
+
+    name: str
+    make: Callable[[], LandmarkSource]
+    studio_jaw: float
+    wild_jaw: float
+    typical_ms: float
+
+
+CHOICES: Final = (
+    Choice("mesh", MeshSource, studio_jaw=0.9, wild_jaw=2.3, typical_ms=60.0),
+    Choice("aam", AamSource, studio_jaw=1.7, wild_jaw=3.5, typical_ms=70.0),
+)
+
+
+def source(wanted: str | None = None) -> LandmarkSource:
+    """Return the landmark source that was asked for.
+
+    Parameters
+    ----------
+    wanted : str, optional
+        The name of a choice, or the path of a `cv2.face` model file. When absent, the mesh, or the
+        AAM where this installation lacks the networks.
+
+    Raises
+    ------
+    ModelRefused
+        If a model file is damaged or none.
+    """
+    if wanted is None:
+        return MeshSource() if networks_are_here() else AamSource()
+    for choice in CHOICES:
+        if choice.name == wanted:
+            return choice.make()
+    return FacemarkSource(Path(wanted))
+
+
+def networks_are_here() -> bool:
+    """Return whether this installation has the networks."""
+    try:
+        return all(assets.path(name).exists() for name in _NETWORKS)
+    except assets.AssetMissing:
+        return False

@@ -1,0 +1,234 @@
+"""Everything about one edited photo but its pixels, as a file that outlives the program."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+from kogao_core import __version__, project_json
+from kogao_core.atomic import put
+from kogao_core.face import Face
+from kogao_core.geometry import Affine
+from kogao_core.protection import NOTHING, Protection
+from kogao_core.recipe import Recipe
+from kogao_core.strict import BadFile, Node, parse
+
+VERSION: Final = 1
+Mode = Literal["automatic", "manual"]
+_FORMAT: Final = "kogao-project"
+_MOST_BYTES: Final = 32 * 2**20
+_LONGEST_SIDE_PX: Final = 2**20
+_FIELDS: Final = (
+    *("format", "version", "program", "photo", "unit_px"),
+    *("mode", "automatic", "manual", "protection"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The faces and choices of one mode.
+
+    Parameters
+    ----------
+    faces : tuple of Face
+        Px of the upright photo.
+    off : frozenset of int
+        Indices of the faces left as they are.
+    recipe : Recipe
+        The photo's choices, for all faces but those with some of their own.
+    """
+
+    faces: tuple[Face, ...] = ()
+    off: frozenset[int] = frozenset()
+    recipe: Recipe = dataclasses.field(default_factory=Recipe)
+
+    @property
+    def active(self) -> list[Face]:
+        """The faces to make smaller."""
+        return [face for index, face in enumerate(self.faces) if index not in self.off]
+
+    def mapped(self, transform: Affine) -> Sheet:
+        """Return the sheet for the photo resized by a similarity transform."""
+        faces = tuple(face.mapped(transform) for face in self.faces)
+        return Sheet(faces, self.off, self.recipe.at_scale(transform.scale))
+
+
+@dataclass(frozen=True, slots=True)
+class Original:
+    """The photo that a project is about: where it lies, its SHA-256 and its upright size, px."""
+
+    path: str
+    sha256: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """What was done to one photo.
+
+    Parameters
+    ----------
+    original : Original
+        Which photo.
+    mode : {"automatic", "manual"}
+        Whose faces make the result.
+    automatic : Sheet
+        Found by the machine, and what was corrected on it.
+    manual : Sheet, optional
+        Marked by hand.
+    protection : Protection
+        Places that must not move, px.
+    """
+
+    original: Original
+    mode: Mode
+    automatic: Sheet
+    manual: Sheet | None = None
+    protection: Protection = NOTHING
+
+    def at_size(self, width: int, height: int) -> Project:
+        """Return the project for the same photo at another resolution.
+
+        Raises
+        ------
+        BadFile
+            If the photo has another shape: it is cropped or another one.
+        """
+        old = self.original
+        if (width, height) == (old.width, old.height):
+            return self
+        # A resized photo's sides are rounded to whole px, each by up to one.
+        if abs(width * old.height - height * old.width) > max(old.width, old.height):
+            raise BadFile(
+                f"the project is about a photo of {old.width} x {old.height} px, "
+                f"and one of {width} x {height} px has another shape"
+            )
+        resize = Affine.resize(width / old.width, height / old.height)
+        return Project(
+            dataclasses.replace(old, width=width, height=height),
+            self.mode,
+            self.automatic.mapped(resize),
+            None if self.manual is None else self.manual.mapped(resize),
+            self.protection.mapped(resize),
+        )
+
+
+def unit_px(width: int, height: int) -> int:
+    """Return what coordinates are divided by: the least power of two not below both sides.
+
+    Dividing by a power of two loses no bit, so reading brings back the very same points.
+    """
+    return 1 << (max(width, height) - 1).bit_length()
+
+
+def to_dict(project: Project) -> dict[str, Any]:
+    """Return a project as plain JSON values; positions and lengths are in `unit_px`."""
+    original = project.original
+    unit = unit_px(original.width, original.height)
+    manual = project.manual
+    return {
+        "format": _FORMAT,
+        "version": VERSION,
+        "program": __version__,
+        "photo": dataclasses.asdict(original),
+        "unit_px": unit,
+        "mode": project.mode,
+        "automatic": _sheet_dict(project.automatic, unit),
+        "manual": None if manual is None else _sheet_dict(manual, unit),
+        "protection": project_json.protection_dict(project.protection, unit),
+    }
+
+
+def from_node(top: Node) -> Project:
+    """Read what `to_dict` wrote.
+
+    Raises
+    ------
+    BadFile
+        If anything isn't as it should be, or a newer Kogao wrote it.
+    """
+    top.field("format").text(40, (_FORMAT,))
+    version = top.field("version").whole(1, 10**6)
+    if version > VERSION:
+        raise BadFile(
+            f"the file has version {version} and was written by a newer Kogao; "
+            f"this one reads up to version {VERSION}: update it"
+        )
+    top.only(_FIELDS)
+    photo = top.field("photo").only([field.name for field in dataclasses.fields(Original)])
+    width, height = (photo.field(n).whole(1, _LONGEST_SIDE_PX) for n in ("width", "height"))
+    original = Original(
+        photo.field("path").text(4096), photo.field("sha256").text(64), width, height
+    )
+    unit = unit_px(width, height)
+    top.field("unit_px").whole(unit, unit)
+    manual = top.field("manual")
+    mode: Mode = "manual" if top.field("mode").text(16, get_args(Mode)) == "manual" else "automatic"
+    return Project(
+        original,
+        mode,
+        _sheet(top.field("automatic"), unit),
+        None if manual.value is None else _sheet(manual, unit),
+        project_json.protection(top.field("protection"), unit),
+    )
+
+
+def load(path: str | os.PathLike[str]) -> Project:
+    """Read a project file.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or isn't a project; one sentence.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        raise BadFile(f"{path} can't be read ({error.strerror or error})") from None
+    return from_node(parse(data, _MOST_BYTES))
+
+
+def save(project: Project, path: str | os.PathLike[str]) -> None:
+    """Write a project file, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If the folder is missing or not writable, or the disk is full.
+    """
+    text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
+    put(text.encode("utf-8"), path)
+
+
+def sha256_of(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file, in hexadecimal.
+
+    Raises
+    ------
+    OSError
+        If it can't be read.
+    """
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _sheet_dict(sheet: Sheet, unit: int) -> dict[str, Any]:
+    faces = [project_json.face_dict(face, unit) for face in sheet.faces]
+    for index, face in enumerate(faces):
+        face["on"] = index not in sheet.off
+    return {"recipe": sheet.recipe.to_dict(), "faces": faces}
+
+
+def _sheet(node: Node, unit: int) -> Sheet:
+    node.only(("recipe", "faces"))
+    nodes = node.field("faces").items(project_json.MOST_FACES)
+    faces = tuple(project_json.face(face, unit) for face in nodes)
+    off = frozenset(n for n, face in enumerate(nodes) if not face.field("on").flag())
+    return Sheet(faces, off, project_json.recipe(node.field("recipe")))

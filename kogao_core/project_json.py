@@ -1,0 +1,140 @@
+"""The parts of a project file: points and lengths in units, faces, recipes, protection."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from kogao_core.face import Face, Frame
+from kogao_core.geometry import Array
+from kogao_core.protection import Protection, Stroke
+from kogao_core.recipe import Recipe
+from kogao_core.strict import BadFile, Node
+
+MOST_FACES: Final = 1000
+_MOST_POINTS: Final = 10_000
+_MOST_STROKES: Final = 10_000
+# Points may be dragged off the photo, but hardly by more than its size.
+_FARTHEST: Final = 64.0
+_LEAST_LENGTH: Final = 1e-9
+_FACE_FIELDS: Final = (
+    *("outline", "eyes", "mouth", "targets", "frame", "score", "confidence"),
+    *("source", "recipe", "on"),
+)
+
+
+def face_dict(face: Face, unit: int) -> dict[str, Any]:
+    """Return a face as plain JSON values; a target that is automatic is null."""
+    pinned, targets = face.pinned_frame, face.targets
+    origin = None if pinned is None else [value / unit for value in pinned.origin_px]
+    frame = None if pinned is None else {"origin": origin, "spacing": pinned.spacing_px / unit}
+    return {
+        "outline": _in_units(face.outline, unit),
+        "eyes": _in_units(face.eyes, unit),
+        "mouth": _in_units(face.mouth, unit),
+        "targets": None if targets is None else [_aim(target, unit) for target in targets],
+        "frame": frame,
+        "score": face.score,
+        "confidence": None if face.confidence is None else face.confidence.tolist(),
+        "source": face.source,
+        "recipe": None if face.recipe is None else face.recipe.to_dict(),
+    }
+
+
+def face(node: Node, unit: int) -> Face:
+    """Read what `face_dict` wrote."""
+    node.only(_FACE_FIELDS)
+    outline = _points(node.field("outline"), unit, _MOST_POINTS)
+    targets, frame = node.field("targets"), node.field("frame")
+    confidence, own = node.field("confidence"), node.field("recipe")
+    try:
+        return Face(
+            outline=outline,
+            eyes=_points(node.field("eyes"), unit, 4),
+            mouth=_points(node.field("mouth"), unit, 2),
+            score=node.field("score").number(0.0, 1.0),
+            targets=None if targets.value is None else _targets(targets, unit),
+            pinned_frame=None if frame.value is None else _frame(frame, unit),
+            source=node.field("source").text(40),
+            recipe=None if own.value is None else recipe(own),
+            confidence=None if confidence.value is None else _shares(confidence),
+        )
+    except BadFile:
+        raise
+    except ValueError as error:  # what Face itself refuses
+        node.refuse(f"is no face: {error}")
+
+
+def recipe(node: Node) -> Recipe:
+    """Read a recipe."""
+    try:
+        return Recipe.from_dict(node.value)
+    except (ValueError, TypeError) as error:
+        node.refuse(f"is no recipe: {str(error)[:200]}")
+
+
+def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
+    """Return protected places as plain JSON values."""
+    strokes = [
+        {
+            "points": _in_units(stroke.points_px, unit),
+            "radius": stroke.radius_px / unit,
+            "feather": stroke.feather_px / unit,
+        }
+        for stroke in protection.strokes
+    ]
+    return {"strokes": strokes}
+
+
+def protection(node: Node, unit: int) -> Protection:
+    """Read what `protection_dict` wrote."""
+    strokes = node.only(("strokes",)).field("strokes").items(_MOST_STROKES)
+    return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
+
+
+def _stroke(node: Node, unit: int) -> Stroke:
+    node.only(("points", "radius", "feather"))
+    points = _points(node.field("points"), unit, _MOST_POINTS)
+    if not len(points):
+        node.refuse("needs at least one point")
+    radius, feather = (node.field(name).number(0.0, 1.0) * unit for name in ("radius", "feather"))
+    return Stroke(points, radius, feather)
+
+
+def _in_units(points: Array, unit: int) -> list[list[float]]:
+    shares: list[list[float]] = (points / unit).tolist()
+    return shares
+
+
+def _aim(target: Array, unit: int) -> list[float] | None:
+    x, y = (target / unit).tolist()
+    return None if np.isnan(x) else [x, y]
+
+
+def _points(node: Node, unit: int, most: int) -> Array:
+    return np.array([_point(item, unit) for item in node.items(most)]).reshape(-1, 2)
+
+
+def _point(node: Node, unit: int) -> tuple[float, float]:
+    pair = [item.number(-_FARTHEST, _FARTHEST) * unit for item in node.items(2)]
+    if len(pair) != 2:
+        node.refuse("must be two numbers")
+    return pair[0], pair[1]
+
+
+def _targets(node: Node, unit: int) -> Array:
+    nowhere = (np.nan, np.nan)
+    items = node.items(_MOST_POINTS)
+    rows = [nowhere if item.value is None else _point(item, unit) for item in items]
+    return np.array(rows).reshape(-1, 2)
+
+
+def _shares(node: Node) -> Array:
+    return np.array([item.number(0.0, 1.0) for item in node.items(_MOST_POINTS + 6)])
+
+
+def _frame(node: Node, unit: int) -> Frame:
+    node.only(("origin", "spacing"))
+    origin = _point(node.field("origin"), unit)
+    return Frame(origin, node.field("spacing").number(_LEAST_LENGTH, _FARTHEST) * unit)

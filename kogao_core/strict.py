@@ -1,0 +1,119 @@
+"""Reading JSON that anybody may have written: every value is asked for by kind and range."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+
+class BadFile(ValueError):
+    """What was read isn't what it should be; the message says where and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A value inside a file and the way to it, for messages."""
+
+    value: Any
+    where: str = "the file"
+
+    def field(self, name: str) -> Node:
+        """Return a field of an object; one that is absent is null."""
+        if not isinstance(self.value, dict):
+            self.refuse("must be an object")
+        return Node(self.value.get(name), f"{self.where}: {name}")
+
+    def only(self, names: Collection[str]) -> Node:
+        """Return this object after checking that it has no fields but these."""
+        if not isinstance(self.value, dict):
+            self.refuse("must be an object")
+        unknown = sorted(set(self.value) - set(names))
+        if unknown:
+            self.refuse(f"has an unknown field {unknown[0][:40]!r}")
+        return self
+
+    def items(self, most: int) -> list[Node]:
+        """Return the elements of a list."""
+        if not isinstance(self.value, list):
+            self.refuse("must be a list")
+        if len(self.value) > most:
+            self.refuse(f"has {len(self.value)} entries; at most {most} are allowed")
+        return [Node(value, f"{self.where}[{n}]") for n, value in enumerate(self.value)]
+
+    def number(self, low: float, high: float) -> float:
+        """Return a finite number within a range."""
+        value = self.value
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.refuse("must be a number")
+        if not (low <= value <= high and math.isfinite(value)):
+            self.refuse(f"must be within {low:g}..{high:g}")
+        return float(value)
+
+    def whole(self, low: int, high: int) -> int:
+        """Return a whole number within a range."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int):
+            self.refuse("must be a whole number")
+        return int(self.number(low, high))
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            self.refuse("must be true or false")
+        return self.value
+
+    def text(self, longest: int, among: Collection[str] = ()) -> str:
+        """Return a text without control characters, one of `among` where that is given."""
+        if not isinstance(self.value, str):
+            self.refuse("must be a text")
+        if len(self.value) > longest or any(ord(letter) < 32 for letter in self.value):
+            self.refuse(f"must be a plain text of at most {longest} letters")
+        if among and self.value not in among:
+            self.refuse(f"must be one of {', '.join(among)}")
+        return self.value
+
+    def refuse(self, reason: str) -> NoReturn:
+        """Refuse the file because of this value.
+
+        Raises
+        ------
+        BadFile
+            Always.
+        """
+        raise BadFile(f"{self.where} {reason}")
+
+
+def parse(data: bytes, most_bytes: int) -> Node:
+    """Read JSON text; NaN, infinities, deep nesting and twofold fields are refused.
+
+    Raises
+    ------
+    BadFile
+        If it is too large or no JSON.
+    """
+    if len(data) > most_bytes:
+        raise BadFile(f"the file has {len(data)} bytes; at most {most_bytes} are allowed")
+    try:
+        value = json.loads(
+            data.decode("utf-8"), parse_constant=_no_constant, object_pairs_hook=_once
+        )
+    except RecursionError:
+        raise BadFile("the file is nested too deeply") from None
+    except BadFile:
+        raise
+    except ValueError as error:  # not UTF-8, not JSON, or a number of thousands of digits
+        raise BadFile(f"the file is no JSON ({str(error)[:80]})") from None
+    return Node(value)
+
+
+def _no_constant(text: str) -> NoReturn:
+    raise BadFile(f"the file holds {text}, which is no number")
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise BadFile("the file names a field twice")
+    return found

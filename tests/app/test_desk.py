@@ -1,0 +1,433 @@
+"""What lies round the work: presets, recent photos, film strip, palette, keys, panels."""
+
+from __future__ import annotations
+
+import shutil
+
+import cv2
+import pytest
+from kogao_app import presets, recent, theme
+from kogao_app.__main__ import main
+from kogao_app.actions import specs
+from kogao_app.controllers.strip import photos_in, thumbnail
+from kogao_app.views.palette import Palette
+from kogao_app.views.shortcuts import ShortcutsDialog
+from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QFileDialog,
+    QInputDialog,
+    QLabel,
+    QLineEdit,
+    QMessageBox,
+)
+from scenes import textured_photo
+
+from kogao_core.recipe import PAPER, Recipe
+
+KEYS, CONTROL, SHIFT = (
+    Qt.Key,
+    Qt.KeyboardModifier.ControlModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+)
+ALT = Qt.KeyboardModifier.AltModifier
+
+
+def dialog(driver, kind):
+    driver.qtbot.waitUntil(lambda: any(d.isVisible() for d in driver.window.findChildren(kind)))
+    return next(d for d in driver.window.findChildren(kind) if d.isVisible())
+
+
+def change_something(driver):
+    slider = driver.window.recipe.percent.slider
+    slider.setFocus()
+    QTest.keyClick(slider, KEYS.Key_PageUp)
+
+
+def choose(menu, words):
+    """Open a menu and choose the entry that says `words`."""
+    menu.aboutToShow.emit()
+    action = next(action for action in menu.actions() if words in action.text())
+    assert action.isEnabled()
+    action.trigger()
+
+
+def drop(driver, *paths):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    at, copy = QPointF(300, 300), Qt.DropAction.CopyAction
+    held = (data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier)
+    QApplication.sendEvent(driver.window, QDragEnterEvent(at.toPoint(), copy, *held))
+    QApplication.sendEvent(driver.window, QDropEvent(at, copy, *held))
+    driver.settle()
+    driver.settle()
+
+
+# -- history and the guard -------------------------------------------------------------------------
+
+
+def test_the_history_lists_gestures_and_leads_back(opened):
+    change_something(opened)
+    opened.editor.choices.set_field("lattice", 2.0)
+    opened.editor.editing.commit()
+    view = opened.window.history
+    texts = [view.model().index(row, 0).data() for row in range(view.model().rowCount())]
+    assert texts == ["As it was opened", "Warp distance", "Lattice"]
+    opened.editor.window.docks.show("history")
+    opened.qtbot.waitUntil(view.isVisible)
+    first = view.visualRect(view.model().index(0, 0)).center()
+    QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=first)
+    assert opened.state.recipe == Recipe()
+    assert opened.editor.document.undo.canRedo()
+
+
+@pytest.mark.parametrize("answer", ["Cancel", "Discard"])
+def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, answer):
+    other = tmp_path / "other.png"
+    assert cv2.imwrite(str(other), textured_photo(seed=3))
+    change_something(opened)
+    drop(opened, other)
+    box = dialog(opened, QMessageBox)
+    QTest.mouseClick(
+        box.button(getattr(QMessageBox.StandardButton, answer)), Qt.MouseButton.LeftButton
+    )
+    opened.settle()
+    assert (opened.editor.document.path == other) == (answer == "Discard")
+
+
+# -- presets ---------------------------------------------------------------------------------------
+
+
+def test_the_papers_settings_are_a_preset(opened):
+    choose(opened.window.presets, "The paper's")
+    assert opened.state.recipe == PAPER
+    assert opened.editor.document.undo.undoText() == "Preset The paper's"
+
+
+def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
+    change_something(opened)
+    opened.key(KEYS.Key_S, CONTROL, ALT)
+    asked = dialog(opened, QInputDialog)
+    line = asked.findChild(QLineEdit)
+    QTest.keyClicks(line, "Wedding")
+    QTest.keyClick(line, KEYS.Key_Return)
+    other = start()
+    other.open(photo)
+    choose(other.window.presets, "Wedding")
+    assert other.state.recipe.percent == 5.0
+    removal = next(a for a in other.window.presets.actions() if a.menu()).menu()
+    choose(removal, "Wedding")
+    other.window.presets.aboutToShow.emit()
+    assert "Wedding" not in [a.text() for a in other.window.presets.actions()]
+
+
+def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
+    opened.editor.choices.choose(0)
+    choose(opened.window.presets, "Clear")
+    assert opened.state.faces[0].recipe.percent == 6.0
+    assert opened.state.recipe.percent == 4.0
+
+
+@pytest.mark.parametrize(
+    "stored", ["nonsense", "[]", '{"a": 3}', '{"a": {"percent": 99}}', "[" * 9999]
+)
+def test_presets_that_cannot_be_read_are_left_out(opened, storage, stored):
+    storage.settings().setValue("presets", stored)
+    assert presets.own(storage.settings()) == {}
+    choose(opened.window.presets, "Gentle")
+    assert opened.state.recipe.percent == 2.0
+
+
+# -- recent photos, the film strip -----------------------------------------------------------------
+
+
+def test_opened_photos_are_offered_again(opened, start, photo, tmp_path):
+    other = tmp_path / "a&b.png"
+    shutil.copy(photo, other)
+    opened.open(other)
+    later = start()
+    later.window.recent.aboutToShow.emit()
+    texts = [action.text() for action in later.window.recent.actions()]
+    assert texts[:2] == ["a&&b.png", "portrait.png"]
+    choose(later.window.recent, "portrait.png")
+    later.settle()
+    assert later.editor.document.path == photo
+    choose(later.window.recent, "Forget")
+    later.window.recent.aboutToShow.emit()
+    assert not any("portrait" in action.text() for action in later.window.recent.actions())
+
+
+def test_recent_photos_are_ten_at_most_and_each_once(storage, tmp_path):
+    settings = storage.settings()
+    for number in (*range(12), 5):
+        recent.add(settings, tmp_path / f"{number}.png")
+    names = [path.stem for path in recent.paths(settings)]
+    assert names == ["5", "11", "10", "9", "8", "7", "6", "4", "3", "2"]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    place = tmp_path / "shoot"
+    place.mkdir()
+    for number in range(3):
+        assert cv2.imwrite(str(place / f"{number}.png"), textured_photo(seed=number))
+    (place / "notes.txt").write_text("no photo")
+    (place / "broken.jpg").write_bytes(b"no photo either")
+    return place
+
+
+def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
+    drop(empty, folder)
+    strip = empty.window.strip
+    assert [strip.item(row).text() for row in range(strip.count())] == [
+        *("0.png", "1.png", "2.png", "broken.jpg")
+    ]
+    assert strip.isVisible()
+    assert empty.editor.document.path == folder / "0.png"
+    assert strip.currentRow() == 0
+    at = strip.visualItemRect(strip.item(2)).center()
+    QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    empty.settle()
+    assert empty.editor.document.path == folder / "2.png"
+    empty.key(KEYS.Key_Left, CONTROL)
+    empty.settle()
+    assert empty.editor.document.path == folder / "1.png"
+    assert strip.currentRow() == 1
+
+
+def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(empty, folder):
+    drop(empty, folder)
+    shutil.copy(folder / "0.png", folder / "3.png")
+    empty.qtbot.waitUntil(lambda: empty.window.strip.count() == 5, timeout=10_000)
+    empty.settle()
+    assert empty.editor.document.path == folder / "0.png"
+
+
+def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
+    drop(empty, folder / "2.png", folder / "0.png")
+    strip = empty.window.strip
+    assert [strip.item(row).text() for row in range(strip.count())] == ["2.png", "0.png"]
+
+
+def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, folder):
+    drop(empty, folder)
+    change_something(empty)
+    strip = empty.window.strip
+    at = strip.visualItemRect(strip.item(1)).center()
+    QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    box = dialog(empty, QMessageBox)
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    assert strip.currentRow() == 0
+
+
+def test_a_folder_without_photos_is_said(empty, tmp_path):
+    place = tmp_path / "none"
+    place.mkdir()
+    drop(empty, place)
+    assert empty.window.status.hint_text == "There is no photo in that folder"
+
+
+def test_a_folder_can_be_chosen_by_key(empty, folder):
+    empty.key(KEYS.Key_O, CONTROL, SHIFT)
+    asked = dialog(empty, QFileDialog)
+    assert asked.fileMode() == QFileDialog.FileMode.Directory
+    asked.selectFile(str(folder))
+    asked.accept()
+    empty.settle()
+    empty.qtbot.waitUntil(lambda: empty.editor.document.path == folder / "0.png")
+
+
+def test_thumbnails_are_small_and_a_broken_file_has_none(folder):
+    image = thumbnail(folder / "0.png")
+    assert 0 < max(image.width(), image.height()) <= 144
+    assert thumbnail(folder / "broken.jpg").isNull()
+    assert photos_in([folder / "gone"]) == []
+
+
+# -- palette and keys ------------------------------------------------------------------------------
+
+
+def test_the_palette_finds_and_runs_a_command(opened):
+    opened.key(KEYS.Key_P, CONTROL, SHIFT)
+    palette = dialog(opened, Palette)
+    QTest.keyClicks(palette.words, "place hand")
+    shown = [palette.list.item(r) for r in range(palette.list.count())]
+    assert [item.text() for item in shown if not item.isHidden()] == [
+        "Place a face by hand   Ctrl+P"
+    ]
+    QTest.keyClick(palette.words, KEYS.Key_Return)
+    assert opened.editor.scene.placing == 1
+
+
+def test_arrows_walk_through_the_palette(opened):
+    opened.key(KEYS.Key_P, CONTROL, SHIFT)
+    palette = dialog(opened, Palette)
+    QTest.keyClicks(palette.words, "zoom")
+    first = palette.list.currentRow()
+    QTest.keyClick(palette.words, KEYS.Key_Down)
+    assert palette.list.currentItem().text().startswith("Zoom out")
+    assert palette.list.currentRow() > first
+    QTest.keyClick(palette.words, KEYS.Key_Escape)
+    assert not palette.isVisible()
+
+
+def test_nothing_runs_when_nothing_is_found(opened):
+    before = opened.state
+    opened.key(KEYS.Key_P, CONTROL, SHIFT)
+    palette = dialog(opened, Palette)
+    QTest.keyClicks(palette.words, "qqq")
+    QTest.keyClick(palette.words, KEYS.Key_Return)
+    assert opened.state is before
+    palette.close()
+
+
+def row_of(keys, words):
+    return next(r for r in range(keys.table.rowCount()) if words in keys.table.item(r, 0).text())
+
+
+def press(keys, key, modifier=Qt.KeyboardModifier.NoModifier):
+    keys.key.setFocus()
+    QTest.keyClick(keys.key, key, modifier)
+
+
+def test_an_action_gets_another_key_that_stays(opened, start):
+    opened.key(KEYS.Key_K, CONTROL)
+    keys = dialog(opened, ShortcutsDialog)
+    keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
+    press(keys, KEYS.Key_F7)
+    assert keys.table.item(row_of(keys, "Lattice"), 1).text() == "F7"
+    keys.close()
+    opened.key(KEYS.Key_F7)
+    assert "lattice" in opened.editor.scene.visible
+    labels = [label.text() for label in opened.window.overlays.findChildren(QLabel)]
+    assert "F7" in labels
+    later = start()
+    later.key(KEYS.Key_F7)
+    assert "lattice" in later.editor.scene.visible
+    later.key(KEYS.Key_K, CONTROL)
+    keys = dialog(later, ShortcutsDialog)
+    keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
+    QTest.mouseClick(keys.reset, Qt.MouseButton.LeftButton)
+    assert later.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
+
+
+def test_a_key_that_is_taken_is_refused_in_words(opened):
+    opened.key(KEYS.Key_K, CONTROL)
+    keys = dialog(opened, ShortcutsDialog)
+    keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
+    press(keys, KEYS.Key_S, CONTROL)
+    assert keys.note.text() == "Ctrl+S belongs to “Save a copy…”"
+    assert opened.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
+    keys.close()
+
+
+def test_every_action_is_in_a_menu_or_the_palette_with_a_tip():
+    for spec in specs():
+        assert spec.text == "" or spec.tip
+
+
+# -- panels ----------------------------------------------------------------------------------------
+
+
+def dock(driver, name):
+    return driver.window.findChild(QDockWidget, name)
+
+
+def test_the_layout_is_there_again_next_time(opened, start):
+    opened.window.docks.show("history")
+    choose(opened.window.panels, "Faces")
+    assert dock(opened, "faces").isHidden()
+    opened.window.resize(1180, 790)
+    opened.editor.close()
+    later = start()
+    assert dock(later, "faces").isHidden()
+    later.qtbot.waitUntil(lambda: later.window.history.isVisible())
+    next(a for n, a in later.window.actions_by_name.items() if n == "reset-layout").trigger()
+    assert not dock(later, "faces").isHidden()
+
+
+def test_all_panels_go_and_come_back_with_one_key(opened):
+    width = opened.canvas.width()
+    opened.key(KEYS.Key_F8)
+    opened.qtbot.waitUntil(lambda: opened.canvas.width() > width)
+    assert dock(opened, "settings").isHidden()
+    opened.key(KEYS.Key_F8)
+    opened.qtbot.waitUntil(lambda: opened.canvas.width() == width)
+    assert dock(opened, "strip").isHidden()
+
+
+def test_panels_can_be_moved_when_they_are_set_free(opened):
+    free = QDockWidget.DockWidgetFeature.DockWidgetMovable
+    assert not dock(opened, "faces").features() & free
+    opened.key(KEYS.Key_F9)
+    assert dock(opened, "faces").features() & free
+    opened.key(KEYS.Key_F9)
+    assert not dock(opened, "faces").features() & free
+
+
+# -- nothing open ----------------------------------------------------------------------------------
+
+
+def test_without_a_photo_the_window_says_what_to_do(empty, photo):
+    state = empty.window.empty
+    assert state.isVisible()
+    QTest.mouseClick(state.buttons[0], Qt.MouseButton.LeftButton)
+    asked = dialog(empty, QFileDialog)
+    asked.close()
+    QTest.mouseClick(state.buttons[1], Qt.MouseButton.LeftButton)
+    empty.settle()
+    assert empty.editor.document.path.name == "average.jpg"
+    assert not state.isVisible()
+    empty.open(photo)
+
+
+def test_without_a_photo_the_last_ones_are_offered(opened, start, photo):
+    later = start()
+    links = [label for label in later.window.empty.findChildren(QLabel) if "href" in label.text()]
+    (link,) = links
+    assert "portrait.png" in link.text()
+    link.linkActivated.emit("#")
+    later.settle()
+    assert later.editor.document.path == photo
+    assert opened.editor.document.path == photo
+
+
+@pytest.mark.usefixtures("storage")
+def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
+    seen = []
+
+    def look():
+        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and hasattr(w, "empty"))
+        if window.empty.isVisible() and not seen:
+            seen.append("empty")
+            window.close()
+        elif window.windowTitle() != "Kogao[*]":
+            seen.append(window.windowTitle())
+            window.close()
+        else:
+            QTimer.singleShot(50, look)
+
+    starts = []
+    for _ in range(2):
+        seen.clear()
+        QTimer.singleShot(600, look)
+        assert main([], source) == 0
+        starts.append(seen[0])
+    assert starts[0].startswith("average.jpg")
+    assert starts[1] == "empty"
+
+
+def test_what_lies_round_the_work_has_names_for_screen_readers(opened):
+    window = opened.window
+    for control in (window.strip, window.history, window.empty):
+        assert control.accessibleName()
+
+
+def test_the_window_follows_the_systems_mode(opened, qapp, monkeypatch):
+    for mode, wanted in (("light", theme.LIGHT), ("dark", theme.DARK)):
+        monkeypatch.setattr(theme, "current", lambda *_, wanted=wanted: wanted)
+        qapp.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Unknown)
+        assert opened.window.palette().window().color().name() == wanted.window, mode

@@ -1,0 +1,201 @@
+"""Each face with settings of its own, and settings carried from face to face and photo to photo."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from kogao_app.points import Handle
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from scenes import oval_face
+
+from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
+
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+KEYS = Qt.Key
+
+
+@pytest.fixture
+def two(start, source, photo):
+    source.faces = [
+        oval_face(center=(120, 170), size=0.45),
+        oval_face(center=(350, 170), size=0.45),
+    ]
+    driver = start()
+    driver.open(photo)
+    return driver
+
+
+def choose(driver, row):
+    rows = driver.window.faces.list
+    QTest.mouseClick(
+        rows.viewport(),
+        Qt.MouseButton.LeftButton,
+        pos=rows.visualItemRect(rows.item(row)).center() + QPoint(20, 0),
+    )
+
+
+def press(driver, slider, key):
+    slider.setFocus()
+    QTest.keyClick(slider, key)
+    driver.settle()
+
+
+def percent(driver):
+    return driver.window.recipe.percent.slider
+
+
+def test_a_selected_face_gets_settings_of_its_own(two, pixels):
+    choose(two, 2)
+    assert two.window.recipe.owner.title.text() == "Face 2"
+    press(two, percent(two), KEYS.Key_End)
+    first, second = two.state.faces
+    assert first.recipe is None
+    assert second.recipe.percent == 15.0
+    assert two.state.recipe.percent == 4.0
+    assert "own" in two.window.faces.item(1).text()
+    assert "own" not in two.window.faces.item(0).text()
+    expected = render(pixels, two.state.active, two.state.recipe).pixels
+    np.testing.assert_array_equal(two.shown, expected)
+    assert two.editor.document.undo.count() == 1
+
+
+def test_the_panel_shows_the_selected_faces_values(two):
+    choose(two, 1)
+    press(two, percent(two), KEYS.Key_End)
+    choose(two, 2)
+    assert percent(two).value() == 40
+    assert two.window.recipe.owner.note.text() == "as the photo"
+    choose(two, 1)
+    assert percent(two).value() == 150
+    assert two.window.recipe.owner.note.text() == "its own"
+    choose(two, 0)
+    assert percent(two).value() == 40
+    assert two.window.recipe.owner.note.text() == "but 1"
+
+
+def test_the_photos_settings_leave_a_face_with_its_own_alone(two):
+    choose(two, 1)
+    press(two, percent(two), KEYS.Key_End)
+    choose(two, 0)
+    press(two, percent(two), KEYS.Key_Home)
+    assert [two.state.recipe_of(face).percent for face in (0, 1)] == [15.0, 0.0]
+
+
+@pytest.mark.parametrize("row", [0, 1])
+def test_the_way_back_to_the_photos_settings(two, row):
+    choose(two, 1)
+    press(two, percent(two), KEYS.Key_End)
+    choose(two, row)
+    button = two.window.recipe.owner.button
+    assert button.isVisible()
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    two.settle()
+    assert two.state.faces[0].recipe is None
+    assert not button.isVisible()
+    two.key(KEYS.Key_Z, CONTROL)
+    assert two.state.faces[0].recipe.percent == 15.0
+
+
+def test_what_only_the_photo_can_choose_stays_the_photos(two):
+    choose(two, 2)
+    panel = two.window.recipe
+    QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
+    panel.guard.click()
+    assert two.state.recipe.guard is False
+    assert two.state.faces[1].recipe is None
+
+
+def test_a_point_in_hand_selects_its_face_once_one_is_selected(two):
+    chin = Handle("outline", 1, 10)
+    at = two.on_screen(chin)
+    two.press(at)
+    two.release(at)
+    assert two.editor.scene.face is None
+    choose(two, 1)
+    two.press(at)
+    two.release(at)
+    assert two.editor.scene.face == 1
+    assert two.window.recipe.owner.title.text() == "Face 2"
+
+
+def test_a_clicked_centre_belongs_to_a_face_with_its_own_settings(two):
+    choose(two, 2)
+    press(two, percent(two), KEYS.Key_End)
+    choose(two, 0)
+    two.key(KEYS.Key_L)
+    two.key(KEYS.Key_T)
+    for face in (0, 1):
+        at = two.on_screen(Handle("centre", face, 3 - face))
+        two.press(at)
+        two.release(at)
+    assert two.state.recipe.center == 4
+    assert two.state.faces[1].recipe.center == 3
+
+
+def test_settings_are_copied_from_face_to_face_and_to_another_photo(two, start, photo):
+    choose(two, 1)
+    press(two, percent(two), KEYS.Key_End)
+    two.key(KEYS.Key_C, CONTROL, SHIFT)
+    choose(two, 2)
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    assert two.state.faces[1].recipe.percent == 15.0
+    other = start()
+    other.open(photo)
+    other.key(KEYS.Key_V, CONTROL, SHIFT)
+    assert other.state.recipe == Recipe(percent=15.0)
+    assert other.editor.document.undo.count() == 1
+
+
+@pytest.mark.parametrize("text", ["", "hello", "[" * 9000, '{"percent": 99}', "[1]", "\x00", "NaN"])
+def test_a_strange_clipboard_is_said_and_changes_nothing(two, text):
+    before = two.state
+    QGuiApplication.clipboard().setText(text)
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    assert "no settings" in two.say()
+    assert two.state is before
+
+
+def test_a_face_that_goes_gives_the_panel_back_to_the_photo(two, source):
+    choose(two, 2)
+    source.faces = source.faces[:1]
+    press(two, percent(two), KEYS.Key_End)
+    two.key(KEYS.Key_F, CONTROL)
+    two.settle()
+    assert two.editor.scene.face is None
+    assert two.window.recipe.owner.title.text() == "All faces"
+
+
+def test_arrows_walk_through_the_faces(two):
+    choose(two, 0)
+    two.window.faces.list.setFocus()
+    QTest.keyClick(two.window.faces.list, KEYS.Key_Down)
+    assert two.editor.scene.face == 0
+    QTest.keyClick(two.window.faces.list, KEYS.Key_Space)
+    assert two.state.off == {0}
+
+
+def test_the_wheel_moves_a_slider_with_the_focus_in_one_step(two, qtbot):
+    slider = percent(two)
+    slider.setFocus()
+    from PySide6.QtCore import QPointF
+    from PySide6.QtGui import QWheelEvent
+    from PySide6.QtWidgets import QApplication
+
+    for _ in range(3):
+        event = QWheelEvent(
+            QPointF(5, 5),
+            slider.mapToGlobal(QPointF(5, 5)),
+            QPoint(),
+            QPoint(0, 120),
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(slider, event)
+    qtbot.waitUntil(lambda: not two.editor.document.in_gesture)
+    assert two.state.recipe.percent > 4.0
+    assert two.editor.document.undo.count() == 1

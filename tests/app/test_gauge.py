@@ -1,0 +1,61 @@
+"""The naturalness gauge says what Table 1 says, and warns above 6 %."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from test_gestures import slider
+
+KEYS = Qt.Key
+
+
+def gauge(driver):
+    return driver.window.recipe.gauge
+
+
+def press(driver, key, times=1):
+    slider(driver).setFocus()
+    for _ in range(times):
+        QTest.keyClick(slider(driver), key)
+
+
+def test_the_papers_choice_reads_zero_and_names_its_source(opened):
+    assert gauge(opened).text.text() == "0.0 % found it unnatural"
+    for words in ("Table 1", "32 students", "25 faces"):
+        assert words in gauge(opened).toolTip()
+
+
+def test_it_follows_distance_and_centre_and_warns_above_six_percent(opened):
+    press(opened, KEYS.Key_PageUp, 2)
+    assert gauge(opened).text.text() == "5.0 % found it unnatural"
+    press(opened, KEYS.Key_Right)
+    assert gauge(opened).text.text().startswith("⚠")
+    assert gauge(opened).text.property("warn")
+    press(opened, KEYS.Key_Left)
+    assert not gauge(opened).text.property("warn")
+    QTest.mouseClick(opened.window.recipe.centre.buttons[3], Qt.MouseButton.LeftButton)
+    assert "6.8 %" in gauge(opened).text.text()
+
+
+def test_beyond_the_table_it_says_at_least_or_at_most(opened):
+    press(opened, KEYS.Key_End)
+    assert gauge(opened).text.text() == "⚠ 70 % or more found it unnatural"
+    press(opened, KEYS.Key_Home)
+    assert gauge(opened).text.text() == "nothing moves"
+    press(opened, KEYS.Key_PageUp)
+    assert gauge(opened).text.text() == "0.6 % or fewer found it unnatural"
+
+
+def test_without_an_active_face_there_is_none(opened):
+    assert gauge(opened).isVisible()
+    opened.window.faces.item(0).setCheckState(Qt.CheckState.Unchecked)
+    assert not gauge(opened).isVisible()
+
+
+def test_the_blocks_fill_and_turn_to_the_warning_colour(opened):
+    calm = gauge(opened).blocks.grab().toImage()
+    press(opened, KEYS.Key_PageUp, 4)
+    alarmed = gauge(opened).blocks.grab().toImage()
+    assert alarmed.pixelColor(5, 5).name() == "#d55e00"
+    assert calm.pixelColor(5, 5) != alarmed.pixelColor(5, 5)
+    assert calm.pixelColor(29, 5) == alarmed.pixelColor(53, 5), "not reached, both empty"

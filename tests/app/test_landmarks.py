@@ -1,0 +1,46 @@
+"""Which source finds the faces is the user's choice."""
+
+import pytest
+
+from kogao_core import assets
+from kogao_core.landmarks import CHOICES
+
+
+@pytest.fixture
+def networks():
+    for name in ("models/face_detection_back.tflite", "models/aam.npz"):
+        try:
+            assets.path(name)
+        except assets.AssetMissing as missing:
+            pytest.skip(str(missing))
+
+
+def test_the_choices_stand_in_the_menu_with_their_figures(opened):
+    for choice in CHOICES:
+        action = opened.window.actions_by_name[f"landmarks-{choice.name}"]
+        assert f"{choice.wild_jaw:g} %" in action.toolTip()
+        assert not action.shortcut().isEmpty()
+
+
+@pytest.mark.usefixtures("networks")
+def test_another_source_finds_the_faces_again(opened):
+    opened.editor.files.open_sample()
+    opened.settle()
+    for name in ("aam", "mesh"):
+        opened.window.actions_by_name[f"landmarks-{name}"].trigger()
+        opened.settle()
+        assert [face.source for face in opened.state.faces] == [name]
+        assert opened.window.actions_by_name[f"landmarks-{name}"].isChecked()
+
+
+def test_a_file_that_is_no_model_changes_nothing(opened, tmp_path):
+    before = opened.state.faces
+    (tmp_path / "model.yaml").write_text("no model")
+    checked = [name for name, one in opened.window.actions_by_name.items() if one.isChecked()]
+    opened.window.actions_by_name["landmarks-file"].setChecked(True)
+    opened.editor.landmarks.use(str(tmp_path / "model.yaml"))
+    opened.settle()
+    assert opened.state.faces is before
+    assert "no landmark model" in opened.window.bar.text.text()
+    still = [name for name, one in opened.window.actions_by_name.items() if one.isChecked()]
+    assert still == checked

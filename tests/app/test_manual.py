@@ -1,0 +1,333 @@
+"""Manual mode: points by hand against a clock, and both modes side by side."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from kogao_app.clock import SettingClock
+from kogao_app.controllers.modes import compared
+from kogao_app.points import Handle, position
+from kogao_app.views.modes import ModesDialog
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QToolButton
+from scenes import oval_face
+
+from kogao_core.pipeline import render
+
+KEYS, CONTROL, SHIFT = (
+    Qt.Key,
+    Qt.KeyboardModifier.ControlModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+)
+
+
+def at(driver, point):
+    return driver.canvas.to_screen(np.asarray(point, float)).toPoint()
+
+
+def click(driver, point):
+    driver.press(at(driver, point))
+    driver.release(at(driver, point))
+
+
+def mark(driver, source, target):
+    """Press on the landmark, drag to the target."""
+    driver.press(at(driver, source))
+    driver.move(at(driver, target))
+    driver.release(at(driver, target))
+
+
+def mark_face(driver, face=None, points=range(0, 21, 2)):
+    face = face or oval_face()
+    for corner in (*face.eyes, *face.mouth):
+        click(driver, corner)
+    middle = face.points.mean(axis=0)
+    for index in points:
+        mark(driver, face.outline[index], 0.93 * face.outline[index] + 0.07 * middle)
+    driver.settle()
+
+
+@pytest.fixture
+def manual(opened):
+    button = next(
+        b
+        for b in opened.window.findChildren(QToolButton)
+        if b.defaultAction() is opened.window.actions_by_name["mode-manual"]
+    )
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    opened.settle()
+    return opened
+
+
+def test_manual_mode_begins_empty_and_says_what_to_click(manual, pixels):
+    assert manual.state.mode == "manual"
+    assert manual.state.faces == ()
+    assert manual.window.manual.isVisible()
+    assert manual.window.status.hint_text == "Click the left eye, outer corner (1 of 6)"
+    np.testing.assert_array_equal(manual.shown, pixels)
+
+
+def test_a_face_is_marked_with_the_mouse_alone(manual, pixels):
+    mark_face(manual)
+    (face,) = manual.state.faces
+    near = 0.75 / manual.canvas.zoom
+    np.testing.assert_allclose(face.eyes, oval_face().eyes, atol=near)
+    np.testing.assert_allclose(face.outline, oval_face().outline[::2], atol=near)
+    assert np.isfinite(face.targets).all()
+    assert manual.state.draft == ()
+    expected = render(pixels, manual.state.active, manual.state.recipe).pixels
+    np.testing.assert_array_equal(manual.shown, expected)
+    assert (expected != pixels).any()
+
+
+def test_marks_are_undone_one_by_one(manual):
+    mark_face(manual, points=range(0, 8, 2))
+    assert len(manual.state.faces[0].outline) == 4
+    manual.key(KEYS.Key_Z, CONTROL)
+    assert len(manual.state.faces[0].outline) == 3
+    manual.key(KEYS.Key_Z, CONTROL)
+    assert manual.state.faces == ()
+    assert len(manual.state.draft) == 8
+    manual.key(KEYS.Key_Z, CONTROL, SHIFT)
+    assert len(manual.state.faces) == 1
+
+
+def test_landmarks_find_their_place_along_the_outline(manual):
+    mark_face(manual, points=(10, 0, 20, 5, 15))
+    outline = manual.state.faces[0].outline
+    apart = np.linalg.norm(oval_face().outline[:, None] - outline, axis=2)
+    assert apart.argmin(axis=0).tolist() == [0, 5, 10, 15, 20]
+
+
+def test_switching_modes_keeps_both_states(manual):
+    mark_face(manual)
+    by_hand = manual.state.faces
+    manual.key(KEYS.Key_F2)
+    manual.settle()
+    found = manual.state.faces
+    assert manual.state.mode == "automatic"
+    assert not manual.window.manual.isVisible()
+    assert len(found[0].outline) == 21
+    manual.window.recipe.percent.slider.setFocus()
+    QTest.keyClick(manual.window.recipe.percent.slider, KEYS.Key_End)
+    manual.key(KEYS.Key_F3)
+    manual.settle()
+    assert manual.state.faces is by_hand
+    assert manual.state.recipe.percent == 4.0
+    manual.key(KEYS.Key_F2)
+    assert manual.state.faces is found
+    assert manual.state.recipe.percent == 15.0
+
+
+def test_a_face_chosen_in_one_mode_is_none_of_the_others(manual):
+    mark_face(manual)
+    manual.key(KEYS.Key_F2)
+    manual.editor.choices.choose(0)
+    manual.key(KEYS.Key_F3)
+    assert manual.editor.scene.face is None
+    assert manual.window.recipe.owner.title.text() == "All faces"
+
+
+def test_faces_found_late_leave_marks_alone(manual):
+    mark_face(manual)
+    by_hand = manual.state.faces
+    manual.key(KEYS.Key_F, CONTROL)
+    manual.settle()
+    assert manual.state.faces is by_hand
+    assert len(manual.state.sheet("automatic").faces) == 1
+
+
+def pick(driver, handle):
+    driver.key(KEYS.Key_M)
+    spot = driver.on_screen(handle)
+    driver.press(spot)
+    driver.release(spot)
+    assert driver.editor.scene.selected == handle
+
+
+def test_delete_removes_the_selected_landmark(manual):
+    mark_face(manual)
+    before = manual.state.faces[0].outline
+    pick(manual, Handle("outline", 0, 4))
+    manual.key(KEYS.Key_Delete)
+    np.testing.assert_array_equal(manual.state.faces[0].outline, np.delete(before, 4, axis=0))
+    assert manual.editor.scene.selected is None
+
+
+def test_the_last_three_landmarks_take_the_face_along(manual):
+    mark_face(manual, points=(0, 10, 20))
+    pick(manual, Handle("outline", 0, 1))
+    manual.key(KEYS.Key_Delete)
+    assert manual.state.faces == ()
+
+
+def test_mirror_puts_the_landmark_on_the_other_side(manual):
+    mark_face(manual, points=(0, 4, 10, 20))
+    face = manual.state.faces[0]
+    pick(manual, Handle("outline", 0, 1))
+    manual.key(KEYS.Key_M, SHIFT)
+    outline, targets = manual.state.faces[0].outline, manual.state.faces[0].targets
+    assert len(outline) == 5
+    axis = face.eye_center[0]
+    np.testing.assert_allclose(outline[3], [2 * axis - outline[1, 0], outline[1, 1]], atol=2.0)
+    np.testing.assert_allclose(targets[3], [2 * axis - targets[1, 0], targets[1, 1]], atol=2.0)
+    # A second time the mirrored landmark only takes its place again.
+    manual.key(KEYS.Key_M, SHIFT)
+    assert len(manual.state.faces[0].outline) == 5
+
+
+@pytest.mark.parametrize("index", [1, 4])
+def test_mirror_side_makes_both_sides_alike(manual, index):
+    mark_face(manual, points=(0, 3, 6, 10, 13, 16, 20))
+    pick(manual, Handle("outline", 0, index))
+    manual.key(KEYS.Key_M, CONTROL)
+    face = manual.state.faces[0]
+    normal = np.array(
+        [face.mouth_center[1] - face.eye_center[1], face.eye_center[0] - face.mouth_center[0]]
+    )
+    normal /= np.linalg.norm(normal)
+    side = (face.outline - face.eye_center) @ normal
+    assert len(face.outline) == 7
+    alike = [0, 1, 2, 4, 5, 6]  # the chin stays where it was
+    np.testing.assert_allclose(side[alike], -side[::-1][alike], atol=1e-9)
+    assert (side[:3] < 0).all()
+
+
+def test_snap_puts_the_target_on_the_line_to_the_centre(manual):
+    mark_face(manual)
+    pairs = manual.state.pairs[0]
+    handle = Handle("target", 0, 2)
+    manual.key(KEYS.Key_L)
+    pick(manual, handle)
+    QTest.keyClick(manual.canvas, KEYS.Key_Down, SHIFT)
+    manual.key(KEYS.Key_N, SHIFT)
+    moved = position(manual.state, handle)
+    way, line = moved - pairs.source_px[2], pairs.center_px - pairs.source_px[2]
+    assert abs(way[0] * line[1] - way[1] * line[0]) < 1e-6 * np.linalg.norm(line) ** 2
+    assert np.linalg.norm(moved - pairs.target_px[2]) > 1.0
+
+
+def test_without_the_marker_a_press_on_nothing_pans(manual):
+    manual.key(KEYS.Key_M)
+    assert not manual.editor.scene.marking
+    click(manual, (20, 20))
+    assert manual.state.draft == ()
+
+
+def test_a_brush_puts_the_marker_away_and_back(manual):
+    manual.key(KEYS.Key_B)
+    assert not manual.editor.scene.marking
+    manual.key(KEYS.Key_M)
+    assert manual.editor.scene.marking
+    assert not manual.editor.scene.brush.paints
+
+
+def test_escape_leaves_no_mark(manual):
+    manual.press(at(manual, (100, 100)))
+    manual.move(at(manual, (110, 100)))
+    manual.key(KEYS.Key_Escape)
+    manual.release(at(manual, (110, 100)))
+    assert manual.state.draft == ()
+
+
+# -- the clock -----------------------------------------------------------------------------------
+
+
+def waited(qtbot, clock, ms=60):
+    before = clock.elapsed_s
+    qtbot.wait(ms)
+    return clock.elapsed_s - before
+
+
+def test_the_clock_runs_only_when_all_is_so(qtbot, qapp):  # noqa: ARG001
+    clock = SettingClock()
+    clock.want(True)
+    assert waited(qtbot, clock) == 0.0  # no photo yet
+    clock.show_photo()
+    assert waited(qtbot, clock) >= 0.05
+    clock.focus(False)
+    assert waited(qtbot, clock) == 0.0
+    clock.focus(True)
+    assert waited(qtbot, clock) >= 0.05
+    clock.want(False)
+    assert waited(qtbot, clock) == 0.0
+    clock.want(True)
+    clock.apply(True)
+    assert clock.applied
+    assert waited(qtbot, clock) == 0.0
+    clock.apply(False)
+    assert waited(qtbot, clock) >= 0.05
+    clock.reset()
+    assert clock.elapsed_s == 0.0
+    assert not clock.running
+
+
+def test_the_clock_stops_on_apply_and_goes_on_with_the_next_mark(manual):
+    clock = manual.editor.by_hand.manual.clock
+    assert clock.running
+    assert manual.window.manual.note.text() == "setting"
+    manual.key(KEYS.Key_Return, CONTROL)
+    assert not clock.running
+    assert manual.window.manual.note.text() == "applied"
+    click(manual, (100, 100))
+    assert clock.running
+
+
+def test_another_window_pauses_the_clock(manual, start):
+    clock = manual.editor.by_hand.manual.clock
+    other = start()
+    other.window.activateWindow()
+    manual.qtbot.waitUntil(lambda: not manual.window.isActiveWindow())
+    assert not clock.running
+    manual.window.activateWindow()
+    manual.qtbot.waitUntil(lambda: clock.running)
+
+
+def test_another_photo_sets_the_clock_back(manual, photo):
+    clock = manual.editor.by_hand.manual.clock
+    manual.qtbot.wait(50)
+    manual.editor.files.open(photo)
+    manual.settle()
+    assert clock.elapsed_s == 0.0
+    assert manual.state.mode == "automatic"
+
+
+# -- the comparison ------------------------------------------------------------------------------
+
+
+def test_the_comparison_shows_differences_and_both_times(manual):
+    mark_face(manual, points=range(21))
+    manual.key(KEYS.Key_Return, CONTROL)
+    manual.key(KEYS.Key_F4)
+    manual.qtbot.waitUntil(lambda: bool(manual.window.findChildren(ModesDialog)), timeout=20_000)
+    (dialog,) = manual.window.findChildren(ModesDialog)
+    assert dialog.times.rowCount() == 2
+    shown = [[dialog.times.item(r, c).text() for c in range(4)] for r in range(2)]
+    assert [row[0] for row in shown] == ["Manual", "Automatic"]
+    assert all(text.endswith(" s") for row in shown for text in row[1:])
+    seconds = [[float(text[:-2]) for text in row[1:]] for row in shown]
+    for setting, computing, total in seconds:
+        assert total == pytest.approx(setting + computing, abs=0.011)
+    assert dialog.points.rowCount() == 21
+    dialog.close()
+
+
+def test_differences_are_the_distances_between_the_points(manual):
+    mark_face(manual, points=range(21))
+    state = manual.state
+    comparison = compared(manual.editor.document.pyramid.levels[0], state, (12.0, None))
+    ((mine, theirs, apart),) = comparison.faces
+    hand, found = state.sheet("manual").faces[mine], state.sheet("automatic").faces[theirs]
+    expected = np.linalg.norm(hand.outline - found.outline, axis=1)
+    np.testing.assert_allclose(apart.landmarks_px, expected)
+    manual_side, automatic = comparison.sides
+    assert (manual_side.setting_s, automatic.setting_s) == (12.0, None)
+    assert manual_side.pixels.shape == automatic.pixels.shape
+    assert (manual_side.pixels != automatic.pixels).any()
+
+
+def test_the_empty_place_of_the_canvas_shows_a_cross_while_marking(manual):
+    manual.canvas.handle_at(QPointF(5, 5))
+    manual.move(QPoint(5, 5))
+    assert manual.canvas.viewport().cursor().shape() == Qt.CursorShape.CrossCursor

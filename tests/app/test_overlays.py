@@ -1,0 +1,160 @@
+"""What the maps, lines and marks over the photo show, pixel by pixel where that can be said."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pyqtgraph as pg
+import pytest
+from kogao_app.overlays.straight import SEEN_PX
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from scenes import oval_face, textured_photo
+from test_view import picture
+
+from kogao_core.bend import bends, beside, straight_lines
+
+KEYS = Qt.Key
+VERMILION, SKY = (213, 94, 0), (86, 180, 233)
+
+
+def hide_marks(driver):
+    for key in (KEYS.Key_L, KEYS.Key_T, KEYS.Key_C):
+        driver.key(key)
+
+
+def pixels_of(driver) -> np.ndarray:
+    rows = picture(driver)
+    return rows.reshape(rows.shape[0], -1, 3).astype(int)
+
+
+def at(driver, x, y) -> tuple[int, int]:
+    point = driver.canvas.to_screen(np.array([x, y], float)).toPoint()
+    return point.y(), point.x()
+
+
+def looks_like(image, colour, tolerance=24):
+    return np.abs(image - np.array(colour)).max(axis=-1) <= tolerance
+
+
+def rows_and_columns(driver):
+    """A grid over the photo, px."""
+    height, width = driver.shown.shape[:2]
+    return np.arange(0, width, 5.0), np.arange(0, height, 5.0)
+
+
+def test_the_heat_map_colours_what_moves_and_only_that(opened):
+    hide_marks(opened)
+    plain = pixels_of(opened)
+    opened.key(KEYS.Key_H)
+    warm = pixels_of(opened)
+    field = opened.editor.scene.frame.rendering.field
+    xs, ys = rows_and_columns(opened)
+    length = np.hypot(*field.on_grid(xs, ys))
+    row, column = np.unravel_index(length.argmax(), length.shape)
+    hot = at(opened, xs[column], ys[row])
+    colours = pg.colormap.get("inferno").map(np.linspace(0.2, 1, 64), mode="byte")[:, :3]
+    drawn = warm[hot]
+    apart = np.abs(colours.astype(int) - drawn).max(axis=1).min()
+    assert np.abs(drawn - plain[hot]).max() > 20
+    assert apart < 70, "not a colour of the scale, even with the photo shining through"
+    for still in np.argwhere(length == 0.0)[::97]:
+        there = at(opened, xs[still[1]], ys[still[0]])
+        if there[0] < warm.shape[0] - 120:  # the legend
+            np.testing.assert_array_equal(warm[there], plain[there])
+
+
+def test_the_jacobian_map_is_red_where_pressed_and_blue_where_stretched(opened):
+    hide_marks(opened)
+    plain = pixels_of(opened)
+    opened.key(KEYS.Key_K)
+    shown = pixels_of(opened) - plain
+    xs, ys = rows_and_columns(opened)
+    det = opened.editor.scene.frame.rendering.field.det_jacobian(xs, ys)
+    for index, pressed in ((det.argmax(), True), (det.argmin(), False)):
+        row, column = np.unravel_index(index, det.shape)
+        red, _, blue = shown[at(opened, xs[column], ys[row])]
+        assert (red > blue) == pressed
+
+
+def test_a_map_stays_with_the_photo_when_it_is_panned(opened):
+    hide_marks(opened)
+    opened.key(KEYS.Key_H)
+    before = pixels_of(opened)
+    opened.drag(QPoint(40, 40), QPoint(24, 16))
+    after = pixels_of(opened)
+    # The legend stays below; samples of the smooth map fall elsewhere by up to 4 px.
+    shift = np.abs(after[116:400, 224:584] - before[100:384, 200:560])
+    assert np.quantile(shift, 0.99) <= 12
+
+
+@pytest.fixture
+def door(tmp_path, source):
+    """A face beside a door frame."""
+    face = oval_face(960, 720, size=0.5)
+    x = round(face.outline[:, 0].max() + 0.75 * face.frame.spacing_px)
+    photo = cv2.GaussianBlur(textured_photo(960, 720), (0, 0), 12)
+    photo[60:660, x - 3 : x + 4] = 250
+    path = tmp_path / "door.png"
+    assert cv2.imwrite(str(path), photo[..., ::-1])
+    source.faces = [face]
+    return path, x
+
+
+def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
+    path, x = door
+    empty.open(path)
+    hide_marks(empty)
+    slider = empty.window.recipe.percent.slider
+    slider.setFocus()
+    for _ in range(4):
+        QTest.keyClick(slider, KEYS.Key_PageUp)
+    empty.settle()
+    assert not empty.editor.scene.lines, "nobody looks: nothing is looked for"
+    bare = pixels_of(empty)
+    empty.key(KEYS.Key_S)
+    empty.settle()
+    lines = empty.editor.scene.lines
+    rendering = empty.editor.scene.frame.rendering
+    photo = empty.editor.document.pyramid.levels[0]
+    found = straight_lines(photo, rendering.domain.bounds)
+    found = beside(found, [empty.state.faces[0].outline])
+    assert lines == tuple(bends(rendering.field, found))
+    assert lines[0].bend_px > 1.0
+    drawn = pixels_of(empty)
+    new = looks_like(drawn, VERMILION) & (drawn != bare).any(axis=-1)
+    columns = np.flatnonzero(new.any(axis=0))
+    assert abs(np.median(columns) - at(empty, x, 0)[1]) < 12
+    empty.key(KEYS.Key_B, Qt.KeyboardModifier.ShiftModifier)
+    empty.key(KEYS.Key_N)
+    top = empty.canvas.to_screen(np.array([x, 62.0])).toPoint()
+    down = empty.canvas.to_screen(np.array([x, 658.0])).toPoint() - top
+    empty.drag(top, down)
+    empty.settle()
+    assert empty.editor.scene.lines[0].bend_px < SEEN_PX
+
+
+def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, photo):
+    confidence = np.ones(27)
+    confidence[[16, 22]] = 0.2
+    source.faces = [dataclasses.replace(oval_face(), confidence=confidence)]
+    driver = start()
+    driver.open(photo)
+    driver.key(KEYS.Key_T)
+    shown, face = pixels_of(driver), driver.state.faces[0]
+    for sure, unsure in ((face.points[4], face.points[16]), (face.points[23], face.points[22])):
+        assert looks_like(shown[at(driver, *sure)], SKY)
+        assert not looks_like(shown[at(driver, *unsure)], SKY)
+    bare = pixels_of(driver)
+    driver.move(driver.canvas.to_screen(face.points[16]).toPoint())
+    assert (pixels_of(driver) != bare).any()
+
+
+def test_domains_say_what_they_save(opened):
+    counts = opened.editor.scene.frame.rendering.pixel_counts
+    texts = opened.window.readings.domains.texts()
+    assert texts["image"][2] == "0.0 % saved"
+    saved = 100 * (1 - counts["threshold"] / counts["image"])
+    assert texts["threshold"][2] == f"{saved:.1f} % saved"

@@ -1,0 +1,231 @@
+"""Painting what must not move: brush, line, eraser, with mouse and keys on the window."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from kogao_app.tools import tools
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QMouseEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QToolButton
+from test_files import CONTROL, dialog, save_as
+from test_view import picture
+
+from kogao_core.photo import read
+from kogao_core.pipeline import render
+
+KEYS = Qt.Key
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+def strokes(driver):
+    return driver.state.protection.strokes
+
+
+def beside_the_cheek(driver) -> QPoint:
+    """A place on the moving skin, right of the face's middle outline."""
+    return driver.canvas.to_screen(driver.state.faces[0].outline[16] + (6.0, 0.0)).toPoint()
+
+
+DOWN = QPoint(0, 40)
+
+
+def paint(driver, key=KEYS.Key_B, by=DOWN):
+    driver.key(key)
+    driver.drag(beside_the_cheek(driver), by)
+    driver.settle()
+
+
+def expected(driver, pixels):
+    protection = driver.state.protection
+    return render(pixels, driver.state.active, driver.state.recipe, protection=protection).pixels
+
+
+def test_a_brush_stroke_protects_and_is_one_undo_step(opened, pixels):
+    free = opened.shown.copy()
+    before = opened.state
+    paint(opened)
+    (stroke,) = strokes(opened)
+    assert stroke.radius_px == opened.editor.scene.brush.radius_px
+    assert stroke.feather_px == 0.0
+    start = opened.canvas.to_photo(beside_the_cheek(opened).toPointF())
+    np.testing.assert_allclose(stroke.points_px[0], start, atol=1e-3)
+    assert (opened.shown != free).any()
+    np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
+    moved = np.hypot(*opened.editor.scene.frame.rendering.field.at(stroke.points_px).T)
+    assert moved.max() < 0.3
+    assert opened.editor.document.undo.count() == 1
+    assert opened.editor.document.undo.undoText() == "Protect"
+    opened.key(KEYS.Key_Z, CONTROL)
+    opened.settle()
+    assert opened.state is before
+    np.testing.assert_array_equal(opened.shown, free)
+
+
+def test_points_are_not_dragged_while_a_brush_is_in_hand(opened):
+    face = opened.state.faces[0]
+    opened.key(KEYS.Key_B)
+    opened.drag(opened.canvas.to_screen(face.outline[10]).toPoint(), QPoint(15, 10))
+    assert opened.state.faces[0] is face
+    assert len(strokes(opened)) == 1
+    opened.key(KEYS.Key_A)
+    opened.drag(opened.canvas.to_screen(face.outline[10]).toPoint(), QPoint(15, 10))
+    assert opened.state.faces[0] is not face
+    assert len(strokes(opened)) == 1
+
+
+def test_the_preview_holds_the_place_as_well(opened):
+    frames = []
+    opened.editor.live.drawn.connect(frames.append)
+    paint(opened)
+    preview = next(f for f in reversed(frames) if f.rendering.recipe.interpolation == "bilinear")
+    (stroke,) = strokes(opened)
+    there = preview.to_photo.inverse(stroke.points_px)
+    pull = preview.rendering.field.at(there) * preview.scale
+    full = opened.editor.scene.frame.rendering.field.at(stroke.points_px)
+    np.testing.assert_allclose(pull, full, atol=1 / 64)
+
+
+def test_a_hard_edge_keeps_every_byte_under_it(opened, pixels):
+    opened.key(KEYS.Key_B, SHIFT)
+    assert opened.window.protect.hard.isChecked()
+    paint(opened)
+    (stroke,) = strokes(opened)
+    assert stroke.feather_px == pytest.approx(opened.state.faces[0].frame.spacing_px)
+    x, y = np.unique(np.round(stroke.samples_px(0.5)).astype(int), axis=0).T
+    apart = np.linalg.norm(np.stack([x, y], 1)[:, None] - stroke.samples_px(0.5), axis=2)
+    inside = apart.min(axis=1) < 0.5
+    assert inside.sum() > 50
+    np.testing.assert_array_equal(opened.shown[y[inside], x[inside]], pixels[y[inside], x[inside]])
+
+
+def test_a_line_is_straight_and_with_shift_upright(opened):
+    opened.key(KEYS.Key_N)
+    at = beside_the_cheek(opened)
+    opened.press(at)
+    for by in (QPoint(3, 20), QPoint(9, 60)):
+        opened.move(at + by)
+    opened.release(at + QPoint(9, 60))
+    (slanted,) = strokes(opened)
+    assert slanted.points_px.shape == (2, 2)
+    assert slanted.points_px[0, 0] != slanted.points_px[1, 0]
+    viewport = opened.canvas.viewport()
+    QTest.mousePress(viewport, Qt.MouseButton.LeftButton, SHIFT, at)
+    to, left = (at + QPoint(9, 60)).toPointF(), Qt.MouseButton.LeftButton
+    around = viewport.mapToGlobal(to)
+    moved = QMouseEvent(QEvent.Type.MouseMove, to, around, left, left, SHIFT)
+    QApplication.sendEvent(viewport, moved)
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, SHIFT, at)
+    upright = strokes(opened)[1]
+    assert upright.points_px[0, 0] == upright.points_px[1, 0]
+
+
+def test_a_click_of_the_line_tool_leaves_nothing(opened):
+    opened.key(KEYS.Key_N)
+    opened.press(beside_the_cheek(opened))
+    opened.release(beside_the_cheek(opened))
+    assert not strokes(opened)
+    assert opened.editor.document.undo.count() == 0
+
+
+def test_the_eraser_cuts_a_stroke_in_two_and_undo_mends_it(opened):
+    paint(opened, KEYS.Key_N, QPoint(0, 90))
+    whole = strokes(opened)
+    opened.key(KEYS.Key_E)
+    middle = beside_the_cheek(opened) + QPoint(0, 45)
+    opened.press(middle)
+    opened.release(middle)
+    first, second = strokes(opened)
+    at = opened.canvas.to_photo(middle.toPointF())
+    for part in (first, second):
+        apart = np.linalg.norm(part.samples_px(0.5) - at, axis=1).min()
+        assert apart > opened.editor.scene.brush.radius_px - 0.5
+    assert opened.editor.document.undo.undoText() == "Erase protection"
+    opened.key(KEYS.Key_Z, CONTROL)
+    assert strokes(opened) == whole
+
+
+def test_escape_gives_a_stroke_up(opened):
+    opened.key(KEYS.Key_B)
+    at = beside_the_cheek(opened)
+    opened.press(at)
+    opened.move(at + QPoint(0, 30))
+    assert strokes(opened)
+    opened.key(KEYS.Key_Escape)
+    opened.move(at + QPoint(0, 60))
+    opened.release(at + QPoint(0, 60))
+    assert not strokes(opened)
+    assert opened.editor.document.undo.count() == 0
+
+
+def test_brackets_and_the_slider_size_the_brush(opened):
+    first = opened.editor.scene.brush.radius_px
+    for _ in range(4):
+        opened.key(KEYS.Key_BracketRight)
+    assert opened.editor.scene.brush.radius_px == pytest.approx(2 * first)
+    opened.key(KEYS.Key_BracketLeft)
+    assert opened.editor.scene.brush.radius_px == pytest.approx(2 * first / 2**0.25)
+    slider = opened.window.protect.size_px.slider
+    slider.setFocus()
+    QTest.keyClick(slider, KEYS.Key_End)
+    assert opened.editor.scene.brush.radius_px == 512.0
+    QTest.mouseDClick(slider, Qt.MouseButton.LeftButton)
+    assert opened.editor.scene.brush.radius_px == pytest.approx(first)
+    assert opened.editor.document.undo.count() == 0
+
+
+def test_strokes_and_the_brushs_ring_are_drawn(opened):
+    bare = picture(opened)
+    paint(opened)
+    opened.move(QPoint(20, 20))
+    drawn = picture(opened)
+    opened.move(QPoint(60, 60))
+    assert (picture(opened) != drawn).any()
+    opened.key(KEYS.Key_A)
+    with_hatch = picture(opened)
+    assert (with_hatch != bare).any()
+    opened.key(KEYS.Key_P)
+    assert (picture(opened) != with_hatch).any()
+
+
+def test_buttons_menus_and_keys_agree(opened):
+    opened.key(KEYS.Key_B)
+    buttons = [b for b in opened.window.protect.findChildren(QToolButton) if b.defaultAction()]
+    assert [b.accessibleName() for b in buttons] == [t.title for t in tools()]
+    for tool, button in zip(tools(), buttons, strict=True):
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert opened.editor.scene.brush.tool == tool.name
+        assert [b.isChecked() for b in buttons] == [b is button for b in buttons]
+    for tool, button in zip(tools(), buttons, strict=True):
+        opened.key(KEYS[f"Key_{tool.key}"])
+        assert button.isChecked()
+
+
+def test_remove_all_is_one_step(opened):
+    paint(opened)
+    paint(opened, by=QPoint(-30, 0))
+    assert "2" in opened.window.protect.count.text()
+    QTest.mouseClick(opened.window.protect.clear, Qt.MouseButton.LeftButton)
+    assert not strokes(opened)
+    assert not opened.window.protect.clear.isEnabled()
+    opened.key(KEYS.Key_Z, CONTROL)
+    assert len(strokes(opened)) == 2
+
+
+def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
+    paint(opened)
+    opened.key(KEYS.Key_S, CONTROL)
+    dialog(opened, QFileDialog)
+    copy = tmp_path / "held.png"
+    save_as(opened, copy)
+    opened.qtbot.waitUntil(copy.is_file, timeout=10_000)
+    opened.settle()
+    np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))
+
+
+def test_another_photo_begins_unprotected(opened, photo):
+    paint(opened)
+    opened.editor.files.open(photo)
+    opened.settle()
+    assert not strokes(opened)

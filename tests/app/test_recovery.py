@@ -1,0 +1,262 @@
+"""Unsaved work outlives a killed program."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from kogao_app.controllers.recovery import orphans
+from kogao_app.points import Handle
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
+from scenes import textured_photo
+
+from kogao_core.project import load, sha256_of
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+# A program of its own: opens the photo, drags the slider, switches on, waits to be killed.
+VICTIM = """
+    import sys
+    from pathlib import Path
+    from PySide6.QtCore import Qt, QTimer
+    from PySide6.QtTest import QTest
+    from PySide6.QtWidgets import QApplication
+    from kogao_app.editor import Editor
+    from kogao_app.points import Handle
+    from kogao_app.storage import Storage
+    from scenes import oval_face
+
+    class Known:
+        name = "known"
+        def find(self, rgb):
+            return [oval_face()]
+
+    app = QApplication([])
+    editor = Editor(app, Known(), Storage.of_user())
+    editor.window.show()
+    editor.files.open(Path(sys.argv[1]))
+
+    def edit(count):
+        slider = editor.window.recipe.percent.slider
+        slider.setFocus()
+        QTest.keyClick(slider, Qt.Key.Key_End)
+        editor.choices.choose(0)
+        QTest.keyClick(slider, Qt.Key.Key_Home)
+        editor.editing.grab(Handle("outline", 0, 10), 240, 280)
+        editor.editing.drag(250, 300)
+        editor.editing.release()
+        print("edited", flush=True)
+
+    editor.files.found.connect(lambda n: QTimer.singleShot(0, lambda: edit(n)))
+    app.exec()
+"""
+
+
+def change_something(driver):
+    slider = driver.window.recipe.percent.slider
+    slider.setFocus()
+    QTest.keyClick(slider, Qt.Key.Key_PageUp)
+
+
+def kept(driver):
+    """Wait for the recovery file that holds the newest state."""
+    recovery = driver.editor.recovery
+    driver.qtbot.waitUntil(lambda: recovery.file.exists() and not recovery.busy, timeout=10_000)
+    return recovery.file
+
+
+def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, storage):
+    before = sorted(photo.parent.iterdir())
+    change_something(opened)
+    file = kept(opened)
+    assert file.parent == storage.recovery
+    project = load(file)
+    assert project.automatic.recipe.percent == 5.0
+    assert project.original.path == str(photo)
+    assert project.original.sha256 == sha256_of(photo)
+    home = {photo.parent / "home"}
+    assert set(photo.parent.iterdir()) - home == set(before) - home
+
+
+def test_nothing_is_kept_without_changes_and_after_an_orderly_end(start, photo, storage):
+    driver = start()
+    driver.open(photo)
+    driver.qtbot.wait(1300)
+    assert not driver.editor.recovery.file.exists()
+    change_something(driver)
+    file = kept(driver)
+    driver.key(Qt.Key.Key_Z, CONTROL)
+    driver.qtbot.waitUntil(lambda: not file.exists(), timeout=10_000)
+    change_something(driver)
+    kept(driver)
+    driver.editor.close()
+    assert not list(storage.recovery.iterdir())
+
+
+def test_a_running_programs_work_is_not_offered(opened, start, storage):
+    change_something(opened)
+    kept(opened)
+    assert orphans(storage.recovery) == []
+    other = start()
+    other.editor.recovery.look()
+    other.settle()
+    assert "ended before" not in other.say()
+
+
+def test_a_gesture_in_hand_is_not_kept_half_done(opened):
+    change_something(opened)
+    file = kept(opened)
+    at = opened.on_screen(Handle("outline", 0, 10))
+    opened.press(at)
+    opened.move(at + QPoint(0, 40))
+    assert opened.editor.document.in_gesture
+    opened.editor.recovery._write()
+    opened.qtbot.waitUntil(lambda: not opened.editor.recovery.busy)
+    kept_chin = load(file).automatic.faces[0].outline[10]
+    opened.key(Qt.Key.Key_Escape)
+    np.testing.assert_array_equal(kept_chin, opened.state.faces[0].outline[10])
+
+
+@pytest.fixture
+def killed(photo, storage):
+    """Run a program that edits the photo, and kill it without a warning."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    program = [sys.executable, "-c", textwrap.dedent(VICTIM), str(photo)]
+    victim = subprocess.Popen(program, env=environment, stdout=subprocess.PIPE, text=True)
+    assert victim.stdout.readline() == "edited\n"
+    deadline = time.monotonic() + 30
+    while not list(storage.recovery.glob("*.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    victim.send_signal(signal.SIGKILL)
+    assert victim.wait(10) == -signal.SIGKILL
+    victim.stdout.close()
+    (file,) = storage.recovery.glob("*.json")
+    return file
+
+
+def test_what_a_killed_program_left_is_restored(killed, start, photo, source):
+    left = load(killed)
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    assert driver.say() == "Kogao ended before the changes to portrait.png were saved."
+    driver.take_step("Restore")
+    driver.settle()
+    assert driver.editor.document.path == photo
+    (face,) = driver.state.faces
+    np.testing.assert_array_equal(face.outline, left.automatic.faces[0].outline)
+    assert (face.outline[10] != source.faces[0].outline[10]).any()
+    assert driver.state.recipe.percent == 15.0
+    assert face.recipe.percent == 0.0
+    assert driver.window.isWindowModified()
+    assert driver.say() == ""
+    # The old file goes once this program keeps the same work itself.
+    driver.qtbot.waitUntil(lambda: not killed.exists(), timeout=10_000)
+    again = load(kept(driver))
+    np.testing.assert_array_equal(again.automatic.faces[0].outline, face.outline)
+
+
+def test_what_a_killed_program_left_can_be_discarded(killed, start):
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    driver.take_step("Discard")
+    assert not killed.exists()
+    assert driver.editor.document.photo is None
+
+
+def test_dismissed_work_is_offered_again(killed, start):
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    driver.take_step("Dismiss")
+    driver.editor.close()
+    assert killed.exists()
+    other = start()
+    other.editor.recovery.look()
+    other.settle()
+    assert "ended before" in other.say()
+
+
+def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
+    driver = start()
+    driver.open(photo)
+    change_something(driver)
+    driver.editor.recovery.look()
+    driver.settle()
+    driver.take_step("Restore")
+    driver.qtbot.waitUntil(lambda: bool(driver.window.findChildren(QMessageBox)))
+    (box,) = driver.window.findChildren(QMessageBox)
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    assert driver.state.recipe.percent == 5.0
+    assert killed.exists()
+
+
+def test_a_vanished_photo_is_said_and_the_work_stays(killed, start, photo):
+    photo.unlink()
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    driver.take_step("Restore")
+    driver.settle()
+    assert "portrait.png" in driver.say()
+    assert killed.exists()
+
+
+def test_a_photo_of_another_shape_is_said_and_the_work_stays(killed, start, photo):
+    assert cv2.imwrite(str(photo), textured_photo(300, 400)[..., ::-1])
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    driver.take_step("Restore")
+    driver.settle()
+    assert "another shape" in driver.say()
+    assert killed.exists()
+
+
+def test_a_resized_photo_takes_the_points_along(killed, start, photo):
+    left = load(killed)
+    assert cv2.imwrite(str(photo), textured_photo(960, 720)[..., ::-1])
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    driver.take_step("Restore")
+    driver.settle()
+    wanted = 2.0 * left.automatic.faces[0].outline + 0.5
+    np.testing.assert_allclose(driver.state.faces[0].outline, wanted)
+    assert "another one than when" in driver.say()
+
+
+def test_strange_files_in_the_folder_are_left_alone(start, storage):
+    storage.recovery.mkdir(parents=True)
+    strange = storage.recovery / "strange.json"
+    strange.write_text(json.dumps({"format": "something else"}))
+    driver = start()
+    driver.editor.recovery.look()
+    driver.settle()
+    assert driver.say() == ""
+    assert strange.exists()
+
+
+def test_a_full_disk_is_said_once(opened, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("kogao_app.controllers.recovery.save", full)
+    change_something(opened)
+    opened.qtbot.waitUntil(lambda: "No space left" in opened.say(), timeout=10_000)
+    opened.take_step("Dismiss")
+    change_something(opened)
+    opened.qtbot.wait(1300)
+    assert opened.say() == ""

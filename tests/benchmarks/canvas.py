@@ -1,0 +1,130 @@
+"""How long the canvas takes to paint a photo: ``python tests/benchmarks/canvas.py [MEGAPIXELS]``.
+
+Prints the median paint of the whole viewport in ms and as a ratio to one full bilinear
+``cv2.remap`` of the photo with a ready map, the unit of all benchmarks here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import os
+import statistics
+import sys
+import time
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import cv2
+import numpy as np
+from kogao_app.document import State
+from kogao_app.pyramid import Pyramid
+from kogao_app.scene import Scene
+from kogao_app.surfaces import FullSurface, PreviewSurface
+from kogao_app.views.canvas import PhotoCanvas
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QImage, QPainter
+from PySide6.QtWidgets import QApplication
+
+from kogao_core.face import Face
+from kogao_core.geometry import Box
+
+REPEATS = 15
+SIZE = (1920, 1080)
+
+
+def median_ms(action) -> float:
+    laps = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        action()
+        laps.append((time.perf_counter() - start) * 1e3)
+    return statistics.median(laps)
+
+
+def face_of(width: int, height: int) -> Face:
+    angle = np.deg2rad(np.linspace(205, -25, 21))
+    radius = 0.22 * height
+    x, y = width / 2 + 0.78 * radius * np.cos(angle), 0.48 * height + radius * np.sin(angle)
+    eyes = [(width / 2 + f * radius, 0.45 * height) for f in (-0.47, -0.19, 0.19, 0.47)]
+    mouth = [(width / 2 + f * radius, 0.6 * height) for f in (-0.25, 0.25)]
+    return Face(np.column_stack([x, y]), eyes, mouth)
+
+
+def main() -> None:
+    megapixels = float(sys.argv[1]) if len(sys.argv) > 1 else 45.0
+    width = int(np.sqrt(megapixels * 1e6 * 1.5)) // 4 * 4
+    height = int(width / 1.5)
+    small = np.random.default_rng(0).integers(0, 255, (height // 4, width // 4, 3), np.uint8)
+    pixels = cv2.resize(small, (width, height), interpolation=cv2.INTER_CUBIC)
+    xs, ys = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+    xs += 0.3
+    unit = median_ms(lambda: cv2.remap(pixels, xs, ys, cv2.INTER_LINEAR))
+    print(f"{width} x {height}, one full remap {unit:.1f} ms; viewport {SIZE[0]} x {SIZE[1]}")
+
+    app = QApplication.instance() or QApplication([])
+    state = State(faces=(face_of(width, height),))
+    scene = Scene(state=state, image=Box(0, 0, width, height))
+    photo = Pyramid(pixels)
+    canvas = PhotoCanvas(scene)
+    canvas.resize(*SIZE)
+    canvas.show()
+    canvas.open(photo)
+    app.processEvents()
+    full = FullSurface(photo)
+    scene.frame = full.render(1, state)
+    full.shown()
+    canvas.photo.show_full(scene.frame)
+    target = QImage(*SIZE, QImage.Format.Format_RGB32)
+
+    def paint() -> None:
+        painter = QPainter(target)
+        canvas.render(painter)
+        painter.end()
+
+    def report(name: str) -> None:
+        paint()
+        lap = median_ms(paint)
+        print(f"{name:<34} {lap:6.1f} ms   {lap / unit:.3f}")
+
+    usual = {"landmarks", "targets", "centre", "folds"}
+    middle = QPointF(SIZE[0] / 2, SIZE[1] / 2)
+    for words, visible in (("photo alone", set()), ("usual overlays", usual)):
+        scene.visible = visible
+        canvas.fit()
+        report(f"{words}, fitted")
+        for zoom in (0.33, 0.5, 1.0, 2.0, 8.0):
+            canvas.zoom_to(zoom, middle)
+            report(f"{words}, {zoom:.0%}")
+    canvas.fit()
+    for name in ("displacement", "lattice", "domains", "heat", "jacobian"):
+        scene.visible = {name}
+        report(f"{name}, fitted")
+    scene.visible = usual
+    for way in ("wipe", "difference"):
+        scene.compare = way
+        report(f"{way}, fitted")
+    scene.compare, scene.loupe, scene.cursor = "off", True, np.array([width / 2, height / 2])
+    report("loupe, fitted")
+    scene.loupe = False
+    preview = PreviewSurface(photo)
+
+    steps = itertools.count()
+
+    def gesture() -> None:
+        # Another distance each time, or there would be nothing to warp.
+        moved = dataclasses.replace(state.recipe, percent=4.0 + next(steps) % 7 / 10)
+        scene.state = dataclasses.replace(state, recipe=moved)
+        scene.frame = preview.render(2, scene.state, canvas.view())
+        preview.shown()
+        canvas.photo.show_preview(scene.frame)
+        paint()
+
+    gesture()
+    lap = median_ms(gesture)
+    print(f"{'gesture to paint, fitted':<34} {lap:6.1f} ms   {lap / unit:.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,240 @@
+"""The committed appearance model: what it finds, and which files it refuses."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from kogao_core import assets
+from kogao_core.face import Face
+from kogao_core.geometry import Affine
+from kogao_core.landmarks import MeshSource, evaluate
+from kogao_core.landmarks.aam import AamSource, ModelRefused
+from kogao_core.landmarks.aam.model_file import MOST_BYTES, read, write
+from kogao_core.landmarks.aam.points import MIRROR
+from kogao_core.landmarks.aam.source import MODEL
+
+SAMPLES = ("average", "women", "men")
+
+
+def sample(name: str) -> np.ndarray:
+    return cv2.cvtColor(cv2.imread(str(assets.path(f"samples/{name}.jpg"))), cv2.COLOR_BGR2RGB)
+
+
+def apart_percent(one: Face, other: Face) -> float:
+    """Mean distance of the 27 points in % of the outer inter-ocular distance."""
+    apart = np.linalg.norm(one.points - other.points, axis=1).mean()
+    return float(apart / other.interocular_px * 100.0)
+
+
+@pytest.fixture(scope="module")
+def source() -> AamSource:
+    return AamSource()
+
+
+@pytest.fixture
+def no_networks(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = assets.path
+
+    def path(name: str) -> Path:
+        if name.endswith(".tflite"):
+            raise assets.AssetMissing(name)
+        return found(name)
+
+    monkeypatch.setattr(assets, "path", path)
+
+
+def test_the_model_is_small_and_writes_back_to_the_same_bytes(tmp_path: Path) -> None:
+    stored = assets.path(MODEL)
+    assert stored.stat().st_size <= MOST_BYTES
+    write(read(stored), tmp_path / "again.npz")
+    assert (tmp_path / "again.npz").read_bytes() == stored.read_bytes()
+
+
+def test_mirroring_twice_changes_nothing() -> None:
+    np.testing.assert_array_equal(MIRROR[MIRROR], np.arange(80))
+    mean = read(assets.path(MODEL)).shape.mean
+    np.testing.assert_allclose(mean[MIRROR] * (-1.0, 1.0), mean, atol=1e-6)
+
+
+@pytest.mark.usefixtures("weights")
+@pytest.mark.parametrize("name", SAMPLES)
+def test_it_agrees_with_the_mesh_on_the_samples(source: AamSource, name: str) -> None:
+    (fitted,) = source.find(sample(name))
+    (mesh,) = MeshSource().find(sample(name))
+    errors = evaluate.errors(fitted, evaluate.Labels(mesh.eyes, mesh.mouth, mesh.outline))
+    assert np.mean(errors) < 3.0
+    assert fitted.score > 0.5
+    assert fitted.source == "aam"
+
+
+@pytest.mark.usefixtures("no_networks")
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 170.0])
+def test_without_networks_it_starts_from_haar_boxes(degrees: float) -> None:
+    picture = sample("average")
+    (upright,) = AamSource().find(picture)
+    assert upright.interocular_px > 0.15 * picture.shape[1]
+    turned, turn = rotated(picture, degrees)
+    (face,) = AamSource().find(turned)
+    assert apart_percent(face, upright.mapped(turn)) < 1.5
+
+
+def rotated(picture: np.ndarray, degrees: float) -> tuple[np.ndarray, Affine]:
+    rows, columns = picture.shape[:2]
+    side = int(np.hypot(rows, columns)) + 1
+    turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
+    turn = Affine(turn.matrix, (side - 1) / 2.0 - turn(((columns - 1) / 2.0, (rows - 1) / 2.0)))
+    border = cv2.BORDER_REPLICATE
+    return cv2.warpAffine(
+        picture, turn.opencv, (side, side), flags=cv2.INTER_CUBIC, borderMode=border
+    ), turn
+
+
+@pytest.mark.usefixtures("weights")
+@pytest.mark.parametrize("degrees", [20.0, 90.0, 145.0, 180.0])
+def test_a_turned_photo_gives_the_turned_face(source: AamSource, degrees: float) -> None:
+    picture = sample("women")
+    (upright,) = source.find(picture)
+    turned, turn = rotated(picture, degrees)
+    (face,) = source.find(turned)
+    assert apart_percent(face, upright.mapped(turn)) < 1.5
+
+
+@pytest.mark.usefixtures("weights")
+@pytest.mark.parametrize("change", ["mirror", "half", "dark"])
+def test_mirroring_shrinking_and_darkening_hardly_move_it(source: AamSource, change: str) -> None:
+    picture = sample("men")
+    (face,) = source.find(picture)
+    if change == "mirror":
+        (other,) = source.find(np.ascontiguousarray(picture[:, ::-1]))
+        flip = Affine(np.diag([-1.0, 1.0]), np.array([picture.shape[1] - 1.0, 0.0]))
+        face = Face(flip(face.outline)[::-1], flip(face.eyes)[::-1], flip(face.mouth)[::-1])
+    elif change == "half":
+        (other,) = source.find(cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=3))
+        face = face.mapped(Affine.resize(0.5, 0.5))
+    else:
+        (other,) = source.find(picture // 2)
+    assert apart_percent(other, face) < 1.5
+
+
+@pytest.mark.usefixtures("weights")
+def test_several_faces_come_largest_first(source: AamSource) -> None:
+    small = cv2.resize(sample("women"), None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA)
+    large = sample("men")
+    missing = large.shape[0] - small.shape[0]
+    small = cv2.copyMakeBorder(small, 0, missing, 0, 0, cv2.BORDER_REPLICATE)
+    faces = source.find(np.hstack([small, large]))
+    assert [face.eye_center[0] > small.shape[1] for face in faces] == [True, False]
+
+
+@pytest.mark.usefixtures("weights")
+def test_a_covered_mouth_is_doubted(source: AamSource) -> None:
+    picture = sample("average")
+    (clear,) = source.find(picture)
+    x, y = clear.mouth_center.astype(int)
+    half = int(0.35 * clear.interocular_px)
+    noise = np.random.default_rng(0).integers(0, 256, (half // 4, half // 2, 3), np.uint8)
+    covered = picture.copy()
+    covered[y - half // 2 : y + half // 2, x - half : x + half] = cv2.resize(
+        noise, (2 * half, 2 * (half // 2)), interpolation=cv2.INTER_NEAREST
+    )
+    (face,) = source.find(covered)
+    assert face.score < clear.score
+    assert face.confidence is not None
+    assert clear.confidence is not None
+    mouth, eyes = face.confidence[-2:].mean(), face.confidence[21:25].mean()
+    assert mouth < 0.5 < eyes
+    assert clear.confidence[-2:].mean() > 0.8
+
+
+def test_patterns_have_no_face(source: AamSource) -> None:
+    noise = np.random.default_rng(2).integers(0, 256, (200, 260, 3), np.uint8)
+    for pattern in (noise, cv2.GaussianBlur(noise, (0, 0), 9), np.full((9, 9), 255, np.uint8)):
+        assert source.find(pattern) == []
+
+
+@pytest.fixture
+def stored() -> dict[str, np.ndarray]:
+    with np.load(assets.path(MODEL)) as arrays:
+        return dict(arrays)
+
+
+def refusal(file: Path) -> str:
+    with pytest.raises(ModelRefused) as refused:
+        AamSource(file).find(np.zeros((40, 40, 3), np.uint8))
+    message = str(refused.value)
+    assert file.name in message
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.001, 0.5, 0.999])
+def test_a_truncated_file_is_refused(tmp_path: Path, kept: float) -> None:
+    data = assets.path(MODEL).read_bytes()
+    file = tmp_path / "short.npz"
+    file.write_bytes(data[: int(kept * len(data))])
+    refusal(file)
+
+
+def test_a_damaged_byte_is_refused(tmp_path: Path) -> None:
+    data = bytearray(assets.path(MODEL).read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    file = tmp_path / "damaged.npz"
+    file.write_bytes(data)
+    refusal(file)
+
+
+def test_foreign_files_are_refused(tmp_path: Path) -> None:
+    picture = tmp_path / "picture.npz"
+    picture.write_bytes(assets.path("samples/average.jpg").read_bytes())
+    refusal(picture)
+    other = tmp_path / "other.npz"
+    np.savez(other, anything=np.zeros(3))
+    assert "format" in refusal(other)
+    array = tmp_path / "array.npy"
+    np.save(array, np.zeros(3))
+    refusal(array)
+    refusal(tmp_path / "absent.npz")
+
+
+def test_what_could_run_is_refused(tmp_path: Path, stored: dict[str, np.ndarray]) -> None:
+    file = tmp_path / "object.npz"
+    np.savez(file, **{**stored, "mean": np.array([object()])}, allow_pickle=True)
+    refusal(file)
+
+
+def test_too_large_or_compressed_files_are_refused(
+    tmp_path: Path, stored: dict[str, np.ndarray]
+) -> None:
+    large = tmp_path / "large.npz"
+    np.savez(large, **stored, more=np.zeros(MOST_BYTES, np.int8))
+    assert "larger" in refusal(large)
+    packed = tmp_path / "packed.npz"
+    np.savez_compressed(packed, **stored)
+    assert "compressed" in refusal(packed)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("format", lambda one: one + 1),
+        ("mean", lambda one: one[:-1]),
+        ("mean", lambda one: one * np.nan),
+        ("modes", lambda one: one.astype(np.float64)),
+        ("update_0_0", lambda one: one[:, :-1]),
+        ("units_px", lambda one: one * 1000),
+        ("updates", lambda one: one * 0),
+        ("places_0", lambda one: one * 50),
+        ("start_slopes", lambda _: None),
+    ],
+)
+def test_arrays_that_do_not_fit_together_are_refused(
+    tmp_path: Path, stored: dict[str, np.ndarray], name: str, change
+) -> None:
+    changed = change(stored.pop(name))
+    if changed is not None:
+        stored[name] = changed
+    file = tmp_path / "wrong.npz"
+    np.savez(file, **stored)
+    refusal(file)

@@ -1,0 +1,168 @@
+"""Finer outlines: the network's arithmetic, the chain, and how faces are learnt."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Array
+from kogao_core.landmarks import template_face
+from kogao_core.landmarks.edges import EdgeNetwork, network, refine, training
+from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
+from kogao_core.landmarks.pixels import Pyramid
+
+MODEL = Path(__file__).parents[2] / "resources" / "models" / "edges.npz"
+
+
+def drawn_face(grown: float = 0.0) -> tuple[np.ndarray, Face, Array]:
+    """A skin-coloured face on blue, its landmarks, and its true outline, `grown` steps outside."""
+    face = template_face((200.0, 200.0), 160.0)
+    face = Face(face.outline, face.eyes, face.mouth)
+    unit = face.interocular_px / 100.0
+    outline = lines_of(face.outline)
+    edge = outline.points + grown * unit * outline.normals
+    image = np.full((420, 400, 3), (60, 90, 160), np.uint8)
+    cv2.fillPoly(image, [np.vstack([edge, [[280, 60], [120, 60]]]).astype(int)], (205, 160, 130))
+    return cv2.GaussianBlur(image, (0, 0), 1.0), face, edge
+
+
+def some_parameters(seed: int = 0) -> list[np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return [rng.normal(0.0, 0.2, shape).astype(np.float32) for shape in network.shapes()]
+
+
+@pytest.fixture(scope="module")
+def edges() -> EdgeNetwork:
+    return EdgeNetwork.read(MODEL)
+
+
+def test_the_model_in_the_repository_is_small() -> None:
+    assert MODEL.name == Path(refine.MODEL).name
+    assert MODEL.stat().st_size < 50_000
+
+
+def test_another_file_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "other.npz", a=np.zeros(3, np.float32))
+    with pytest.raises(ValueError, match=r"other\.npz isn't a model"):
+        EdgeNetwork.read(tmp_path / "other.npz")
+
+
+def test_gradients_are_those_of_differences() -> None:
+    parameters = [one.astype(np.float64) for one in some_parameters()]
+    rng = np.random.default_rng(1)
+    strips, weights = rng.normal(size=(2, 5, 7, 11)), rng.normal(size=(2, 2, 7, 11))
+
+    def loss() -> float:
+        return float((network.forward(parameters, strips)[0] * weights).sum())
+
+    outputs, steps = network.forward(parameters, strips)
+    assert outputs.shape == (2, 2, 7, 11)
+    gradients = network.backward(parameters, steps, weights)
+    for one, gradient in zip(parameters, gradients, strict=True):
+        place = tuple(int(rng.integers(size)) for size in one.shape)
+        kept = one[place]
+        one[place] = kept + 1e-6
+        above = loss()
+        one[place] = kept - 1e-6
+        below = loss()
+        one[place] = kept
+        assert gradient[place] == pytest.approx((above - below) / 2e-6, rel=1e-3, abs=1e-4)
+
+
+def test_a_mirrored_strip_gets_the_mirrored_answer() -> None:
+    strips = np.random.default_rng(2).normal(size=(1, 5, 41, 53)).astype(np.float32)
+    there = network.forward(some_parameters(), strips)[0]
+    back = network.forward(some_parameters(), np.ascontiguousarray(strips[:, :, ::-1]))[0]
+    np.testing.assert_allclose(back[:, :, ::-1], there, atol=1e-4)
+
+
+def test_a_clear_edge_is_believed_and_nothing_to_see_moves_nothing() -> None:
+    clear = np.where(MOVES == 2, 9.0, 0.0) * np.ones((41, 1))
+    moves, confidence = refine.settle(clear, np.full(41, -9.0))
+    np.testing.assert_allclose(moves, 2.0, atol=0.1)
+    assert (confidence > 0.95).all()
+    moves, confidence = refine.settle(np.zeros((41, len(MOVES))), np.full(41, 9.0))
+    np.testing.assert_allclose(moves, 0.0, atol=0.05)
+    assert (confidence < 0.01).all()
+
+
+def test_hidden_lines_follow_their_neighbours() -> None:
+    seen = np.where(MOVES == 3, 9.0, 0.0) * np.ones((41, 1))
+    unseen = np.full(41, -9.0)
+    seen[18:22], unseen[18:22] = 0.0, 9.0
+    moves, confidence = refine.settle(seen, unseen)
+    np.testing.assert_allclose(moves[18:22], 3.0, atol=0.7)
+    assert confidence[19:21].max() < 0.5 < confidence[[5, 35]].min()
+
+
+@pytest.mark.parametrize("grown", [-2.0, 0.0, 3.0])
+def test_an_outline_moves_onto_the_edge(edges: EdgeNetwork, grown: float) -> None:
+    image, face, edge = drawn_face(grown)
+    outline, confidence = edges.refined(Pyramid(image), face.eyes, face.outline)
+    assert outline.shape == (21, 2)
+    assert ((confidence >= 0.0) & (confidence <= 1.0)).all()
+    unit = face.interocular_px / 100.0
+    apart = np.linalg.norm(outline[4:17, None] - edge, axis=-1).min(axis=1) / unit
+    start = np.linalg.norm(face.outline[4:17, None] - edge, axis=-1).min(axis=1) / unit
+    assert apart.mean() < max(1.5, 0.6 * start.mean())
+    steps = np.linalg.norm(np.diff(outline, axis=0), axis=1)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.05)
+
+
+def test_a_hand_before_the_edge_lowers_its_confidence(edges: EdgeNetwork) -> None:
+    image, face, _ = drawn_face()
+    _, clear = edges.refined(Pyramid(image), face.eyes, face.outline)
+    x, y = face.outline[5].astype(int)
+    cv2.ellipse(image, ((float(x), float(y)), (70.0, 110.0), 20.0), (200, 155, 128), -1)
+    _, covered = edges.refined(Pyramid(image), face.eyes, face.outline)
+    assert covered[4:7].mean() < clear[4:7].mean() - 0.1
+    assert abs(covered[14:].mean() - clear[14:].mean()) < 0.1
+
+
+@pytest.mark.parametrize("degrees", [0.0, 63.0, 180.0])
+def test_a_cut_is_upright_and_of_one_size(degrees: float) -> None:
+    image, face, _ = drawn_face()
+    turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
+    turn = Affine(turn.matrix, np.array([400.0, 400.0]) - turn((200.0, 200.0)))
+    turned = cv2.warpAffine(image, turn.opencv, (800, 800))
+    cut = Cut.of(Pyramid(turned), turn(face.eyes), turn(face.outline))
+    eyes = cut.to_image.inverse(turn(face.eyes))
+    np.testing.assert_allclose(eyes[3] - eyes[0], (100.0, 0.0), atol=1e-6)
+    strip = cut.strip(lines_of(cut.to_image.inverse(turn(face.outline))))
+    assert strip.shape == (41, len(ACROSS), 3)
+    assert strip[8:-8, 4, 0].min() > 190
+    assert strip[8:-8, -4, 0].max() < 90
+    assert planes(strip).shape == (5, 41, len(ACROSS))
+
+
+def test_learning_is_repeatable_and_lowers_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training, "_STEPS", 25)
+    monkeypatch.setattr(training, "_BATCH", 4)
+    examples = []
+    for number, grown in enumerate((-3.0, 0.0, 4.0)):
+        image, face, edge = drawn_face(grown)
+        examples.append(training.example(str(number), Pyramid(image), face, edge, (), 1.0))
+        np.testing.assert_allclose(np.nanmean(examples[-1].moves), grown, atol=0.2)
+
+    def errors(parameters: list[np.ndarray]) -> float:
+        apart = []
+        for one in examples:
+            outputs, _ = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
+            moves, _ = refine.settle(*refine.split(outputs[0]))
+            apart.append(np.nanmean(np.abs(moves - one.moves)))
+        return float(np.mean(apart))
+
+    learnt, again = training.learn(examples), training.learn(examples)
+    for one, other in zip(learnt, again, strict=True):
+        np.testing.assert_array_equal(one, other)
+    still = np.mean([np.nanmean(np.abs(one.moves)) for one in examples])
+    assert errors(learnt) < 0.8 * still
+
+
+def test_what_is_hidden_in_a_label_is_not_learnt_as_an_edge() -> None:
+    image, face, edge = drawn_face()
+    one = training.example("face", Pyramid(image), face, edge, range(18, 23), 1.0)
+    assert 4 <= one.unseen.sum() <= 6
+    assert one.unseen[20]

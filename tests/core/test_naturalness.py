@@ -1,0 +1,50 @@
+"""Table 1 as printed, straight between its columns, and what it says about real pairs."""
+
+import numpy as np
+import pytest
+from scenes import oval_face
+
+from kogao_core.naturalness import DISTANCES, UNNATURAL, judge, percent_of, worst
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+
+
+@pytest.mark.parametrize("center", [1, 2, 3, 4])
+def test_published_distances_give_the_published_figures(center):
+    for column, percent in enumerate(DISTANCES):
+        found = judge(percent, center)
+        assert found.unnatural == UNNATURAL[center - 1][column]
+        assert found.published
+
+
+def test_between_columns_it_lies_between_them():
+    assert judge(7.0, 2).unnatural == pytest.approx((5.0 + 29.375) / 2)
+    assert judge(5.0, 4).unnatural == pytest.approx((4.375 + 6.825) / 2)
+
+
+def test_beyond_the_table_the_nearest_figure_holds_and_says_so():
+    for percent, column in ((0.0, 0), (1.9, 0), (15.0, -1)):
+        found = judge(percent, 3)
+        assert found.unnatural == UNNATURAL[2][column]
+        assert not found.published
+
+
+def test_the_papers_choice_is_the_most_natural():
+    table = np.array(UNNATURAL)
+    assert np.unravel_index(table.argmin(), table.shape) == (1, 1)
+    assert not judge(6.0, 2).warns
+    assert judge(6.1, 2).warns
+
+
+def test_the_distance_is_read_off_the_pairs():
+    face = oval_face()
+    assert percent_of(aim(face, Recipe(percent=5.5, center=3))) == pytest.approx(5.5)
+    half = face.with_target(10, face.outline[10])
+    assert percent_of(aim(half, Recipe(percent=4))) == pytest.approx(4 * 20 / 21)
+
+
+def test_the_farthest_moved_face_counts():
+    face = oval_face()
+    pairs = [(aim(face, Recipe(percent=p, center=c)), c) for p, c in ((3, 2), (8, 4))]
+    assert worst(pairs).unnatural == pytest.approx(UNNATURAL[3][3])
+    assert worst([]) is None

@@ -1,0 +1,95 @@
+"""The choice of landmark sources, and models that users bring."""
+
+import numpy as np
+import pytest
+
+from kogao_core import assets
+from kogao_core.geometry import Affine
+from kogao_core.landmarks import CHOICES, MeshSource, ModelRefused, facemark, source, sources
+from kogao_core.landmarks.aam import AamSource
+from kogao_core.landmarks.facemark import FacemarkSource, face_of
+
+
+def mean_68():
+    """A face in iBUG's mark-up: a jaw of 17 points, and corners where they belong."""
+    points = np.zeros((68, 2))
+    angle = np.linspace(np.pi, 0.0, 17)
+    points[:17] = np.stack([100 + 60 * np.cos(angle), 90 + 70 * np.sin(angle)], axis=1)
+    points[[36, 39, 42, 45]] = [(65, 80), (88, 80), (112, 80), (135, 80)]
+    points[[48, 54]] = [(82, 130), (118, 130)]
+    return points
+
+
+def test_names_give_their_sources():
+    assert [choice.name for choice in CHOICES] == ["mesh", "aam"]
+    assert isinstance(source("mesh"), MeshSource)
+    assert isinstance(source("aam"), AamSource)
+    assert all(0.0 < choice.studio_jaw < choice.wild_jaw < 10.0 for choice in CHOICES)
+
+
+def test_without_networks_the_aam_is_the_default(monkeypatch):
+    monkeypatch.setattr(sources, "networks_are_here", lambda: False)
+    assert isinstance(source(), AamSource)
+    monkeypatch.setattr(sources, "networks_are_here", lambda: True)
+    assert isinstance(source(), MeshSource)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "can't be read"),
+        (b"", "no landmark model"),
+        (b"\x89PNG\r\n", "no landmark model"),
+        (b"\xff" * 64, "no landmark model"),
+        (b"%YAML:1.0\n---\nhello: 1\n", "damaged"),
+        (b"%YAML:1.0\n---\n: : [", "damaged"),
+        ((13).to_bytes(8, "little") + b"cascade_depth", "damaged"),
+        ((13).to_bytes(8, "little") + b"cascade_depth" + b"\xff" * 200, "damaged"),
+    ],
+)
+def test_files_that_are_no_models_are_refused_in_a_sentence(tmp_path, content, words):
+    path = tmp_path / "model.dat"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ModelRefused, match=words) as refusal:
+        source(str(path))
+    assert "\n" not in str(refusal.value)
+    assert "model.dat" in str(refusal.value)
+
+
+def test_a_users_points_end_where_they_belong(monkeypatch, tmp_path):
+    """The crop's points come back to the image, turned and scaled with the face."""
+    try:
+        picture_path = assets.path("samples/average.jpg")
+        assets.path("models/face_detection_back.tflite")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+    from kogao_core import photo
+
+    class Fake:
+        def fit(self, grey, boxes):
+            assert grey.dtype == np.uint8
+            assert grey.ndim == 2
+            left, top, width, height = boxes[0]
+            unit = mean_68() / 200.0 * (width, height) + (left, top)
+            return True, [unit[None].astype(np.float32)]
+
+    monkeypatch.setattr(facemark, "_loaded", lambda _: Fake())
+    picture = photo.read(picture_path).pixels
+    (face,) = FacemarkSource(tmp_path / "any").find(picture)
+    (mesh,) = MeshSource().find(picture)
+    assert face.source == "facemark"
+    assert face.outline.shape == (21, 2)
+    apart = np.linalg.norm(face.eye_center - mesh.eye_center)
+    assert apart < 0.5 * mesh.interocular_px
+    (turned,) = FacemarkSource(tmp_path / "any").find(np.ascontiguousarray(np.rot90(picture)))
+    back = Affine(np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([picture.shape[1] - 1.0, 0.0]))
+    assert np.linalg.norm(back(turned.points) - face.points, axis=1).mean() < 20.0
+
+
+def test_68_points_become_27():
+    face = face_of(mean_68(), 0.9)
+    assert face.points.shape == (27, 2)
+    np.testing.assert_allclose(face.outline[[0, -1]], [(40, 90), (160, 90)])
+    assert face.score == 0.9
+    np.testing.assert_allclose(face.eyes[3], (135, 80))
