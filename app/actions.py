@@ -207,7 +207,7 @@ def _landmark_specs(menu: str) -> list[Spec]:
             "landmarks-file",
             menu,
             tr("Landmarks by a model of &yours…"),
-            "F7",
+            "Shift+F6",
             tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
             checked=False,
         ),

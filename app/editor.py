@@ -85,7 +85,8 @@ class Editor(QObject):
         self.landmarks = LandmarksPart(source, self.files, self.window, self)
         self._join_panels()
         self._join_messages()
-        app.styleHints().colorSchemeChanged.connect(self._dress)
+        self._following = False
+        self._follows_system(True)
         self._dress()
         self._show_document()
 
@@ -97,6 +98,7 @@ class Editor(QObject):
 
     def close(self) -> None:
         """Close the window without a question and wait for the workers."""
+        self._follows_system(False)
         self.files.stop()
         self.live.stop()
         self.on_canvas.stop()
@@ -178,6 +180,16 @@ class Editor(QObject):
         self.choices.said.connect(window.bar.say)
         self.landmarks.said.connect(window.bar.say)
         self.live.failed.connect(lambda problem: window.bar.say(Message(str(problem))))
+
+    def _follows_system(self, wanted: bool) -> None:
+        if wanted == self._following:
+            return
+        changed = self._app.styleHints().colorSchemeChanged
+        if wanted:
+            changed.connect(self._dress)
+        else:
+            changed.disconnect(self._dress)
+        self._following = wanted
 
     def _dress(self) -> None:
         self.window.dress(theme.apply(self._app, self._choice))
