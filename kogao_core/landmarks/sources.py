@@ -42,7 +42,7 @@ class Choice:
 
 CHOICES: Final = (
     Choice("mesh", MeshSource, studio_jaw=0.9, wild_jaw=2.3, typical_ms=60.0),
-    Choice("aam", AamSource, studio_jaw=1.7, wild_jaw=3.5, typical_ms=70.0),
+    Choice("aam", AamSource, studio_jaw=1.7, wild_jaw=3.5, typical_ms=65.0),
 )
 
 
