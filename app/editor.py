@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication
 from kogao_core.face import LandmarkSource
 from kogao_core.pipeline import Rendering
 
-from . import actions, theme
+from . import actions, menus, theme
 from .controllers.choices import Choices
 from .controllers.dialogs import Dialogs
 from .controllers.editing import Editing
@@ -134,7 +134,7 @@ class Editor(QObject):
             },
         )
         for layer in layers():
-            action = self.window.actions_by_name[actions.overlay_action(layer.name)]
+            action = self.window.actions_by_name[menus.overlay_action(layer.name)]
             action.toggled.connect(lambda on, name=layer.name: canvas.show_overlay(name, on))
 
     def _join_canvas(self) -> None:

@@ -10,10 +10,10 @@ from typing import Final
 
 from PySide6.QtCore import QObject, QTimer
 
-from .actions import compare_action, overlay_action, tool_action
 from .before_after import Comparison, comparisons
 from .editor import Editor
 from .layers import Layer, layers
+from .menus import compare_action, overlay_action, tool_action
 from .tools import Tool, tools
 
 # Maps cover the photo; everything else may be shown at once.

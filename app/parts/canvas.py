@@ -7,7 +7,7 @@ from typing import Final
 from PySide6.QtCore import QObject, QThreadPool
 from PySide6.QtGui import QActionGroup
 
-from .. import actions
+from .. import actions, menus
 from ..before_after import comparisons
 from ..controllers.before_after import BeforeAfter
 from ..controllers.bending import Bending
@@ -45,7 +45,7 @@ class CanvasPart(QObject):
         self._join_before_after()
         live.measured.connect(self.bending.follow)
         self.bending.measured.connect(window.canvas.redraw)
-        look = window.actions_by_name[actions.overlay_action("straight")]
+        look = window.actions_by_name[menus.overlay_action("straight")]
         look.toggled.connect(self.bending.refresh)
         document.opened.connect(self._open)
         document.changed.connect(self._show)
@@ -74,7 +74,7 @@ class CanvasPart(QObject):
     def _join_tools(self) -> None:
         named, protecting, group = self._window.actions_by_name, self.protecting, QActionGroup(self)
         for tool in tools():
-            action = group.addAction(named[actions.tool_action(tool.name)])
+            action = group.addAction(named[menus.tool_action(tool.name)])
             action.triggered.connect(lambda _=False, name=tool.name: protecting.take(name))
         named["hard"].toggled.connect(protecting.set_hard)
         slots = {
@@ -92,7 +92,7 @@ class CanvasPart(QObject):
         group.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
         named = window.actions_by_name
         for way in comparisons():
-            action = group.addAction(named[actions.compare_action(way.name)])
+            action = group.addAction(named[menus.compare_action(way.name)])
             action.toggled.connect(lambda on, name=way.name: before_after.toggle(name, on))
         named["loupe"].toggled.connect(before_after.use_loupe)
         slots = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, QThreadPool
 from PySide6.QtGui import QActionGroup
 
-from .. import actions
+from .. import actions, menus
 from ..controllers.editing import Editing
 from ..controllers.files import Files
 from ..controllers.manual import Manual
@@ -64,7 +64,7 @@ class ManualPart(QObject):
 
         def put_brush_away() -> None:
             if self._scene.marking and self._scene.brush.paints:
-                self._window.actions_by_name[actions.tool_action("points")].trigger()
+                self._window.actions_by_name[menus.tool_action("points")].trigger()
 
         protecting.changed.connect(put_marker_away)
         self.manual.changed.connect(put_brush_away)

@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..actions import specs
 from ..i18n import tr
+from ..menus import specs
 from ..panels.controls import column_of, muted_label
 from ..theme import GRID_PX
 

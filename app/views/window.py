@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from .. import actions
 from ..i18n import tr
 from ..layers import layers
+from ..menus import overlay_action, tool_action
 from ..panels.controls import column_of
 from ..panels.faces import FacesPanel
 from ..panels.manual import ManualPanel
@@ -73,13 +74,10 @@ class Window(QMainWindow):
         self.recipe, self.faces = RecipePanel(), FacesPanel()
         self.readings, self.status = ReadingsPanel(), StatusLine()
         overlays = {
-            layer.name: self.actions_by_name[actions.overlay_action(layer.name)]
-            for layer in layers()
+            layer.name: self.actions_by_name[overlay_action(layer.name)] for layer in layers()
         }
         self.overlays = OverlaysPanel(overlays)
-        named = {
-            tool.name: self.actions_by_name[actions.tool_action(tool.name)] for tool in tools()
-        }
+        named = {tool.name: self.actions_by_name[tool_action(tool.name)] for tool in tools()}
         self.protect = ProtectPanel(
             named, self.actions_by_name["hard"], self.actions_by_name["unprotect"]
         )

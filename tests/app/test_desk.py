@@ -8,8 +8,8 @@ import cv2
 import pytest
 from kogao_app import presets, recent, theme
 from kogao_app.__main__ import main
-from kogao_app.actions import specs
 from kogao_app.controllers.strip import photos_in, thumbnail
+from kogao_app.menus import specs
 from kogao_app.views.palette import Palette
 from kogao_app.views.shortcuts import ShortcutsDialog
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl

@@ -1,0 +1,73 @@
+"""The Face menu: finding, placing, and the source of landmarks."""
+
+from __future__ import annotations
+
+from kogao_core.landmarks import CHOICES
+
+from ..i18n import tr
+from .spec import Spec
+
+
+def specs() -> tuple[Spec, ...]:
+    """Return the entries in their order."""
+    menu = tr("F&ace")
+    return (
+        Spec("find", menu, tr("&Find faces again"), "Ctrl+F", tr("Undo all corrections of points")),
+        Spec(
+            "place",
+            menu,
+            tr("&Place a face by hand"),
+            "Ctrl+P",
+            tr("A mean face to drag into place"),
+            ends_group=True,
+        ),
+        Spec(
+            "follow-photo",
+            menu,
+            tr("&Use the photo's settings"),
+            "",
+            tr("Forget the settings of this face's own"),
+        ),
+        Spec(
+            "delete",
+            menu,
+            tr("&Delete the selected point"),
+            "Delete",
+            tr("Delete a landmark set by hand; put a target back on its line"),
+            ends_group=True,
+        ),
+        *_sources(menu),
+    )
+
+
+def _sources(menu: str) -> list[Spec]:
+    titles = {
+        "mesh": (tr("Landmarks by the m&esh"), "F5"),
+        "aam": (tr("Landmarks by the &AAM"), "F6"),
+    }
+    return [
+        *(
+            Spec(
+                f"landmarks-{choice.name}",
+                menu,
+                *titles[choice.name],
+                tr(
+                    "Outline within {studio:g} % of the eyes' distance on studio portraits, "
+                    "{wild:g} % elsewhere; about {ms:.0f} ms",
+                    studio=choice.studio_jaw,
+                    wild=choice.wild_jaw,
+                    ms=choice.typical_ms,
+                ),
+                checked=False,
+            )
+            for choice in CHOICES
+        ),
+        Spec(
+            "landmarks-file",
+            menu,
+            tr("Landmarks by a model of &yours…"),
+            "Shift+F6",
+            tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
+            checked=False,
+        ),
+    ]
