@@ -23,6 +23,7 @@ from .parts.desk import Desk
 from .parts.landmarks import LandmarksPart
 from .parts.manual import ManualPart
 from .parts.presets import PresetsPart
+from .parts.projects import ProjectsPart
 from .scene import Scene
 from .storage import Storage
 from .surfaces import Frame
@@ -68,6 +69,9 @@ class Editor(QObject):
         self.recovery = Recovery(
             self.document, self.files, storage.recovery, self.dialogs.guard, self._pool, self
         )
+        self.projects = ProjectsPart(
+            self.document, self.editing, self.files, self.dialogs, self.window, self._pool, self
+        )
         self._join_actions()
         self._join_canvas()
         self.on_canvas = CanvasPart(
@@ -93,7 +97,10 @@ class Editor(QObject):
     @property
     def busy(self) -> bool:
         """True while anything is under way."""
-        parts = (self.files, self.live, self.on_canvas, self.by_hand, self.recovery, self.desk)
+        parts = (
+            *(self.files, self.live, self.on_canvas, self.by_hand, self.recovery, self.desk),
+            self.projects,
+        )
         return any(part.busy for part in parts)
 
     def close(self) -> None:
@@ -104,6 +111,7 @@ class Editor(QObject):
         self.on_canvas.stop()
         self.by_hand.stop()
         self.recovery.stop()
+        self.projects.stop()
         self.desk.stop()
         self.window.really_close()
         self._pool.waitForDone()
@@ -126,6 +134,8 @@ class Editor(QObject):
                 "closer": lambda: canvas.zoom_to(canvas.zoom * 1.5),
                 "farther": lambda: canvas.zoom_to(canvas.zoom / 1.5),
                 "find": self.files.find,
+                "next-point": lambda: self.editing.select_next(1),
+                "previous-point": lambda: self.editing.select_next(-1),
                 "place": self.files.place,
                 "copy-settings": self.choices.copy,
                 "paste-settings": self.choices.paste,
@@ -176,7 +186,7 @@ class Editor(QObject):
         self.recovery.said.connect(window.bar.say)
         self.files.quiet.connect(window.bar.clear)
         self.files.working.connect(window.status.hint)
-        self.editing.named.connect(window.status.hint)
+        self.editing.named.connect(window.status.name_point)
         self.choices.said.connect(window.bar.say)
         self.landmarks.said.connect(window.bar.say)
         self.live.failed.connect(lambda problem: window.bar.say(Message(str(problem))))

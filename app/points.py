@@ -18,6 +18,7 @@ from .document import State
 from .i18n import tr
 
 Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
+MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"})
 _LEAST_TURN_PX: Final = 1e-3
 
 
@@ -151,6 +152,11 @@ def name(handle: Handle, count: int) -> str:
             return tr("move the face")
         case "mark":
             return tr("a new landmark")
+
+
+def hint(state: State) -> str:
+    """Return what can be done with the points there are."""
+    return tr("Drag a point to correct it") if state.faces else ""
 
 
 def confidence(face: Face, handle: Handle) -> float | None:

@@ -125,6 +125,22 @@ class Editing(QObject):
             nudged = points.moved(state, handle, at, at + np.array([dx, dy]))
             self.preview(nudged, self._name_of(handle))
 
+    def select_next(self, step: int) -> None:
+        """Select the point that comes `step` places after the selected one, going round."""
+        movable = [
+            handle
+            for handle, _ in points.handles(self._document.state, points.MOVABLE)
+            if self._scene.face in (None, handle.face)
+        ]
+        if not movable:
+            return
+        self.commit()
+        here = self._scene.selected
+        place = movable.index(here) + step if here in movable else min(0, step)
+        handle = movable[place % len(movable)]
+        self._select(handle)
+        self.named.emit(self._name_of(handle))
+
     def make_automatic(self) -> None:
         """Put the selected target back on its line to the centre."""
         handle, state = self._scene.selected, self._document.state
@@ -140,7 +156,7 @@ class Editing(QObject):
     def hover(self, handle: Handle | None, x: float, y: float) -> None:
         """Name the point under the cursor, and note where that is; the canvas says -1 for away."""
         self._scene.cursor = None if (x, y) == (-1.0, -1.0) else np.array([x, y])
-        if self._scene.brush.paints or self._scene.loupe:
+        if self._scene.brush.paints or self._scene.loupe or self._scene.marking:
             self.restyled.emit()
         if handle is not None and handle.kind == "mark":
             handle = None

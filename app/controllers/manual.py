@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Signal
 
 from kogao_core.project import Mode
 
-from .. import marking
+from .. import marking, points
 from ..clock import SettingClock
 from ..document import Document, State
 from ..i18n import tr
@@ -61,8 +61,8 @@ class Manual(QObject):
     def take_marker(self, marking_now: bool) -> None:
         """Let a press on the photo mark a landmark, or drag the photo again."""
         self._scene.marking = marking_now and self.mode == "manual"
-        if self._scene.marking:
-            self.hinted.emit(marking.next_hint(self._document.state))
+        state = self._document.state
+        self.hinted.emit(marking.next_hint(state) if self._scene.marking else points.hint(state))
         self.changed.emit()
 
     def apply(self) -> None:

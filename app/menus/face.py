@@ -29,6 +29,16 @@ def specs() -> tuple[Spec, ...]:
             tr("Forget the settings of this face's own"),
         ),
         Spec(
+            "next-point", menu, tr("Ne&xt point"), "Ctrl+.", tr("Select a point for the arrow keys")
+        ),
+        Spec(
+            "previous-point",
+            menu,
+            tr("Pre&vious point"),
+            "Ctrl+,",
+            tr("Select a point for the arrow keys"),
+        ),
+        Spec(
             "delete",
             menu,
             tr("&Delete the selected point"),

@@ -15,10 +15,11 @@ class Draft(Overlay):
 
     def wanted(self) -> bool:
         """Show it in manual mode, whatever is switched on."""
-        return bool(self.shown.state.draft) and self.shown.state.mode == "manual"
+        scene = self.shown
+        return scene.state.mode == "manual" and (bool(scene.state.draft) or scene.marking)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw what has been marked so far."""
+        """Draw what has been marked so far, and where the next mark would be set."""
         for number, (source, target) in enumerate(self.shown.state.draft):
             at, to = place.points([source, target])
             if number < CORNERS:
@@ -27,3 +28,5 @@ class Draft(Overlay):
             glyphs.dot(painter, at, glyphs.LANDMARK)
             glyphs.lines(painter, [QLineF(at, to)], glyphs.TARGET, 1.0)
             glyphs.ring(painter, to, glyphs.TARGET)
+        if self.shown.marking and self.shown.cursor is not None:
+            glyphs.cross(painter, place.points(self.shown.cursor)[0], glyphs.LANDMARK)

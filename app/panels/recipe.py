@@ -2,22 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from typing import Final
-
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QButtonGroup,
-    QCheckBox,
-    QComboBox,
-    QFormLayout,
-    QHBoxLayout,
-    QSizePolicy,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
@@ -26,12 +12,11 @@ from ..document import DEFAULT, State
 from ..i18n import tr
 from ..surfaces import Frame
 from ..theme import GRID_PX
-from .controls import Fold, Scale, ValueSlider, column_of, heading, muted_label
+from . import fields
+from .centre import CentreChoice
+from .controls import Fold, Scale, ValueSlider, column_of, muted_label
 from .gauge import NaturalnessGauge
 from .owner import OwnerLine
-
-_PER_OCTAVE: Final = 50
-_THRESHOLD_STEPS_PER_PX: Final = 64
 
 
 class RecipePanel(QWidget):
@@ -53,20 +38,24 @@ class RecipePanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.percent = self._slider("percent", tr("&Warp distance"), _percent(), _percent_tip(), 1)
-        self.lattice = self._slider("lattice", tr("&Lattice"), _lattice(), _lattice_tip(), 2)
-        self.threshold = self._slider(
-            "threshold_px", tr("Th&reshold"), _threshold(), _threshold_tip(), 0
+        self.percent = self._slider(
+            "percent", tr("&Warp distance"), fields.percent(), fields.tip("percent"), 1
         )
-        self.centre = _CentreChoice()
+        self.lattice = self._slider(
+            "lattice", tr("&Lattice"), fields.lattice(), fields.tip("lattice"), 2
+        )
+        self.threshold = self._slider(
+            "threshold_px", tr("Th&reshold"), fields.threshold(), fields.tip("threshold_px"), 0
+        )
+        self.centre = CentreChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
         self.guard = QCheckBox(tr("&Guard: hold back what would fold"))
         self.guard.toggled.connect(lambda on: self._choose("guard", on))
         self.one_to_one, self.residual = muted_label(), muted_label()
         self.choices = {
-            "fit": self._choice("fit", tr("Fit"), _fits()),
-            "domain": self._choice("domain", tr("Domain"), _domains()),
-            "interpolation": self._choice("interpolation", tr("Interpolation"), _kernels()),
+            "fit": self._choice("fit", tr("Fit")),
+            "domain": self._choice("domain", tr("Domain")),
+            "interpolation": self._choice("interpolation", tr("Interpolation")),
         }
         self.fold = Fold(tr("Fit, thresh&old…"), self._details())
         self.owner = OwnerLine()
@@ -156,12 +145,13 @@ class RecipePanel(QWidget):
         slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
         return slider
 
-    def _choice(self, field: str, title: str, options: list[tuple[str, str]]) -> QComboBox:
+    def _choice(self, field: str, title: str) -> QComboBox:
         box = QComboBox()
         box.setAccessibleName(title)
+        box.setToolTip(fields.tip(field))
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        for text, value in options:
+        for text, value in fields.options(field):
             box.addItem(text, value)
         box.currentIndexChanged.connect(lambda: self._choose(field, box.currentData()))
         return box
@@ -185,43 +175,6 @@ class RecipePanel(QWidget):
         return details
 
 
-class _CentreChoice(QWidget):
-    """Four buttons in a row: the candidates of figure 7a."""
-
-    chosen = Signal(int)
-
-    def __init__(self) -> None:
-        super().__init__()
-        name = heading(tr("&Centre"))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(GRID_PX)
-        row.addWidget(name)
-        row.addStretch()
-        self._group = QButtonGroup(self)
-        for number in range(1, 5):
-            button = QToolButton()
-            button.setText(str(number))
-            button.setCheckable(True)
-            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            button.setProperty("segment", "true")
-            button.setAccessibleName(tr("Centre {n}", n=number))
-            button.setToolTip(_centre_tip(number))
-            self._group.addButton(button, number)
-            row.addWidget(button)
-        name.setBuddy(self._group.button(1))
-        self._group.idClicked.connect(self.chosen)
-
-    def show_number(self, number: int) -> None:
-        """Show which candidate is chosen."""
-        self._group.button(number).setChecked(True)
-
-    @property
-    def buttons(self) -> list[QAbstractButton]:
-        """The four buttons, candidate 1 first."""
-        return self._group.buttons()
-
-
 def _verdict(rendering: Rendering) -> tuple[str, bool]:
     """Return whether the warp is one-to-one, in words, and whether all is as asked for."""
     check, kept = rendering.one_to_one, min(rendering.shares)
@@ -235,74 +188,3 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
         text = tr("⚠ held back to {n:.0f} % of the move, J ≥ {det:.2f}", n=100 * kept, det=det)
         return text, False
     return tr("one-to-one ✓ J ≥ {det:.2f}", det=det), True
-
-
-def _percent() -> Scale:
-    return Scale(
-        0, 150, 10, lambda n: n / 10, lambda v: round(v * 10), lambda v: tr("{v:.1f} % of D", v=v)
-    )
-
-
-def _lattice() -> Scale:
-    # Twice as coarse is as far to the right as twice as fine is to the left.
-    return Scale(
-        -2 * _PER_OCTAVE,
-        2 * _PER_OCTAVE,
-        10,
-        lambda n: 2.0 ** (n / _PER_OCTAVE),
-        lambda v: round(math.log2(v) * _PER_OCTAVE),
-        lambda v: tr("R {v:.2f}", v=v),
-    )
-
-
-def _threshold() -> Scale:
-    per_px = _THRESHOLD_STEPS_PER_PX
-    return Scale(
-        0, 2 * per_px, 8, lambda n: n / per_px, lambda v: round(v * per_px), _threshold_text
-    )
-
-
-def _threshold_text(value: float) -> str:
-    lossless = value <= DEFAULT.threshold_px
-    return tr("{v:.2f} px, lossless", v=value) if lossless else tr("{v:.2f} px", v=value)
-
-
-def _percent_tip() -> str:
-    return tr("How far landmarks move, in % of D, their distance to the centre (section 3.2)")
-
-
-def _lattice_tip() -> str:
-    return tr("Spacing of the control lattice: small is local, large is smooth (section 3.3)")
-
-
-def _threshold_tip() -> str:
-    return tr("Pixels that would move less stay as they are (section 4.2)")
-
-
-def _centre_tip(number: int) -> str:
-    shares = ("10 : 0", "8 : 2", "6 : 4", "4.7 : 5.3")
-    return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=shares[number - 1])
-
-
-def _fits() -> list[tuple[str, str]]:
-    return [
-        (tr("Exact: on every target"), "exact"),
-        (tr("Approximation: the paper's"), "approximation"),
-        (tr("Multilevel: refined steps"), "multilevel"),
-    ]
-
-
-def _domains() -> list[tuple[str, str]]:
-    return [
-        (tr("Whole image"), "image"),
-        (tr("Control points"), "control-points"),
-        (tr("Threshold"), "threshold"),
-    ]
-
-
-def _kernels() -> list[tuple[str, str]]:
-    return [
-        (tr("Bilinear"), "bilinear"),
-        (tr("Cubic"), "cubic"),
-        (tr("Lanczos 4"), "lanczos4"),
-    ]

@@ -23,7 +23,9 @@ _ARROWS: Final = {
     Qt.Key.Key_Up: (0, -1),
     Qt.Key.Key_Down: (0, 1),
 }
+_ENTER: Final = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 _MANY_STEPS: Final = 10
+_POINTER_STEP_PX: Final = 4
 
 
 class PhotoCanvas(Viewport):
@@ -57,13 +59,19 @@ class PhotoCanvas(Viewport):
     def __init__(self, scene: Scene, parent: QWidget | None = None) -> None:
         super().__init__(scene, parent)
         self.setAccessibleName(tr("Photo"))
-        self.setAccessibleDescription(tr("Drag points to correct them; arrow keys nudge one"))
+        self.setAccessibleDescription(
+            tr(
+                "Drag points to correct them; arrow keys nudge one. With a tool in hand they move "
+                "its place, and Enter sets it down and lifts it"
+            )
+        )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self._handle_kinds = {layer.name: layer.handles for layer in layers()}
         self._space = False
         self._held: Handle | None = None
         self._painting = self._wiping = False
+        self._pointer: QPointF | None = None
 
     def let_go(self) -> None:
         """Forget what is in hand, as Escape does; the button may still be down."""
@@ -75,7 +83,8 @@ class PhotoCanvas(Viewport):
         self._point_at(None)
 
     def take_tool(self) -> None:
-        """Show the cursor of the tool in hand."""
+        """Show the cursor of the tool in hand; keys begin in the middle of the view."""
+        self._pointer = None
         self._point_at(None)
 
     def handle_at(self, at: QPointF) -> Handle | None:
@@ -115,30 +124,34 @@ class PhotoCanvas(Viewport):
         self.setFocus(Qt.FocusReason.MouseFocusReason)
         at = event.position()
         left = event.button() == Qt.MouseButton.LeftButton
-        handle = None if self._space or not left else self.handle_at(at)
-        if left and not self._space and self.on_knob(at):
+        takes = left and not self._space
+        if takes and self.on_knob(at):
             self._wiping = True
-        elif left and not self._space and self.shown.brush.paints:
+        elif not (takes and self._set_down(at)) and (
+            left or event.button() == Qt.MouseButton.MiddleButton
+        ):
+            self.start_pan(at)
+        event.accept()
+
+    def _set_down(self, at: QPointF) -> bool:
+        """Begin a stroke, or take hold of a handle; return whether there was one."""
+        handle = self.handle_at(at)
+        if self.shown.brush.paints:
             self._painting = True
             self.stroke_begun.emit(*self.to_photo(at).tolist())
         elif handle is not None:
             self._held = handle
             self.grabbed.emit(handle, *self.to_photo(at).tolist())
-        elif left or event.button() == Qt.MouseButton.MiddleButton:
-            self.start_pan(at)
-        event.accept()
+        return self._in_hand
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move what is held, or say what lies under the cursor."""
-        at = event.position()
-        x, y = self.to_photo(at).tolist()
+        self._pointer = at = event.position()
         if self._wiping:
             self.wiped.emit(at.x() / self.viewport().width())
-        elif self._held is not None:
-            self.dragged.emit(x, y)
-        elif self._painting:
+        elif self._in_hand:
             shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self.stroked.emit(x, y, bool(shift))
+            self._move_to(at, straight=bool(shift))
         elif self.panning:
             self.pan_to(at)
         elif event.buttons() == Qt.MouseButton.NoButton:
@@ -146,21 +159,35 @@ class PhotoCanvas(Viewport):
             self._point_at(handle)
             if self.on_knob(at):
                 self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
-            self.hovered.emit(handle, x, y)
+            self.hovered.emit(handle, *self.to_photo(at).tolist())
         event.accept()
+
+    @property
+    def _in_hand(self) -> bool:
+        return self._painting or self._held is not None
+
+    def _move_to(self, at: QPointF, *, straight: bool) -> None:
+        x, y = self.to_photo(at).tolist()
+        if self._painting:
+            self.stroked.emit(x, y, straight)
+        else:
+            self.dragged.emit(x, y)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go."""
         self._wiping = False
-        if self._held is not None:
-            self._held = None
-            self.released.emit()
-        if self._painting:
-            self._painting = False
-            self.stroke_ended.emit()
+        self._lift()
         self.end_pan()
         self.hold_space(self._space)
         event.accept()
+
+    def _lift(self) -> None:
+        held, painting = self._held is not None, self._painting
+        self.let_go()
+        if held:
+            self.released.emit()
+        if painting:
+            self.stroke_ended.emit()
 
     def leaveEvent(self, event: QEvent) -> None:
         """Name no point any more."""
@@ -168,18 +195,40 @@ class PhotoCanvas(Viewport):
         self.hovered.emit(None, -1.0, -1.0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Nudge the selected point with the arrow keys."""
-        step = _ARROWS.get(Qt.Key(event.key()))
-        if step is None or self.shown.selected is None:
-            event.ignore()
-            return
+        """Nudge the selected point with the arrow keys, or point with the tool in hand."""
+        key, step = Qt.Key(event.key()), _ARROWS.get(Qt.Key(event.key()))
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         times = _MANY_STEPS if shift else 1
-        self.nudged.emit(step[0] * times, step[1] * times)
+        marks = self.shown.marking and self.shown.selected is None
+        if (step is not None or key in _ENTER) and (self.shown.brush.paints or marks):
+            self._point_by_key(step, times)
+        elif step is not None and self.shown.selected is not None:
+            self.nudged.emit(step[0] * times, step[1] * times)
+        else:
+            event.ignore()
+
+    def _point_by_key(self, step: tuple[int, int] | None, times: int) -> None:
+        area = self.viewport().rect().toRectF()
+        at = area.center() if self._pointer is None else self._pointer
+        if step is not None:
+            at += QPointF(*step) * _POINTER_STEP_PX * times
+            at = QPointF(
+                min(max(at.x(), area.left()), area.right()),
+                min(max(at.y(), area.top()), area.bottom()),
+            )
+        self._pointer = at
+        self.hovered.emit(None, *self.to_photo(at).tolist())
+        if step is not None and self._in_hand:
+            self._move_to(at, straight=False)
+        elif step is None and self._in_hand:
+            self._lift()
+        elif step is None:
+            self._set_down(at)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """End a nudge when its key is let go."""
-        if Qt.Key(event.key()) in _ARROWS and not event.isAutoRepeat():
+        nudges = Qt.Key(event.key()) in _ARROWS and not self._in_hand
+        if nudges and not event.isAutoRepeat():
             self.nudge_ended.emit()
         else:
             event.ignore()

@@ -23,6 +23,8 @@ from ..points import Handle, name
 from ..theme import GRID_PX
 
 _PICTURE_PX = 320
+_HEIGHT_PX = 800
+_FRAME_PX = 60  # what a title bar and a task bar take
 _NONE = "–"  # noqa: RUF001
 
 
@@ -59,7 +61,11 @@ class ModesDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         column_layout.addWidget(buttons)
-        self.resize(2 * _PICTURE_PX + 12 * GRID_PX, 800)
+        self.resize(2 * _PICTURE_PX + 12 * GRID_PX, min(_HEIGHT_PX, _room_px(parent)))
+
+
+def _room_px(window: QWidget) -> int:
+    return window.screen().availableGeometry().height() - _FRAME_PX
 
 
 def summary(comparison: Comparison) -> str:

@@ -17,6 +17,7 @@ class StatusLine(QStatusBar):
         self.setSizeGripEnabled(False)
         self._hint, self._cursor, self._photo, self._speed = (QLabel() for _ in range(4))
         self._zoom = QLabel()
+        self._standing = ""
         self._hint.setContentsMargins(8, 0, 0, 0)
         self.addWidget(self._hint, 1)
         for label in (self._cursor, self._photo, self._speed, self._zoom):
@@ -26,7 +27,12 @@ class StatusLine(QStatusBar):
 
     def hint(self, text: str) -> None:
         """Say what is going on or can be done."""
+        self._standing = text
         self._hint.setText(text)
+
+    def name_point(self, text: str) -> None:
+        """Name the point in question; an empty name brings the hint back."""
+        self._hint.setText(text or self._standing)
 
     @property
     def hint_text(self) -> str:

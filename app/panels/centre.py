@@ -1,0 +1,58 @@
+"""The choice of one of the four centre candidates."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QHBoxLayout, QToolButton, QWidget
+
+from ..i18n import tr
+from ..theme import GRID_PX
+from .controls import heading
+
+
+class CentreChoice(QWidget):
+    """Four buttons in a row: the candidates of figure 7a.
+
+    Signals
+    -------
+    chosen(int)
+        The number of a candidate, 1 to 4.
+    """
+
+    chosen = Signal(int)
+
+    def __init__(self) -> None:
+        super().__init__()
+        name = heading(tr("&Centre"))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(GRID_PX)
+        row.addWidget(name)
+        row.addStretch()
+        self._group = QButtonGroup(self)
+        for number in range(1, 5):
+            button = QToolButton()
+            button.setText(str(number))
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            button.setProperty("segment", "true")
+            button.setAccessibleName(tr("Centre {n}", n=number))
+            button.setToolTip(_centre_tip(number))
+            self._group.addButton(button, number)
+            row.addWidget(button)
+        name.setBuddy(self._group.button(1))
+        self._group.idClicked.connect(self.chosen)
+
+    def show_number(self, number: int) -> None:
+        """Show which candidate is chosen."""
+        self._group.button(number).setChecked(True)
+
+    @property
+    def buttons(self) -> list[QAbstractButton]:
+        """The four buttons, candidate 1 first."""
+        return self._group.buttons()
+
+
+def _centre_tip(number: int) -> str:
+    shares = ("10 : 0", "8 : 2", "6 : 4", "4.7 : 5.3")
+    return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=shares[number - 1])

@@ -1,0 +1,86 @@
+"""The canvas without a mouse: points, marks and strokes by keys alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
+CONTROL = Qt.KeyboardModifier.ControlModifier
+PLAIN = Qt.KeyboardModifier.NoModifier
+
+
+def press(driver, key, times=1, held=PLAIN):
+    for _ in range(times):
+        QTest.keyClick(driver.canvas, key, held)
+
+
+def middle(driver):
+    return driver.canvas.to_photo(driver.canvas.viewport().rect().toRectF().center())
+
+
+def test_keys_select_points_and_arrows_move_them(opened):
+    opened.key(KEYS.Key_Period, CONTROL)
+    first = opened.editor.scene.selected
+    assert (first.kind, first.index) == ("outline", 0)
+    assert opened.window.status.hint_text.startswith("outline 1")
+    opened.key(KEYS.Key_Period, CONTROL)
+    before = opened.state.faces[0].outline
+    press(opened, KEYS.Key_Left, 3)
+    opened.settle()
+    moved = opened.state.faces[0].outline - before
+    np.testing.assert_allclose(moved[1], (-3.0, 0.0))
+    assert np.count_nonzero(moved) == 1
+    opened.key(KEYS.Key_Comma, CONTROL)
+    opened.key(KEYS.Key_Comma, CONTROL)
+    assert opened.editor.scene.selected.kind == "target", "from the first one round to the last"
+
+
+def test_a_stroke_is_painted_with_arrows_and_enter(opened):
+    opened.key(KEYS.Key_B)
+    start = middle(opened)
+    press(opened, KEYS.Key_Return)
+    press(opened, KEYS.Key_Right, 2, SHIFT)
+    press(opened, KEYS.Key_Down, 5)
+    assert opened.editor.document.in_gesture
+    press(opened, KEYS.Key_Return)
+    opened.settle()
+    (stroke,) = opened.state.protection.strokes
+    px = 1.0 / opened.canvas.zoom * opened.canvas.devicePixelRatioF()
+    np.testing.assert_allclose(stroke.points_px[0], start, atol=0.1)
+    np.testing.assert_allclose(stroke.points_px[-1], start + np.array([80, 20]) * px, atol=0.1)
+    assert opened.editor.document.undo.count() == 1
+    press(opened, KEYS.Key_Right)
+    assert len(opened.state.protection.strokes) == 1, "the brush is lifted"
+
+
+def test_escape_lifts_the_brush_without_a_stroke(opened):
+    opened.key(KEYS.Key_B)
+    press(opened, KEYS.Key_Return)
+    press(opened, KEYS.Key_Right, 4)
+    opened.key(KEYS.Key_Escape)
+    opened.settle()
+    assert not opened.state.protection.strokes
+
+
+def test_the_pointer_stays_on_the_canvas(opened):
+    opened.key(KEYS.Key_B)
+    press(opened, KEYS.Key_Up, 100, SHIFT)
+    press(opened, KEYS.Key_Return, 2)
+    (stroke,) = opened.state.protection.strokes
+    assert opened.canvas.to_screen(stroke.points_px[0]).y() == pytest.approx(0.0, abs=0.5)
+
+
+def test_a_corner_is_marked_by_keys_and_the_hint_goes_on(opened):
+    opened.key(KEYS.Key_F3)
+    opened.settle()
+    assert "1 of 6" in opened.window.status.hint_text
+    press(opened, KEYS.Key_Left, 3)
+    press(opened, KEYS.Key_Return, 2)
+    assert len(opened.state.draft) == 1
+    assert "2 of 6" in opened.window.status.hint_text
+    opened.key(KEYS.Key_F2)
+    opened.settle()
+    assert opened.window.status.hint_text == "Drag a point to correct it"
