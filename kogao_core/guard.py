@@ -7,11 +7,13 @@ from typing import Final
 
 from kogao_core.field import Field
 from kogao_core.lattice import groups
-from kogao_core.one_to_one import certify, check_one_to_one, edges_are_safe, shield_is_safe
+from kogao_core.one_to_one import certify, check_one_to_one, edges_are_safe, shield_slope
+from kogao_core.shield import NO_SHIELD
 
 # Between samples det J can be a little smaller than at them, so measured fields keep a distance.
 LEAST_MEASURED_DET: Final = 0.05
 _BISECTIONS: Final = 10
+_BELOW_ONE: Final = 1.0 - 1e-6
 
 
 def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
@@ -47,9 +49,12 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
 
 
 def _largest_safe_share(field: Field) -> float:
-    if _safe(field):
-        return 1.0
-    low, high = 0.0, 1.0
+    # What the shield bears is known without a search: its bound grows with the pull.
+    slope = shield_slope(field)
+    most = 1.0 if slope < 1.0 else _BELOW_ONE / slope
+    if _safe(_scaled(field, [most] * len(field.lattices))):
+        return most
+    low, high = 0.0, most
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2.0
         if _safe(_scaled(field, [middle] * len(field.lattices))):
@@ -60,9 +65,10 @@ def _largest_safe_share(field: Field) -> float:
 
 
 def _safe(field: Field) -> bool:
-    if certify(field):
+    """Return whether a field that its shield can't fold is one-to-one."""
+    if certify(dataclasses.replace(field, shield=NO_SHIELD)):
         return True
-    if len(field.lattices) == 1 or not shield_is_safe(field):
+    if len(field.lattices) == 1:
         return False
     return check_one_to_one(field).min_det >= LEAST_MEASURED_DET
 

@@ -114,18 +114,24 @@ def edges_are_safe(field: Field) -> bool:
 
 
 def shield_is_safe(field: Field) -> bool:
-    """Return True when the field's shield is proven harmless.
+    """Return True when the field's shield is proven harmless."""
+    return shield_slope(field) < 1.0
+
+
+def shield_slope(field: Field) -> float:
+    """Return a number that grows with the pulls as they do; below 1 the shield is harmless.
 
     The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't
     fold while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work.
     """
     if not field.shield.strokes:
-        return True
+        return 0.0
     stretch = _FADE_STRETCH if field.fade_px > 0.0 else 1.0
-    return all(
-        sum(_shielded_slope(field.lattices[k], field.shield, stretch) for k in group) < 1.0
+    slopes = (
+        sum(_shielded_slope(field.lattices[k], field.shield, stretch) for k in group)
         for group in groups(field.lattices)
     )
+    return max(slopes, default=0.0)
 
 
 def _shielded_slope(lattice: Lattice, shield: Shield, stretch: float) -> float:
