@@ -7,7 +7,7 @@ from typing import Final
 
 from kogao_core.field import Field
 from kogao_core.lattice import groups
-from kogao_core.one_to_one import certify, check_one_to_one, edges_are_safe, shield_slope
+from kogao_core.one_to_one import certify, edges_are_safe, least_det, shield_slope
 from kogao_core.shield import NO_SHIELD
 
 # Between samples det J can be a little smaller than at them, so measured fields keep a distance.
@@ -70,7 +70,7 @@ def _safe(field: Field) -> bool:
         return True
     if len(field.lattices) == 1:
         return False
-    return check_one_to_one(field).min_det >= LEAST_MEASURED_DET
+    return least_det(field) >= LEAST_MEASURED_DET
 
 
 def _scaled(field: Field, shares: list[float]) -> Field:

@@ -70,6 +70,11 @@ def check_one_to_one(field: Field) -> OneToOne:
     return OneToOne(lowest, certified, tuple(folded), certified or edges_are_safe(field))
 
 
+def least_det(field: Field) -> float:
+    """Return the smallest det J that `check_one_to_one` samples; 1 without a lattice."""
+    return min((float(_sampled_det(field, a).min()) for a in field.lattices), default=1.0)
+
+
 def _sampled_det(field: Field, lattice: Lattice) -> Array:
     """Return the smallest sampled det J of each cell of `lattice`, shape of its cells."""
     (i0, j0), (rows, columns) = lattice.first_cell, lattice.reached.shape

@@ -56,6 +56,10 @@ def faces(
                 if fitted is not None and not _known(fitted[1], found):
                     found.append(fitted)
 
+    def sure(proposal: Detection) -> Fitted | None:
+        fitted = fit(proposal)
+        return fitted if fitted is not None and fitted[0].score > SURE_SCORE else None
+
     whole, long_side = _whole(image), max(image.width, image.height)
     look([whole], WHOLE_SCORE)
     if max((face.score for face, _ in found), default=0.0) < SURE_SCORE:
@@ -68,6 +72,9 @@ def faces(
         look(around, COMPANY_SCORE, fit_in_company)
     if not found:
         look([turned for tile in _tiles(image, 2) for turned in _turned(tile)], TILE_SCORE)
+    if not found:
+        # Small and not upright is rare: coins and such are likelier unless all are sure.
+        look([turned for tile in _tiles(image, 4) for turned in _turned(tile)], SURE_SCORE, sure)
     if not found:
         # A face larger than the frame is one again from afar.
         far = View(whole.center_px, 2.0 * whole.side_px)

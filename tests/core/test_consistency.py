@@ -94,3 +94,24 @@ def test_darkening(scenes: list[Scene], source: MeshSource, light: float) -> Non
         (found,) = source.find((picture * light).astype(np.uint8))
         moved.append(apart_percent(found, face))
     assert np.mean(moved) < LIMIT_PERCENT
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 180])
+def test_a_face_of_two_percent_is_found_however_it_lies(source: MeshSource, degrees: int) -> None:
+    picture = cv2.cvtColor(cv2.imread(str(SAMPLES / "women.jpg")), cv2.COLOR_BGR2RGB)
+    (face,) = source.find(picture)
+    left, top, width, height = (round(value) for value in face.box)
+    head = picture[max(0, top - height // 2) : top + height, left : left + width]
+    scale = 0.02 * 1600 / max(width, height)
+    small = cv2.resize(head, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    small = np.rot90(small, degrees // 90)
+    wall = np.random.default_rng(3).integers(120, 150, (1200, 1600, 3), np.uint8)
+    wall = cv2.GaussianBlur(wall, (0, 0), 3.0)
+    rows, columns = small.shape[:2]
+    wall[700 : 700 + rows, 400 : 400 + columns] = small
+    (found,) = source.find(wall)
+    np.testing.assert_allclose(
+        found.points.mean(axis=0),
+        (400 + columns / 2, 700 + rows / 2),
+        atol=0.4 * max(rows, columns),
+    )
