@@ -86,17 +86,18 @@ def beside(lines: Array, outlines: Sequence[Array]) -> Array:
 def bends(field: Field, lines: Array) -> list[BentLine]:
     """Measure how far lines of shape (N, 2, 2) depart from straight, the most bent first."""
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-    measured = []
-    for start, end in lines:
-        shown = _shown_at(field, start + t * (end - start))
-        bend = _departure(shown)
-        measured.append(
-            BentLine((float(start[0]), float(start[1])), (float(end[0]), float(end[1])), bend)
+    along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
+    shown = shown_at(field, along.reshape(-1, 2)).reshape(along.shape)
+    measured = [
+        BentLine(
+            (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one)
         )
+        for (start, end), one in zip(lines, shown, strict=True)
+    ]
     return sorted(measured, key=lambda line: -line.bend_px)
 
 
-def _shown_at(field: Field, source: Array) -> Array:
+def shown_at(field: Field, source: Array) -> Array:
     """Return where the output shows points of the source: solves x + d(x) = source."""
     x = source
     for _ in range(_INVERSION_STEPS):

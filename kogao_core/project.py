@@ -187,6 +187,8 @@ def load(path: str | os.PathLike[str]) -> Project:
     BadFile
         If it can't be read or isn't a project; one sentence.
     """
+    if Path(path).exists() and not Path(path).is_file():
+        raise BadFile(f"{path} is no ordinary file")  # a pipe would be waited for
     try:
         with Path(path).open("rb") as file:
             data = file.read(_MOST_BYTES + 1)

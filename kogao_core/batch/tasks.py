@@ -5,22 +5,27 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from kogao_core.face import LandmarkSource
-from kogao_core.photo.model import FORMATS
+from kogao_core.face import LandmarkSource, select
+from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
+from kogao_core.photo.model import Photo
+from kogao_core.project import load, sha256_of
+from kogao_core.protection import NOTHING
 from kogao_core.recipe import Recipe
+from kogao_core.sidecar import Applied, apply
+from kogao_core.strict import BadFile
 
 Status = Literal["done", "skipped", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
 
 
-class NothingToDo(ValueError):
-    """The inputs can't be worked on; the message says why."""
+class _NoFace(Exception):
+    """There is no face in the photo."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +44,10 @@ class Task:
         Refuse larger photos.
     landmarks : str, optional
         Where they come from, see `landmarks.source`.
+    project : str
+        A project file to do instead, or "".
+    disclosure : Disclosure
+        What results tell about themselves.
     done : str
         What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     """
@@ -49,6 +58,8 @@ class Task:
     which: str = "all"
     max_megapixels: float = 300.0
     landmarks: str | None = None
+    project: str = ""
+    disclosure: Disclosure = NOTHING_TOLD
     done: str = ""
 
 
@@ -63,9 +74,9 @@ class Outcome:
     status : {"done", "skipped", "no face", "failed"}
         Skipped photos were done by an earlier run.
     reason : str
-        A sentence where something went wrong; else what became of the blocks of a JPEG.
+        A sentence where something went wrong; else what is worth knowing of the result.
     key : str
-        Hash of the source's bytes, the choices and the output's bytes.
+        Hash of the bytes of source, project and output, and of the choices.
     faces : int
         How many were worked on.
     seconds : float
@@ -82,83 +93,7 @@ class Outcome:
 
     def to_json(self) -> str:
         """Return the line of the report."""
-        return json.dumps(asdict(self), ensure_ascii=False)
-
-
-def plan(
-    inputs: Sequence[Path],
-    folder: Path,
-    recipe: Recipe,
-    *,
-    which: str = "all",
-    max_megapixels: float = 300.0,
-    landmarks: str | None = None,
-    report: Path | None = None,
-) -> list[Task]:
-    """Return the tasks for files and folders; a folder's photos keep their place in it.
-
-    Parameters
-    ----------
-    inputs : sequence of Path
-        Photos, and folders to search for photos.
-    folder : Path
-        Where outputs go, and nowhere else.
-    recipe, which, max_megapixels, landmarks
-        See `Task`.
-    report : Path, optional
-        An earlier run's report: what it lists as done needn't be done again.
-
-    Raises
-    ------
-    NothingToDo
-        If an input doesn't exist, there is no photo, or two would be written to one place.
-    """
-    found: dict[Path, Path] = {}
-    for path in inputs:
-        for photo, place in _photos(path, folder):
-            output = folder / place
-            if found.setdefault(output, photo) != photo:
-                raise NothingToDo(
-                    f"{found[output]} and {photo} would both become {output}; "
-                    "work on their folders one by one"
-                )
-    if not found:
-        raise NothingToDo("no photos there; name files or folders that hold some")
-    keys = _keys(report)
-    choices = recipe.to_dict(), which, max_megapixels, landmarks
-    return [
-        Task(str(photo), str(output), *choices, keys.get(str(output), ""))
-        for output, photo in found.items()
-    ]
-
-
-def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield photos and their places below the output folder."""
-    if path.is_file():
-        yield path, Path(path.name)
-    elif path.is_dir():
-        for below in sorted(path.rglob("*")):
-            mine = below.is_relative_to(folder) and not path.is_relative_to(folder)
-            if below.suffix.lower() in FORMATS and below.is_file() and not mine:
-                yield below, below.relative_to(path)
-    else:
-        raise NothingToDo(f"{path} doesn't exist")
-
-
-def _keys(report: Path | None) -> dict[str, str]:
-    """Return the keys of what a report lists as done, by output; damaged lines don't count."""
-    keys: dict[str, str] = {}
-    if report is None or not report.exists():
-        return keys
-    for line in report.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            entry = json.loads(line)
-            output, status, key = entry["output"], entry["status"], entry["key"]
-        except (ValueError, KeyError, TypeError):
-            continue
-        if status in ("done", "skipped") and isinstance(output, str) and isinstance(key, str):
-            keys[output] = key
-    return keys
+        return json.dumps(asdict(self))  # in ASCII: names of files may be no text at all
 
 
 def work(task: Task) -> Outcome:
@@ -169,28 +104,42 @@ def work(task: Task) -> Outcome:
         if key and key == task.done:
             return Outcome(task.source, task.output, "skipped", key=key)
         faces, said = _render(task)
+        seconds = round(time.perf_counter() - start, 3)
+        return Outcome(task.source, task.output, "done", said, _key(task), faces, seconds)
+    except _NoFace:
+        return Outcome(task.source, task.output, "no face", "no face found")
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
-    seconds = round(time.perf_counter() - start, 3)
-    if not faces:
-        return Outcome(task.source, task.output, "no face", "no face found", seconds=seconds)
-    return Outcome(task.source, task.output, "done", said, _key(task), faces, seconds)
 
 
 def _render(task: Task) -> tuple[int, str]:
-    from kogao_core.face import select
-    from kogao_core.photo import read, write
+    from kogao_core.photo import bits_of, read, write
+    from kogao_core.photo.disclosure import disclose
     from kogao_core.pipeline import render
 
-    photo = read(Path(task.source), max_megapixels=task.max_megapixels)
+    output = Path(task.output)
+    bits = bits_of(output)
+    photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits)
+    done = _replayed(task, photo) if task.project else _found(task, photo)
+    rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection, threads=1)
+    photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    said = write(photo, pixels, output, force=True)
+    return len(done.faces), "; ".join(filter(None, [*photo.notes, done.note, said]))
+
+
+def _found(task: Task, photo: Photo) -> Applied:
     faces = _source(task.landmarks).find(photo.pixels)
     if not faces:
-        return 0, ""
-    chosen = select(faces, task.which)
-    pixels = render(photo.pixels, chosen, Recipe.from_dict(task.recipe), threads=1).pixels
-    output = Path(task.output)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    return len(chosen), write(photo, pixels, output, force=True)
+        raise _NoFace
+    return Applied(select(faces, task.which), Recipe.from_dict(task.recipe), NOTHING)
+
+
+def _replayed(task: Task, photo: Photo) -> Applied:
+    try:
+        return apply(load(task.project), sha256_of(task.source), photo.pixels)
+    except BadFile as error:
+        raise BadFile(f"its project {task.project} can't be used: {error}") from error
 
 
 @cache
@@ -201,11 +150,14 @@ def _source(wanted: str | None) -> LandmarkSource:
 
 
 def _key(task: Task) -> str:
-    """Return the hash of source, choices and output; empty while one of the files is missing."""
+    """Return the hash of files and choices; empty while one of the files is missing."""
     total = hashlib.sha256(
-        json.dumps([task.recipe, task.which, task.landmarks], sort_keys=True).encode()
+        json.dumps(
+            [task.recipe, task.which, task.landmarks, bool(task.project), asdict(task.disclosure)],
+            sort_keys=True,
+        ).encode()
     )
-    for path in (task.source, task.output):
+    for path in filter(None, (task.source, task.project, task.output)):
         try:
             with Path(path).open("rb") as file:
                 while chunk := file.read(_CHUNK_BYTES):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import io
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 
 import click
 
 import kogao_core
-from kogao_core.cli import batch, detect, doctor, licences, warp
+from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, warp
 from kogao_core.cli.common import USAGE, Stop
 
 PROGRAM = "kogao-cli"
@@ -20,9 +21,9 @@ EPILOG = """\b
 Exit codes:
   0  done
   1  the installation is incomplete (see kogao-cli doctor)
-  2  wrong usage: an unknown option, a value out of range, a recipe that
-     can't be used, an output that exists (--force replaces it) or whose
-     format can't hold the photo
+  2  wrong usage: an unknown option, a value out of range, a recipe or a
+     project that can't be used, an output that exists (--force replaces
+     it) or whose format can't hold the photo
   3  the photo can't be read, or the output can't be written (no such
      folder, no permission, disk full)
   4  no face found
@@ -38,9 +39,10 @@ def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
 
 
-for module in (warp, batch, detect, doctor, licences):
-    module.command.epilog = EPILOG
+for module in (warp, batch, detect, landmarks, experiment, doctor, licences):
     program.add_command(module.command)
+for command in (*program.commands.values(), *experiment.command.commands.values()):
+    command.epilog = EPILOG
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -52,7 +54,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
     try:
-        code = program.main(arguments, prog_name=PROGRAM, standalone_mode=False)
+        given = list(sys.argv[1:] if arguments is None else arguments)
+        command_line = shlex.join([PROGRAM, *given])  # reports tell it
+        code = program.main(given, prog_name=PROGRAM, standalone_mode=False, obj=command_line)
         sys.stdout.flush()
     except Stop as stop:
         return _say(_sentence(stop), stop.code)

@@ -7,7 +7,7 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import click
 
@@ -34,6 +34,18 @@ REPORT: Final = "kogao-batch.jsonl"
     "--report", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
     help=f"JSON lines, one a photo; what it lists as done is skipped [OUTPUT/{REPORT}].",
 )  # fmt: skip
+@click.option(
+    "--projects", is_flag=True,
+    help="Do what PHOTO.kogao.json beside a photo says; the options above are for the others.",
+)  # fmt: skip
+@options.tells
+@click.option(
+    "--force", is_flag=True, help="Start in a folder that holds files of the results' names."
+)
+@click.option(
+    "--as", "suffix", type=click.Choice(("jpg", "png", "tif", "webp")), default="jpg",
+    help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
+)  # fmt: skip
 @click.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
 @common.limits_megapixels
 @common.chooses_landmarks
@@ -48,6 +60,12 @@ def command(
     recipe_file: Path | None,
     jobs: int,
     report: Path | None,
+    projects: bool,
+    record: bool,
+    label: str,
+    font: str | None,
+    force: bool,
+    suffix: str,
     again: bool,
     max_megapixels: float,
     landmarks: str | None,
@@ -58,25 +76,33 @@ def command(
     from kogao_core import batch
 
     recipe = options.recipe_of(recipe_file, choices)
+    disclosure = options.disclosure_of(record, label, font)
     report = report or folder / REPORT
     with common.stopping(batch.NothingToDo, common.USAGE):
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
             which=which, max_megapixels=max_megapixels, landmarks=landmarks,
+            projects=projects, suffix=f".{suffix}", disclosure=disclosure,
             report=None if again else report,
         )  # fmt: skip
+        if not force and not report.exists():
+            batch.check_free(tasks)
     common.landmark_source(landmarks)
     common.tell_of_fallback(landmarks)
     workers = _workers(dask, jobs)
-    with common.stopping(OSError, common.UNREADABLE):
-        report.parent.mkdir(parents=True, exist_ok=True)
-        lines = report.open("a", encoding="utf-8")
     progress = _Progress(len(tasks))
-    with lines:
-        for outcome in batch.run(tasks, workers):
-            lines.write(outcome.to_json() + "\n")
-            lines.flush()
-            progress.add(outcome)
+    try:
+        with _appended(report) as lines:
+            for outcome in batch.run(tasks, workers):
+                lines.write(outcome.to_json() + "\n")
+                lines.flush()
+                progress.add(outcome)
+    except OSError as error:
+        raise common.Stop(
+            f"the report {report} can't be written ({error.strerror or error}); make room or "
+            "choose another one, and start again: what is done stays done",
+            common.UNREADABLE,
+        ) from error
     progress.end(report)
     return common.SOME_FAILED if progress.bad else 0
 
@@ -94,6 +120,18 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
             raise common.Stop(f"nothing matches {path}", common.USAGE)
         paths += found
     return paths
+
+
+def _appended(report: Path) -> TextIO:
+    """Open a report to go on with, on a line of its own."""
+    report.parent.mkdir(parents=True, exist_ok=True)
+    was_cut = (
+        report.is_file() and report.stat().st_size > 0 and not report.read_bytes().endswith(b"\n")
+    )
+    lines = report.open("a", encoding="utf-8")
+    if was_cut:
+        lines.write("\n")
+    return lines
 
 
 def _workers(dask: str | None, jobs: int) -> Workers:
@@ -129,13 +167,13 @@ class _Progress:
         self._counts[outcome.status] += 1
         if outcome.status in ("failed", "no face"):
             named = outcome.reason.startswith(outcome.source)
-            self._say(f"{outcome.reason if named else f'{outcome.source}: {outcome.reason}'}\n")
+            self._say(outcome.reason if named else f"{outcome.source}: {outcome.reason}")
         if sys.stderr.isatty():
-            self._say(f"{self._line()}\r")
+            self._say(self._line(), end="\r")
 
     def end(self, report: Path) -> None:
         """Print the sums."""
-        self._say(f"{self._line()}; see {report}\n")
+        self._say(f"{self._line()}; see {report}")
 
     def _line(self) -> str:
         finished = sum(self._counts.values())
@@ -147,5 +185,7 @@ class _Progress:
             line += f", {left / 60:.0f} min left" if left > 90 else f", {left:.0f} s left"
         return line
 
-    def _say(self, text: str) -> None:
-        click.echo(text, nl=False, err=True)
+    def _say(self, text: str, end: str = "\n") -> None:
+        # Names of files may hold anything, orders to the terminal too.
+        plain = "".join(sign if sign.isprintable() else "?" for sign in text)
+        click.echo(plain + end, nl=False, err=True)

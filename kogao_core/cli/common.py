@@ -77,12 +77,13 @@ def input_path(source: Path | None, sample: bool) -> Path:
         return assets.path(SAMPLE)
 
 
-def read_photo(path: Path, max_megapixels: float) -> Photo:
-    """Read the input or stop."""
-    from kogao_core.photo import UnreadablePhoto, read
+def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
+    """Read the input, no deeper than the output can be where that is open, or stop."""
+    from kogao_core.photo import UnreadablePhoto, bits_of, read
 
+    bits = 16 if output is None else bits_of(output)
     with stopping(UnreadablePhoto, UNREADABLE):
-        return read(path, max_megapixels=max_megapixels)
+        return read(path, max_megapixels=max_megapixels, bits=bits)
 
 
 def landmark_source(wanted: str | None) -> LandmarkSource:

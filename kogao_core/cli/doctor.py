@@ -53,6 +53,8 @@ LIBRARIES: Final = {
 # Qt is never loaded here, so of these two only the version is looked up.
 _QT: Final = ("pyqtgraph", "PySide6-Essentials")
 _IN_THE_WAY: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-headless")
+# What is lacking here is nothing to mend: most photos need none of them.
+_EXTRAS: Final = {"heic": "pi-heif", "raw": "rawpy", "cluster": "distributed"}
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
 
 
@@ -78,6 +80,7 @@ def examine() -> dict[str, Any]:
         "python": platform.python_version(),
         "platform": platform.platform(),
         "packages": packages,
+        "extras": {extra: _package(name)["version"] for extra, name in _EXTRAS.items()},
         "assets": files,
         "missing_libraries": missing,
         "mend": mend,
@@ -157,6 +160,9 @@ def _text(findings: dict[str, Any]) -> str:
     lines = [f"Kogao {findings['kogao']}, Python {findings['python']}, {findings['platform']}"]
     for name, package in findings["packages"].items():
         lines.append(f"  {name} {package['version']}: {package['state']}")
+    for extra, version in findings["extras"].items():
+        absent = f"not installed (pip install 'kogao[{extra}]')"
+        lines.append(f"  extra [{extra}]: {version or absent}")
     lines += [f"  {name}: {state}" for name, state in findings["assets"].items()]
     for library, package in findings["missing_libraries"].items():
         lines.append(f"  {library}: missing (Debian and Ubuntu: {package})")

@@ -7,13 +7,16 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 
 import click
 
 from kogao_core import recipe as recipes
 from kogao_core.cli import common
 from kogao_core.recipe import Recipe
+
+if TYPE_CHECKING:
+    from kogao_core.photo.disclosure import Disclosure
 
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
@@ -25,6 +28,16 @@ def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
         raise click.BadParameter(f"{value!r} is none of all, largest, or numbers such as 1,3.")
     return value
 
+
+chooses_faces = click.option(
+    "--face",
+    "which",
+    default="all",
+    show_default=True,
+    callback=_face_choice,
+    metavar="WHICH",
+    help="all, largest, or numbers as detect prints them, such as 1,3.",
+)
 
 _OPTIONS: Final = (
     click.option("--percent", type=float, help=f"Warp distance in % of D [{_DEFAULTS.percent:g}]."),
@@ -62,15 +75,7 @@ _OPTIONS: Final = (
         default=None,
         help="Hold faces that would fold back to the largest move that doesn't [guard].",
     ),
-    click.option(
-        "--face",
-        "which",
-        default="all",
-        show_default=True,
-        callback=_face_choice,
-        metavar="WHICH",
-        help="all, largest, or numbers as detect prints them, such as 1,3.",
-    ),
+    chooses_faces,
     click.option(
         "--recipe",
         "recipe_file",
@@ -86,6 +91,47 @@ def chooses(command: _Command) -> _Command:
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
+
+
+_TELLING: Final = (
+    click.option(
+        "--disclose",
+        "record",
+        is_flag=True,
+        help="Add an edit record to the XMP: the photo was retouched, when, how and by what.",
+    ),
+    click.option(
+        "--label",
+        default="",
+        metavar="TEXT",
+        help="Draw TEXT into the bottom right corner; only its rectangle changes.",
+    ),
+    click.option(
+        "--label-font",
+        "font",
+        metavar="FILE",
+        help="A font file for the label, for letters other than Latin ones.",
+    ),
+)
+
+
+def tells(command: _Command) -> _Command:
+    """Add the options that tell of the retouching in the result."""
+    for option in reversed(_TELLING):
+        command = option(command)
+    return command
+
+
+def disclosure_of(record: bool, label: str, font: str | None) -> Disclosure:
+    """Return what is to be told, after checking that the label can be drawn at all."""
+    from kogao_core.photo import CannotDisclose
+    from kogao_core.photo.disclosure import Disclosure
+    from kogao_core.photo.label import check_label
+
+    if label:
+        with common.stopping(CannotDisclose, common.USAGE):
+            check_label(label, font)
+    return Disclosure(record, label, font)
 
 
 def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from math import isfinite
 from pathlib import Path
@@ -10,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core.cli import common, options
+from kogao_core.cli import common, options, points, projects, summary
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kogao_core.bend import BentLine
     from kogao_core.face import Face
     from kogao_core.photo import Photo
+    from kogao_core.photo.disclosure import Disclosure
     from kogao_core.pipeline import Rendering
     from kogao_core.protection import Protection
-    from kogao_core.recipe import Recipe
+    from kogao_core.sidecar import Applied
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -45,6 +44,7 @@ def _corners(value: str) -> list[list[float]]:
     help="Where to write; .jpg, .png, .tif or .webp.",
 )  # fmt: skip
 @options.chooses
+@points.takes_points
 @click.option(
     "--protect", "lines", multiple=True, metavar="'X,Y X,Y'", callback=_lines,
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
@@ -57,6 +57,15 @@ def _corners(value: str) -> list[list[float]]:
     "--protect-feather", "feather_px", type=click.FloatRange(0.0), default=0.0, metavar="PX",
     help="Keep the lines' very bytes and let the move fade in over PX beside them [0: don't].",
 )  # fmt: skip
+@click.option(
+    "--project", "project_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="Do what a project says (PHOTO.kogao.json, also of another size of the photo).",
+)  # fmt: skip
+@click.option(
+    "--save-project", is_flag=True,
+    help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
+)  # fmt: skip
+@options.tells
 @click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
 @click.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
@@ -67,27 +76,51 @@ def command(
     output: Path,
     which: str,
     recipe_file: Path | None,
+    points_file: Path | None,
+    points_map: str | None,
     lines: list[Any],
     width_px: float,
     feather_px: float,
+    project_file: Path | None,
+    save_project: bool,
+    record: bool,
+    label: str,
+    font: str | None,
     as_json: bool,
     force: bool,
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT."""
+    from kogao_core.sidecar import Applied
+
+    if project_file is not None:
+        projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
+    disclosure = options.disclosure_of(record, label, font)
     path = common.input_path(source, sample)
     _check_output(path, output, force)
-    photo = common.read_photo(path, max_megapixels)
+    if save_project:
+        projects.check_free(path, sample, force)
+    photo = common.read_photo(path, max_megapixels, output)
     _check_holds(output, photo)
-    faces = _chosen(common.find_faces(photo, landmarks), which)
-    rendering = _render(photo, faces, recipe, _protection(lines, width_px, feather_px))
-    said = _write(photo, rendering, output, force)
-    notes = [*photo.notes, *filter(None, [said])]
-    if as_json:
-        click.echo(json.dumps(_report(photo, output, faces, rendering, notes)))
+    sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
+    found: list[Face] = []
+    if project_file is not None:
+        done = projects.applied(project_file, photo, sha256)
     else:
-        click.echo(_summary(photo, output, faces, rendering, notes))
+        found = points.faces(photo, points_file, points_map, landmarks)
+        done = Applied(_chosen(found, which), recipe, _protection(lines, width_px, feather_px))
+    rendering = _render(photo, done)
+    said = _write(photo, rendering, done.what, disclosure, output, force)
+    notes = [*photo.notes, *filter(None, [done.note, said])]
+    if save_project:
+        place = projects.save(photo, sha256, found, done, project_file)
+        notes.append(f"the project is {place}")
+    if as_json:
+        report = summary.as_json(photo, output, done.faces, rendering, notes)
+        click.echo(json.dumps(report))
+    else:
+        click.echo(summary.as_text(photo, output, done.faces, rendering, notes))
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:
@@ -119,12 +152,10 @@ def _chosen(faces: Sequence[Face], which: str) -> list[Face]:
         return select(faces, which)
 
 
-def _render(
-    photo: Photo, faces: Sequence[Face], recipe: Recipe, protection: Protection
-) -> Rendering:
+def _render(photo: Photo, done: Applied) -> Rendering:
     from kogao_core.pipeline import render
 
-    return render(photo.pixels, faces, recipe, protection=protection)
+    return render(photo.pixels, done.faces, done.recipe, protection=done.protection)
 
 
 def _protection(lines: list[Any], width_px: float, feather_px: float) -> Protection:
@@ -136,74 +167,20 @@ def _protection(lines: list[Any], width_px: float, feather_px: float) -> Protect
     return protection
 
 
-def _bent_lines(photo: Photo, rendering: Rendering) -> list[BentLine]:
-    from kogao_core.bend import bends, straight_lines
-
-    return bends(rendering.field, straight_lines(photo.pixels, rendering.domain.bounds))
-
-
-def _write(photo: Photo, rendering: Rendering, output: Path, force: bool) -> str:
+def _write(
+    photo: Photo,
+    rendering: Rendering,
+    what: str,
+    disclosure: Disclosure,
+    output: Path,
+    force: bool,
+) -> str:
     from kogao_core.photo import CannotWrite, RefusedOutput, write
+    from kogao_core.photo.disclosure import disclose
 
     with (
         common.stopping(CannotWrite, common.UNREADABLE),
         common.stopping(RefusedOutput, common.USAGE),
     ):
-        return write(photo, rendering.pixels, output, force=force)
-
-
-def _report(
-    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
-) -> dict[str, Any]:
-    return {
-        "input": str(photo.path),
-        "output": str(output),
-        "image": {"width": photo.width, "height": photo.height},
-        "faces": [face.to_dict() for face in faces],
-        "recipe": rendering.recipe.to_dict(),
-        "timings_ms": rendering.timings_ms,
-        "domains": {
-            name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
-            for name, count in rendering.pixel_counts.items()
-        },
-        "residual": dataclasses.asdict(rendering.residual),
-        "shares": list(rendering.shares),
-        "one_to_one": dataclasses.asdict(rendering.one_to_one),
-        "lines": [dataclasses.asdict(line) for line in _bent_lines(photo, rendering)],
-        "notes": notes,
-    }
-
-
-def _summary(
-    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
-) -> str:
-    recipe, share = rendering.recipe, photo.width * photo.height / 100.0
-    counts = rendering.pixel_counts.items()
-    sound = rendering.one_to_one
-    lines = [
-        f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.percent:g} % towards centre "
-        f"{recipe.center}, written to {output}",
-        "domain    " + ", ".join(f"{name} {count / share:.1f} %" for name, count in counts),
-        f"residual  {rendering.residual.max_px:.2f} px at most; min det J {sound.min_det:.2f}",
-        "time      " + ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms",
-    ]
-    if bent := _bent_lines(photo, rendering):
-        worst = bent[0]
-        (x, y), (u, v) = worst.start_px, worst.end_px
-        lines.append(
-            f"lines     {len(bent)} straight ones nearby; the one from {x:.0f},{y:.0f} to "
-            f"{u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px"
-        )
-    if min(rendering.shares) < 1.0:
-        kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
-        lines.append(f"guard     held back to {kept} of the move, which would have folded")
-    if sound.folded_cells:
-        lines.append(
-            f"warning   the warp folds in {len(sound.folded_cells)} places: lower --percent or "
-            "raise --lattice"
-        )
-    elif not sound.edges_proven:
-        lines.append(
-            "warning   thin folds where the threshold fades in can't be ruled out: --guard"
-        )
-    return "\n".join([*lines, *(f"note      {note}" for note in notes)])
+        photo, pixels = disclose(photo, rendering.pixels, disclosure, what=what)
+        return write(photo, pixels, output, force=force)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import io
 import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -13,11 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Image
+from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 
 _BLOCK_PX: Final = 8
-_APP_OR_COMMENT: Final = {*range(0xE0, 0xF0), 0xFE}
 _SEQUENTIAL_FRAME: Final = 0xC0
-_START_OF_SCAN: Final = 0xDA
 
 Mask = npt.NDArray[np.bool_]
 
@@ -127,14 +126,17 @@ def _changed_units(before: Image, after: Image, factors: Image) -> Mask:
 
 def _with_headers_of(headers: bytes, body: bytes) -> bytes:
     """Return a JPEG's APP and comment segments, followed by all that isn't one of another's."""
-    kept = [segment for code, segment in _segments(headers) if code in _APP_OR_COMMENT]
-    rest = [_renumbered(c, segment) for c, segment in _segments(body) if c not in _APP_OR_COMMENT]
-    return headers[:2] + b"".join(kept) + b"".join(rest)
+    with io.BytesIO(headers) as mine, io.BytesIO(body) as theirs:
+        kept = [segment for code, segment in segments(mine) if code in APP_OR_COMMENT]
+        rest = [
+            _renumbered(c, segment) for c, segment in segments(theirs) if c not in APP_OR_COMMENT
+        ]
+        return headers[:2] + b"".join([*kept, *rest, _renumbered(START_OF_SCAN, theirs.read())])
 
 
 def _renumbered(code: int, segment: bytes) -> bytes:
     """Count components from 1, as JFIF demands; jpeglib counts from 0."""
-    starts = {_SEQUENTIAL_FRAME: (9, 3), _START_OF_SCAN: (4, 2)}  # of the count; bytes each
+    starts = {_SEQUENTIAL_FRAME: (9, 3), START_OF_SCAN: (4, 2)}  # of the count; bytes each
     if code not in starts:
         return segment
     at, step = starts[code]
@@ -142,13 +144,3 @@ def _renumbered(code: int, segment: bytes) -> bytes:
     for k in range(segment[at]):
         renumbered[at + 1 + step * k] = k + 1
     return bytes(renumbered)
-
-
-def _segments(jpeg: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield marker code and bytes of each segment; the first scan and all after it is the last."""
-    at = 2
-    while jpeg[at + 1] != _START_OF_SCAN:
-        end = at + 2 + int.from_bytes(jpeg[at + 2 : at + 4], "big")
-        yield jpeg[at + 1], jpeg[at:end]
-        at = end
-    yield _START_OF_SCAN, jpeg[at:]

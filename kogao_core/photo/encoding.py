@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import textwrap
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,13 +13,11 @@ from PIL import Image as Pillow
 from PIL import PngImagePlugin
 
 from kogao_core.geometry import Image
-from kogao_core.photo import deep, metadata, tiff
+from kogao_core.photo import chunks, deep, metadata, photoshop, segments, tiff
 from kogao_core.photo.model import Format, Photo
 
 _QUALITY: Final = 95
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
-_IHDR_END: Final = 33
-_CHUNK_OVERHEAD: Final = 12
 
 
 def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
@@ -34,13 +33,17 @@ def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
         What to write.
     """
     content = _holdable(_upright(photo, pixels), form)
+    resources = photo.photoshop and photoshop.without_stale(photo.photoshop)
+    carried = photo.carried if form == photo.format else ()
     if form == "JPEG":
-        return _jpeg(content, photo)
+        more = (*carried, *segments.photoshop_segments(resources or b""))
+        return segments.inserted(_jpeg(content, photo), more)
     if form == "PNG":
-        return _png(content)
+        return chunks.inserted(_png(content, resources), b"".join(carried))
     if form == "TIFF":
-        return tiff.with_metadata(deep.encode(content.pixels, ".tiff"), **content.blocks)
-    del content.blocks["dpi"]  # WebP has no place for it
+        written = deep.encode(content.pixels, ".tiff")
+        return tiff.with_metadata(written, photoshop_resources=resources, **content.blocks)
+    del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
     return content.saved(
         "WEBP", quality=_QUALITY, lossless=photo.lossless_webp, exact=True, method=4
     )
@@ -67,7 +70,7 @@ def _upright(photo: Photo, pixels: Image) -> _Content:
         {
             "icc_profile": photo.icc_profile,
             "exif": photo.exif and metadata.upright_exif(photo.exif, width, height),
-            "xmp": photo.xmp and metadata.upright_xmp(photo.xmp),
+            "xmp": photo.xmp and metadata.upright_xmp(photo.xmp, width, height),
             "dpi": photo.dpi,
         },
     )
@@ -105,9 +108,13 @@ def _without_alpha(pixels: Image) -> Image:
     return np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] == 4 else pixels[..., 0])
 
 
-def _png(content: _Content) -> bytes:
+def _png(content: _Content, resources: bytes | None) -> bytes:
     xmp = content.blocks.pop("xmp")
     text = PngImagePlugin.PngInfo()
+    if resources:
+        # PNG itself knows no IPTC: this is where ImageMagick and ExifTool look for it.
+        lines = "\n".join(textwrap.wrap(resources.hex(), 72))
+        text.add_text("Raw profile type iptc", f"\niptc\n{len(resources):8}\n{lines}\n", zip=True)
     if xmp is not None:
         text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
     if content.pixels.dtype == np.uint8:
@@ -115,11 +122,4 @@ def _png(content: _Content) -> bytes:
     # Pillow can't write 16-bit colour: OpenCV writes the pixels, Pillow the chunks around them.
     carrier = _Content(np.zeros((1, 1), np.uint8), content.blocks).saved("PNG", pnginfo=text)
     written = deep.encode(content.pixels, ".png")
-    return written[:_IHDR_END] + _chunks_before_pixels(carrier) + written[_IHDR_END:]
-
-
-def _chunks_before_pixels(png: bytes) -> bytes:
-    end = _IHDR_END
-    while png[end + 4 : end + 8] != b"IDAT":
-        end += _CHUNK_OVERHEAD + int.from_bytes(png[end : end + 4], "big")
-    return png[_IHDR_END:end]
+    return chunks.inserted(written, chunks.before_pixels(carrier))

@@ -13,3 +13,7 @@ class CannotWrite(Exception):
 
 class RefusedOutput(CannotWrite):
     """The output asked for would lose something: an existing file, or part of the picture."""
+
+
+class CannotDisclose(CannotWrite):
+    """What is to be told about the photo can't be added to it."""

@@ -18,6 +18,11 @@ _PIXEL_WIDTH, _PIXEL_HEIGHT = 0xA002, 0xA003
 _THUMBNAIL_AT, _THUMBNAIL_BYTES = 0x0201, 0x0202
 _SHORT, _LONG = 3, 4
 _XMP_ORIENTATION: Final = re.compile(rb"""(tiff:Orientation(?:=["']|>)\s*)([1-8])""")
+_XMP_WIDTH, _XMP_HEIGHT = (
+    re.compile(rb"""((?:tiff:Image%s|exif:Pixel%sDimension)(?:=["']|>)\s*)[0-9]+""" % names)
+    for names in ((b"Width", b"X"), (b"Length", b"Y"))
+)
+_XMP_THUMBNAILS: Final = (b"xmp:Thumbnails>", b"xap:Thumbnails>")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +118,20 @@ def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
         tiff.data[start:end] = bytes(end - start)
 
 
-def upright_xmp(xmp: bytes) -> bytes:
-    """Return an XMP packet that asks for no turn."""
-    return _XMP_ORIENTATION.sub(rb"\g<1>1", xmp)
+def upright_xmp(xmp: bytes, width: int, height: int) -> bytes:
+    """Return an XMP packet for upright pixels of the size given, without its thumbnails."""
+    xmp = _XMP_ORIENTATION.sub(rb"\g<1>1", xmp)
+    for pattern, value in ((_XMP_WIDTH, width), (_XMP_HEIGHT, height)):
+        xmp = pattern.sub(rb"\g<1>%d" % value, xmp)
+    for name in _XMP_THUMBNAILS:
+        xmp = _without(xmp, b"<" + name, b"</" + name)
+    return xmp
+
+
+def _without(text: bytes, start: bytes, end: bytes) -> bytes:
+    # In one pass: a hostile text may start a million times and never end.
+    kept, at = [], 0
+    while (first := text.find(start, at)) >= 0 and (last := text.find(end, first)) >= 0:
+        kept.append(text[at:first])
+        at = last + len(end)
+    return b"".join([*kept, text[at:]])

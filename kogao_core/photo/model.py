@@ -10,6 +10,7 @@ from typing import Final, Literal
 from kogao_core.geometry import Image
 
 Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
+SourceFormat = Literal["JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"]
 
 FORMATS: Final[dict[str, Format]] = {
     ".jpg": "JPEG",
@@ -19,6 +20,13 @@ FORMATS: Final[dict[str, Format]] = {
     ".tiff": "TIFF",
     ".webp": "WEBP",
 }
+# Needs the extras [heic] and [raw].
+READ_ONLY: Final[dict[str, SourceFormat]] = {
+    **dict.fromkeys((".heic", ".heif", ".hif"), "HEIF"),
+    **dict.fromkeys((".dng", ".cr2", ".cr3", ".nef", ".nrw", ".arw", ".orf", ".raf"), "RAW"),
+    **dict.fromkeys((".rw2", ".pef", ".srw"), "RAW"),
+}
+READABLE: Final[dict[str, SourceFormat]] = {**FORMATS, **READ_ONLY}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +71,15 @@ class Photo:
         Grey, grey + alpha (C = 2), RGB or RGBA; uint8, uint16 or float32; upright; read-only.
     path : Path
         Where it was read.
-    format : {"JPEG", "PNG", "TIFF", "WEBP"}
-        What the file is, whatever its name says.
+    format : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
+        What the file is, whatever its name says; but raw files go by their names.
     icc_profile, exif, xmp : bytes, optional
         Metadata as stored; `exif` starts with ``Exif\0\0`` and still tells the file's own
         orientation.
+    photoshop : bytes, optional
+        Photoshop image resources, which hold the IPTC record.
+    carried : tuple of bytes
+        Segments of a JPEG or chunks of a PNG, as stored, that only its own format can hold.
     dpi : tuple of float, optional
         Print resolution (x, y).
     orientation : int
@@ -84,7 +96,7 @@ class Photo:
 
     pixels: Image
     path: Path
-    format: Format
+    format: SourceFormat
     icc_profile: bytes | None = None
     exif: bytes | None = None
     xmp: bytes | None = None
@@ -94,6 +106,8 @@ class Photo:
     lossless_webp: bool = False
     stamp: Stamp | None = None
     notes: tuple[str, ...] = ()
+    photoshop: bytes | None = None
+    carried: tuple[bytes, ...] = ()
 
     @property
     def width(self) -> int:

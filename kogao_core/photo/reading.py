@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
-import struct
 import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, Final, Literal
 
 import numpy as np
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
-from kogao_core.photo import colour, deep, metadata, tiff
+from kogao_core.photo import colour, contents, deep, heif, metadata, raw, tiff
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.model import Format, JpegCoding, Photo, Stamp
+from kogao_core.photo.model import READ_ONLY, Format, Photo, Stamp
 from kogao_core.photo.turning import turn_upright
 
 MAX_MEGAPIXELS: Final = 300.0
@@ -28,8 +26,13 @@ _COMMON: Final[tuple[Format, ...]] = ("JPEG", "PNG", "WEBP")
 _LOCK: Final = threading.Lock()
 
 
-def read(path: str | os.PathLike[str], *, max_megapixels: float = MAX_MEGAPIXELS) -> Photo:
-    """Read a JPEG, PNG, TIFF or WebP file.
+def read(
+    path: str | os.PathLike[str],
+    *,
+    max_megapixels: float = MAX_MEGAPIXELS,
+    bits: Literal[8, 16] = 16,
+) -> Photo:
+    """Read a JPEG, PNG, TIFF or WebP file; HEIC and raw files where their extras are installed.
 
     Parameters
     ----------
@@ -37,6 +40,8 @@ def read(path: str | os.PathLike[str], *, max_megapixels: float = MAX_MEGAPIXELS
         The file; its content decides the format, not its name.
     max_megapixels : float
         Larger pictures are refused before they are decoded.
+    bits : {8, 16}
+        How deep raw files, and HEIC files of 10 or 12 bits, are to be.
 
     Returns
     -------
@@ -52,7 +57,7 @@ def read(path: str | os.PathLike[str], *, max_megapixels: float = MAX_MEGAPIXELS
     path = Path(path)
     try:
         with _present(path).open("rb") as file:
-            return _read_open(file, path, max_megapixels)
+            return _read_open(file, path, max_megapixels, bits)
     except PermissionError:
         raise UnreadablePhoto(f"{path} may not be read; check its permissions") from None
     except OSError as error:
@@ -72,11 +77,15 @@ def _present(path: Path) -> Path:
     return path
 
 
-def _read_open(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
+def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
     stamp = Stamp.of(os.fstat(file.fileno()))
     with _own_limits():
         try:
-            if tiff.is_tiff(file, path):
+            if READ_ONLY.get(path.suffix.lower()) == "RAW":
+                photo = _read_raw(file, path, max_megapixels, bits)
+            elif heif.is_heif(file):
+                photo = _read_heif(file, path, max_megapixels, bits)
+            elif tiff.is_tiff(file, path):
                 photo = _read_tiff(file, path, max_megapixels)
             else:
                 photo = _read_common(file, path, max_megapixels)
@@ -122,27 +131,28 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
 def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
     with Pillow.open(file, formats=_COMMON) as image:
         _check_size(path, *image.size, max_megapixels)
-        jpeg = _jpeg_coding(image)
+        jpeg = contents.jpeg_coding(image)
         deep_png = deep.is_16_bit_png(image, file)
         if deep_png:
             deep.verify_png(file)
         image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
-        notes: tuple[str, ...]
-        pixels, image.info["icc_profile"], notes = colour.to_array(image)
+        notes: tuple[str, ...] = ()
         if deep_png:
             pixels = deep.decode(_all_of(file))
-        blocks = _blocks(image)
+        else:
+            pixels, image.info["icc_profile"], notes = colour.to_array(image)
+        blocks = contents.blocks(image, file)
         turn = metadata.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
             turn_upright(pixels, turn),
             path,
             _format_of(image),
             **blocks,
-            dpi=_dpi(image.info.get("dpi")),
+            dpi=contents.dpi(image.info.get("dpi")),
             orientation=turn,
             jpeg=jpeg if not notes else None,
-            lossless_webp=_is_lossless_webp(file),
-            notes=(*notes, *_not_kept(image)),
+            lossless_webp=contents.is_lossless_webp(file),
+            notes=(*notes, *contents.not_kept(image, file)),
         )
 
 
@@ -171,10 +181,25 @@ def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
         icc_profile=profile,
         exif=tags.exif,
         xmp=tags.xmp,
-        dpi=_dpi(tags.dpi),
+        dpi=contents.dpi(tags.dpi),
         orientation=tags.orientation,
+        photoshop=tags.photoshop,
         notes=notes,
     )
+
+
+def _read_heif(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
+    image = heif.opened(file, path, bits)
+    width, height = image.size
+    _check_size(path, width, height, max_megapixels)
+    return Photo(path=path, format="HEIF", **heif.contents(image))
+
+
+def _read_raw(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
+    def check(width: int, height: int) -> None:
+        _check_size(path, width, height, max_megapixels)
+
+    return Photo(path=path, format="RAW", **raw.developed(file, path, bits, check))
 
 
 def _all_of(file: IO[bytes]) -> bytes:
@@ -189,55 +214,3 @@ def _format_of(image: Pillow.Image) -> Format:
 
 def _as_format(name: str | None) -> Format:
     return next(known for known in _COMMON if known == name)
-
-
-def _jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
-    if not isinstance(image, JpegImagePlugin.JpegImageFile):
-        return None
-    tables = tuple(tuple(image.quantization[key]) for key in sorted(image.quantization))
-    # -1 is grey or a sampling that Pillow can't write: keep all the colour there is.
-    subsampling = max(0, JpegImagePlugin.get_sampling(image))
-    return JpegCoding(tables, subsampling, bool(image.info.get("progressive")))
-
-
-def _blocks(image: Pillow.Image) -> dict[str, Any]:
-    exif = image.info.get("exif")
-    legacy = image.info.get("Raw profile type exif")  # ImageMagick's PNG files
-    if exif is None and isinstance(legacy, str):
-        exif = bytes.fromhex("".join(legacy.split("\n")[3:]))
-    if exif is not None and not exif.startswith(metadata.PREFIX):
-        exif = metadata.PREFIX + exif
-    xmp = image.info.get("xmp")
-    xmp = xmp.encode() if isinstance(xmp, str) else xmp
-    return {
-        "icc_profile": image.info.get("icc_profile") or None,
-        "exif": exif,
-        "xmp": xmp or None,
-    }
-
-
-def _dpi(value: Any) -> tuple[float, float] | None:
-    try:
-        x, y = (float(part) for part in value)
-    except (TypeError, ValueError, ZeroDivisionError):
-        return None
-    return (x, y) if 0 < x < math.inf and 0 < y < math.inf else None
-
-
-def _is_lossless_webp(file: IO[bytes]) -> bool:
-    file.seek(8)
-    if file.read(4) != b"WEBP":
-        return False
-    while len(head := file.read(8)) == 8:
-        name, size = struct.unpack("<4sI", head)
-        if name in (b"VP8 ", b"VP8L"):
-            return bool(name == b"VP8L")
-        file.seek(size + size % 2, os.SEEK_CUR)
-    return False
-
-
-def _not_kept(image: Pillow.Image) -> Iterator[str]:
-    if getattr(image, "n_frames", 1) > 1:
-        yield "only the first picture of the file is read and kept"
-    if "photoshop" in image.info:
-        yield "IPTC and Photoshop data are kept only in a photo that isn't changed"

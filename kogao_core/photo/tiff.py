@@ -14,10 +14,10 @@ from PIL import ExifTags, TiffImagePlugin
 from PIL import Image as Pillow
 
 from kogao_core.geometry import Image
-from kogao_core.photo import deep
+from kogao_core.photo import deep, photoshop
 from kogao_core.photo.errors import UnreadablePhoto
 
-_HEADS: Final = (b"II*\0", b"MM\0*")
+HEADS: Final = (b"II*\0", b"MM\0*")
 _BIG_HEADS: Final = (b"II+\0", b"MM\0+")
 _WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _ORIENTATION = 256, 257, 258, 262, 274
 _SAMPLES, _PLANES, _EXTRA, _SAMPLE_FORMAT = 277, 284, 338, 339
@@ -29,10 +29,14 @@ _PER_INCH, _PER_CENTIMETRE = 2, 3
 _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
 _HEADER_BYTES: Final = 8
-# What a TIFF directory says about the picture rather than about its storage: description, make,
-# model, software, date, artist, copyright, and the EXIF and GPS directories.
-_TELLING: Final = (270, 271, 272, 305, 306, 315, 33432, 0x8769, 0x8825)
-_DIRECTORIES: Final = (0x8769, 0x8825)
+_IPTC, _PHOTOSHOP = 33723, 34377
+_EXIF_DIRECTORY, _GPS_DIRECTORY, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
+# What a TIFF directory says about the picture rather than about its storage: names, description,
+# make, model, software, date, artist, computer, ratings, copyright, and Windows' texts.
+_TELLING: Final = (
+    *(269, 270, 271, 272, 285, 305, 306, 315, 316, 0x4746, 0x4749, 33432),
+    *range(0x9C9B, 0x9CA0),
+)
 
 
 def is_tiff(file: IO[bytes], path: Path) -> bool:
@@ -47,7 +51,7 @@ def is_tiff(file: IO[bytes], path: Path) -> bool:
     file.seek(0)
     if head in _BIG_HEADS:
         raise UnreadablePhoto(f"{path} is a BigTIFF file; save it as an ordinary TIFF first")
-    return head in _HEADS
+    return head in HEADS
 
 
 @dataclass(frozen=True)
@@ -159,6 +163,12 @@ class TiffTags:
         return _as_bytes(self.tags.get(_XMP))
 
     @property
+    def photoshop(self) -> bytes | None:
+        """Photoshop resources; an IPTC record that stands alone is put into some."""
+        iptc = _as_bytes(self.tags.get(_IPTC))
+        return _as_bytes(self.tags.get(_PHOTOSHOP)) or (iptc and photoshop.holding(iptc))
+
+    @property
     def dpi(self) -> tuple[Any, Any] | None:
         """Resolution (x, y) in dots per inch."""
         if _X_RESOLUTION not in self.tags or _Y_RESOLUTION not in self.tags:
@@ -194,6 +204,7 @@ def with_metadata(
     xmp: bytes | None,
     icc_profile: bytes | None,
     dpi: tuple[float, float] | None,
+    photoshop_resources: bytes | None,
 ) -> bytes:
     """Return a TIFF file as OpenCV wrote it, with a fuller directory.
 
@@ -203,6 +214,8 @@ def with_metadata(
         A file whose pixels lie between its header and its directory.
     exif, xmp, icc_profile, dpi
         As in `Photo`.
+    photoshop_resources : bytes, optional
+        Those to keep.
     """
     directory = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES])
     start = directory.next
@@ -218,8 +231,10 @@ def with_metadata(
     if dpi is not None:
         directory[_X_RESOLUTION], directory[_Y_RESOLUTION] = dpi
         directory[_RESOLUTION_UNIT] = _PER_INCH
-    for tag, stored in ((_ICC, icc_profile), (_XMP, xmp)):
-        if stored is not None:
+    iptc = photoshop_resources and photoshop.iptc_of(photoshop_resources)
+    blocks = {_ICC: icc_profile, _XMP: xmp, _PHOTOSHOP: photoshop_resources, _IPTC: iptc}
+    for tag, stored in blocks.items():
+        if stored:
             directory[tag] = stored
     if exif is not None:
         block = Pillow.Exif()
@@ -235,4 +250,10 @@ def with_metadata(
 def _telling(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
     for tag in _TELLING:
         if tag in tags:
-            yield tag, tags.get_ifd(tag) if tag in _DIRECTORIES else tags[tag]
+            yield tag, tags[tag]
+    for tag in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
+        if tag in tags:
+            inner = dict(tags.get_ifd(tag))
+            if _INTEROPERABILITY in inner:
+                inner[_INTEROPERABILITY] = dict(tags.get_ifd(_INTEROPERABILITY))
+            yield tag, inner

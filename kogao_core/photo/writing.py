@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -27,8 +27,8 @@ _DEPTHS: Final[dict[Format, tuple[str, ...]]] = {
 def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
     """Write new pixels with the photo's metadata; the name's ending tells the format.
 
-    The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP
-    and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
+    The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP,
+    IPTC and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
     every block in which no pixel changed; other sources get quality 95 and 4:4:4. If nothing
     changed and the format is the source's, its bytes are copied.
 
@@ -46,7 +46,8 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
     Returns
     -------
     str
-        What became of a JPEG's blocks; empty where there is nothing to say.
+        What became of a JPEG's blocks, or what WebP can't hold; empty where there is nothing to
+        say.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         if _is_unchanged(photo, pixels, form):
             data, said = photo.path.read_bytes(), ""
         else:
-            data, said = _encoded(photo, pixels, path, form), ""
+            data, said = _encoded(photo, pixels, path, form), _left_out(photo, form)
             if form == "JPEG" and photo.format == "JPEG":
                 data, said = _with_blocks_kept(photo, pixels, data)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
@@ -112,6 +113,12 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
     return form
 
 
+def bits_of(path: str | os.PathLike[str]) -> Literal[8, 16]:
+    """Return how deep a raw photo is best read for an output path."""
+    form = FORMATS.get(Path(path).suffix.lower())
+    return 16 if form is None or "uint16" in _DEPTHS[form] else 8
+
+
 def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
     """Check that the format of an output path can hold these pixels.
 
@@ -154,6 +161,19 @@ def _source_is_there(photo: Photo) -> bool:
         return photo.stamp is not None and Stamp.of(photo.path.stat()) == photo.stamp
     except OSError:
         return False
+
+
+def _left_out(photo: Photo, form: Format) -> str:
+    if form != "WEBP":
+        return ""
+    grey_profile = photo.icc_profile if photo.pixels.ndim == 2 else None
+    there = {
+        "the IPTC record": photo.photoshop,
+        "the print resolution": photo.dpi,
+        "grey with its colour profile": grey_profile,
+    }
+    lost = [name for name, block in there.items() if block]
+    return f"WebP has no place for {', '.join(lost)}" if lost else ""
 
 
 def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[bytes, str]:

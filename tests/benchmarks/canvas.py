@@ -12,12 +12,16 @@ import os
 import statistics
 import sys
 import time
+from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import cv2
 import numpy as np
+from colours import profile
+from kogao_app.colour import way_of
 from kogao_app.document import State
 from kogao_app.pyramid import Pyramid
 from kogao_app.scene import Scene
@@ -29,6 +33,7 @@ from PySide6.QtWidgets import QApplication
 
 from kogao_core.face import Face
 from kogao_core.geometry import Box
+from kogao_core.photo import Photo
 
 REPEATS = 15
 SIZE = (1920, 1080)
@@ -124,6 +129,37 @@ def main() -> None:
     gesture()
     lap = median_ms(gesture)
     print(f"{'gesture to paint, fitted':<34} {lap:6.1f} ms   {lap / unit:.3f}")
+
+    # The same with a wide-gamut photo, whose colours are turned into the screen's.
+    show = way_of(Photo(pixels, Path("wide"), "TIFF", icc_profile=profile("Adobe RGB"))).show
+
+    def once(name: str, action) -> None:
+        start = time.perf_counter()
+        action()
+        lap = (time.perf_counter() - start) * 1e3
+        print(f"{name:<34} {lap:6.1f} ms   {lap / unit:.3f}")
+
+    once("levels of the photo", lambda: Pyramid(pixels))
+    wide = Pyramid(pixels, show)
+    once("levels in the screen's colours", lambda: Pyramid(pixels, show))
+    for words, levels in (("as it is", photo), ("wide", wide)):
+        surface = FullSurface(levels)
+        for revision in (1, 2):  # fills both buffers
+            surface.render(revision, state)
+            surface.shown()
+        laps = []
+        for _ in range(REPEATS):
+            moved = dataclasses.replace(state.recipe, percent=4.0 + next(steps) % 7 / 10)
+            frame = surface.render(3, dataclasses.replace(state, recipe=moved))
+            surface.shown()
+            laps.append(frame.took_ms)
+        lap = statistics.median(laps)
+        print(f"{f'whole photo, {words}':<34} {lap:6.1f} ms   {lap / unit:.3f}")
+    canvas.open(wide)
+    preview = PreviewSurface(wide)
+    gesture()
+    lap = median_ms(gesture)
+    print(f"{'gesture to paint, fitted, wide':<34} {lap:6.1f} ms   {lap / unit:.3f}")
 
 
 if __name__ == "__main__":

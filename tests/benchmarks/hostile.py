@@ -1,7 +1,8 @@
-"""Damage photos at random and read them: ``python tests/benchmarks/hostile.py [--inputs N]``.
+"""Damage photos and projects at random: ``python tests/benchmarks/hostile.py [--inputs N]``.
 
-Every damaged file must either be read or refused with one sentence (`UnreadablePhoto`), within
-seconds. A crash of the reader ends this program, and the input that did it stays in ``--keep``.
+Every damaged file must either be read or refused with one sentence, within seconds, and a photo
+that is read must be written again or refused. A crash of a reader ends this program, and the input
+that did it stays in ``--keep``. ``--only NAME,...`` takes some kinds, such as ``heic,dng``.
 """
 
 from __future__ import annotations
@@ -21,10 +22,16 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from kogao_core import photo
+from kogao_core import photo, project
+from kogao_core.project import Original, Project, Sheet, to_dict
+from kogao_core.strict import BadFile
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import files
+from scenes import oval_face
 
 SLOW_SECONDS = 5.0
-MOST_CHANGES = 12
+ENOUGH = 0.4  # chance that a change was the last: most inputs stay almost sound
 # Values that sizes, counts and offsets are commonly mistaken with.
 NASTY = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0xFFFFFFFF)
 
@@ -50,6 +57,12 @@ def seeds() -> dict[str, bytes]:
     for name, pixels in (("16-bit", deep), ("float", picture.astype(np.float32) / 255.0)):
         found[f"{name} tiff"] = cv2.imencode(".tiff", pixels)[1].tobytes()
     found["16-bit png"] = cv2.imencode(".png", deep)[1].tobytes()
+    for suffix, make in files.MAKERS.items():
+        found[f"{suffix[1:]} with all metadata"] = make(picture, 6)
+    found["heic"], found["dng"] = files.heic(picture), files.dng()
+    about = Original("a.jpg", "0" * 64, 56, 40)
+    kept = Project(about, "automatic", Sheet((oval_face(),)))
+    found["project"] = json.dumps(to_dict(kept)).encode()
     return found
 
 
@@ -59,14 +72,14 @@ def _saved(pixels: np.ndarray, form: str, **options: object) -> bytes:
         return out.getvalue()
 
 
-def damaged(rng: np.random.Generator) -> Iterator[tuple[str, bytes]]:
+def damaged(rng: np.random.Generator, only: list[str]) -> Iterator[tuple[str, bytes]]:
     """Yield sound files with flipped bits, nasty numbers, cuts, repeats and foreign parts."""
     sound = seeds()
-    names = list(sound)
+    names = only or list(sound)
     while True:
         name = names[rng.integers(len(names))]
         data = bytearray(sound[name])
-        for _ in range(rng.integers(1, MOST_CHANGES)):
+        for _ in range(rng.geometric(ENOUGH)):
             _damage(data, rng, sound[names[rng.integers(len(names))]])
         yield name, bytes(data)
 
@@ -93,19 +106,32 @@ def _damage(data: bytearray, rng: np.random.Generator, other: bytes) -> None:
         data[at : at + 32] = other[start : start + 32]
 
 
-def judge(path: Path) -> str:
+def judge(path: Path, name: str) -> str:
     """Return what reading a file came to: ``read``, ``refused``, or what went wrong."""
     start = time.perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            photo.read(path, max_megapixels=50)
+            if name == "project":
+                project.load(path)
+            else:
+                _read_and_write(path)
         verdict = "read"
-    except photo.UnreadablePhoto as refusal:
+    except (photo.UnreadablePhoto, photo.CannotWrite, BadFile) as refusal:
         verdict = "refused" if "\n" not in str(refusal) else "refused in more than one line"
     except Exception as error:
         verdict = f"raised {type(error).__name__}: {error}"
     return verdict if time.perf_counter() - start < SLOW_SECONDS else f"slow, {verdict}"
+
+
+def _read_and_write(path: Path) -> None:
+    source = photo.read(path, max_megapixels=50)
+    suffix = ".tif" if source.bits > 8 else ".png" if source.format != "JPEG" else ".jpg"
+    out = path.with_name(f"out{suffix}")
+    try:
+        photo.write(source, source.pixels // 2, out, force=True)
+    finally:
+        out.unlink(missing_ok=True)
 
 
 def main() -> None:
@@ -113,24 +139,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--inputs", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", type=lambda text: text.split(","), default=[])
     parser.add_argument("--keep", type=Path, help="folder for files that went wrong")
     options = parser.parse_args()
     counts: collections.Counter[str] = collections.Counter()
-    inputs = damaged(np.random.default_rng(options.seed))
+    inputs = damaged(np.random.default_rng(options.seed), options.only)
     keep = options.keep or Path(tempfile.mkdtemp(prefix="hostile-"))
     keep.mkdir(parents=True, exist_ok=True)
-    path = keep / "now"
     for number in range(options.inputs):
         name, data = next(inputs)
+        path = keep / ("now.dng" if name == "dng" else "now")
         path.write_bytes(data)
-        verdict = judge(path)
+        verdict = judge(path, name)
         counts[verdict] += 1
         if verdict not in ("read", "refused"):
             (keep / f"{number} {name}").write_bytes(data)
-    path.unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+    left = sorted(file.name for file in keep.iterdir() if file.name[0] in "o.")
+    counts["left behind"] += len(left)
     print(json.dumps({"seed": options.seed, **counts}, indent=1))
-    bad = set(counts) - {"read", "refused"}
-    if bad:
+    if sum(counts.values()) - counts["read"] - counts["refused"]:
         sys.exit(f"see {keep}")
 
 

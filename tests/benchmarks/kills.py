@@ -1,17 +1,20 @@
 """Kill programs that are saving: ``python tests/benchmarks/kills.py [--kills N]`` (not on Windows).
 
-A child saves photos and a sidecar over and over, its own source among them, and is killed at a
-random moment. Afterwards every file must be whole: the old version or the new one.
+A child saves photos and their projects over and over, its own source among them, or works on a
+batch with projects, and is killed at a random moment. Afterwards every file must be whole: the old
+version or the new one. A batch that is let alone in the end must do the rest.
 """
 
 from __future__ import annotations
 
 import argparse
 import collections
+import contextlib
 import json
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -20,9 +23,23 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from kogao_core import atomic, photo
+from kogao_core import photo, project
+from kogao_core.project import Project, Sheet
+from kogao_core.sidecar import original, sidecar_of
+from kogao_core.strict import BadFile
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from benchmarks import thousand
+from scenes import oval_face
 
 LONGEST_SECONDS = 0.12
+# A batch is killed between starting its workers and ending.
+BATCH_SECONDS = (0.5, 4.0)
+BATCH_SHARE = 0.1
+EXPECTED = (
+    *("killed while saving", "killed in a batch", "batch had ended before"),
+    "left a partial file",
+)
 SUFFIXES = (".jpg", ".png", ".tif", ".webp")
 
 
@@ -45,24 +62,36 @@ def save_for_ever(folder: Path, seed: int) -> None:
         pixels = source.pixels.copy()
         pixels[40:90, 60:140] = rng.integers(0, 256)
         photo.write(source, pixels, folder / f"result{suffix}", force=True)
-        atomic.put(json.dumps({"numbers": list(range(2000))}).encode(), folder / "side.json")
+        project.save(some_project(source, rng), sidecar_of(source.path))
         if rng.random() < 0.3:
             photo.write(source, pixels, source.path, force=True)
 
 
-def harm(folder: Path) -> list[str]:
-    """Return what is no longer whole."""
+def some_project(source: photo.Photo, rng: np.random.Generator) -> Project:
+    """Return a project with a face or some."""
+    faces = tuple(oval_face(center=(160.0, 120.0), size=0.3) for _ in range(rng.integers(1, 9)))
+    return Project(original(source.path, "0" * 64, source.pixels), "automatic", Sheet(faces))
+
+
+def unreadable(folder: Path) -> list[str]:
+    """Return which photos and projects in a folder are no longer whole."""
     found = []
-    for path in sorted(folder.glob("*.*")):
-        if path.name.endswith(".partial"):
+    for path in sorted(folder.rglob("*.*")):
+        if "aside" in path.parts or path.suffix in (".partial", ".jsonl"):
             continue
         try:
             if path.suffix == ".json":
-                json.loads(path.read_text())
-            elif photo.read(path).pixels.shape != (240, 320, 3):
-                found.append(f"{path.name}: other size")
-        except (photo.UnreadablePhoto, ValueError) as problem:
+                project.load(path)
+            else:
+                photo.read(path)
+        except (photo.UnreadablePhoto, BadFile) as problem:
             found.append(f"{path.name}: {problem}")
+    return found
+
+
+def harm(folder: Path) -> list[str]:
+    """Return what saving has harmed."""
+    found = unreadable(folder)
     for kept in (folder / "aside").iterdir():
         original = folder / f"{kept.stem}.original{kept.suffix}"
         current = original if original.exists() else folder / kept.name
@@ -71,31 +100,73 @@ def harm(folder: Path) -> list[str]:
     return found
 
 
-def main() -> None:
-    """Run and print the counts; end with 1 if anything was harmed."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--kills", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
-    rng = np.random.default_rng(options.seed)
-    counts: collections.Counter[str] = collections.Counter()
+def partials(folder: Path) -> int:
+    """Remove what a killed program had written aside; return whether there was something."""
+    left = list(folder.rglob(".*.partial"))
+    for partial in left:
+        partial.unlink()
+    return bool(left)
+
+
+def kill_savers(kills: int, seed: int, counts: collections.Counter[str]) -> None:
+    """Kill programs that save, and count what happened."""
+    rng = np.random.default_rng(seed)
     with tempfile.TemporaryDirectory(prefix="kills-") as name:
         folder = Path(name)
         prepare(folder)
-        for kill in range(options.kills):
+        for kill in range(kills):
             child = os.fork()
             if not child:
                 save_for_ever(folder, kill)
             time.sleep(rng.uniform(0.0, LONGEST_SECONDS))
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
-            counts["kills"] += 1
-            counts["left a partial file"] += bool(list(folder.glob(".*.partial")))
-            for partial in folder.glob(".*.partial"):
-                partial.unlink()
+            counts["killed while saving"] += 1
+            counts["left a partial file"] += partials(folder)
             counts.update(harm(folder))
-    print(json.dumps({"seed": options.seed, **counts}, indent=1))
-    sys.exit(bool(set(counts) - {"kills", "left a partial file"}))
+
+
+def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter[str]) -> None:
+    """Kill batches with all their workers, let a last one end, and count what happened."""
+    rng = np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory(prefix="kills-") as name:
+        inputs, out = Path(name) / "in", Path(name) / "out"
+        bad = thousand.make(inputs, photos, rng)
+        before = thousand.digest(inputs)
+        for _ in range(kills):
+            if rng.random() < 0.5:
+                shutil.rmtree(out, ignore_errors=True)
+            running = subprocess.Popen(
+                thousand.command(inputs, out, 2), stderr=subprocess.DEVNULL, start_new_session=True
+            )
+            time.sleep(rng.uniform(*BATCH_SECONDS))
+            counts["batch had ended before"] += running.poll() is not None
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(running.pid, signal.SIGKILL)
+            running.wait()
+            counts["killed in a batch"] += 1
+            counts["left a partial file"] += partials(out)
+            counts.update(unreadable(out))
+            if before != thousand.digest(inputs):
+                counts["a source or a project has changed"] += 1
+        thousand.run(inputs, out, 2)
+        counts.update(thousand.judge(inputs, out, bad, {"done", "skipped"}))
+
+
+def main() -> None:
+    """Run and print the counts; end with 1 if anything was harmed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=300, help="one in ten in a batch")
+    parser.add_argument("--photos", type=int, default=60, help="in a batch")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    counts: collections.Counter[str] = collections.Counter()
+    in_batches = round(BATCH_SHARE * options.kills)
+    kill_savers(options.kills - in_batches, options.seed, counts)
+    kill_batches(in_batches, options.photos, options.seed, counts)
+    harmed = {what: count for what, count in counts.items() if what not in EXPECTED}
+    print(json.dumps({"seed": options.seed, **counts, "harmed": sum(harmed.values())}, indent=1))
+    sys.exit(bool(harmed))
 
 
 if __name__ == "__main__":

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 
 import cv2
 import numpy as np
 
+from kogao_core.experiments.methods import Method, Task
+from kogao_core.face import Face
 from kogao_core.field import Field
-from kogao_core.geometry import Array, Image
+from kogao_core.geometry import Image
 from kogao_core.lattice import ORDER, Lattice, basis
+from kogao_core.recipe import Recipe
 from kogao_core.targets import Pairs
 
 Warp = Callable[[], object]
@@ -79,29 +83,18 @@ def simpleitk(photo: Image, field: Field) -> Warp:
     return lambda: SimpleITK.Resample(picture, picture, transform, SimpleITK.sitkLinear)
 
 
-def _anchored(photo: Image, pairs: Pairs) -> tuple[Array, Array]:
-    """Return sources and targets with the picture's corners pinned, as these methods need."""
-    height, width = photo.shape[:2]
-    corners = np.array([[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1]], float)
-    return np.vstack([pairs.source_px, corners]), np.vstack([pairs.target_px, corners])
+def fitted_and_warped(method: Method, photo: Image, face: Face) -> Warp:
+    """One of the methods of `kogao_core.experiments.methods`, from landmarks to pixels."""
+    task = Task.of(photo, [face], Recipe())
+    if method.needs:
+        import_module(method.needs)
+    return lambda: method.fit(task).pixels(photo)
 
 
-def piecewise_affine(photo: Image, pairs: Pairs) -> Warp:
-    """scikit-image's PiecewiseAffineTransform."""
-    from skimage.transform import PiecewiseAffineTransform, warp
-
-    source, target = _anchored(photo, pairs)
-
-    def run() -> object:
-        transform = PiecewiseAffineTransform.from_estimate(target, source)
-        return warp(photo, transform, order=1, preserve_range=True)
-
-    return run
-
-
-def opencv_tps(photo: Image, pairs: Pairs) -> Warp:
+def opencv_tps(photo: Image, face: Face) -> Warp:
     """OpenCV's thin-plate spline transformer."""
-    source, target = _anchored(photo, pairs)
+    target, pull = Task.of(photo, [face], Recipe()).anchored()
+    source = target + pull
     matches = [cv2.DMatch(k, k, 0) for k in range(len(source))]
 
     def run() -> object:
@@ -109,27 +102,6 @@ def opencv_tps(photo: Image, pairs: Pairs) -> Warp:
         shapes = (np.float32(target)[None], np.float32(source)[None])
         transformer.estimateTransformation(*shapes, matches)
         return transformer.warpImage(photo)
-
-    return run
-
-
-def scipy_rbf(photo: Image, pairs: Pairs) -> Warp:
-    """A thin-plate field by scipy's RBFInterpolator at every pixel, and one full remap."""
-    from scipy.interpolate import RBFInterpolator
-
-    source, target = _anchored(photo, pairs)
-    height, width = photo.shape[:2]
-
-    def run() -> object:
-        field = RBFInterpolator(target, source - target)
-        ys, xs = np.mgrid[0:height, 0:width]
-        pull = np.empty((height, width, 2))
-        for top in range(0, height, 128):
-            rows = slice(top, min(top + 128, height))
-            spots = np.column_stack([xs[rows].ravel(), ys[rows].ravel()])
-            pull[rows] = field(spots).reshape(*xs[rows].shape, 2)
-        x, y = (xs + pull[..., 0]).astype(np.float32), (ys + pull[..., 1]).astype(np.float32)
-        return cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     return run
 

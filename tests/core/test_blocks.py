@@ -1,5 +1,6 @@
 """Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
 
+import cv2
 import jpeglib
 import numpy as np
 import pytest
@@ -135,3 +136,17 @@ def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, r
     (tmp_path / "text.jpg").write_text("no JPEG at all")
     with pytest.raises(CannotKeepBlocks, match="read"):
         keep_blocks(tmp_path / "text.jpg", picture, picture, path.read_bytes())
+
+
+@pytest.mark.parametrize("rare", [cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411,
+                                  cv2.IMWRITE_JPEG_SAMPLING_FACTOR_440])  # fmt: skip
+def test_rare_subsampling_is_compressed_again_at_full_colour_and_says_so(tmp_path, rare):
+    options = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, rare, cv2.IMWRITE_JPEG_QUALITY, 95]
+    cv2.imwrite(str(tmp_path / "in.jpg"), textured_photo(160, 120), options)
+    source = photo.read(tmp_path / "in.jpg")
+    pixels = edited(source)
+    said = photo.write(source, pixels, tmp_path / "out.jpg")
+    assert "compressed again: its chroma is subsampled in a rare way" in said
+    with Image.open(tmp_path / "out.jpg") as seen:
+        assert [layer[1:3] for layer in seen.layer] == [(1, 1)] * 3
+    assert np.abs(photo.read(tmp_path / "out.jpg").pixels.astype(int) - pixels).mean() < 4.0

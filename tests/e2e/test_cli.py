@@ -446,6 +446,15 @@ def test_doctor_is_well_when_nothing_is_missing(cli, monkeypatch):
         assert name in said
 
 
+def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypatch):
+    there = doctor._package
+    monkeypatch.setattr(
+        doctor, "_package", lambda name: {"version": ""} if name == "rawpy" else there(name)
+    )
+    assert "extra [raw]: not installed (pip install 'kogao[raw]')" in cli("doctor")[1]
+    assert not any("raw" in command for command in doctor.examine()["mend"])
+
+
 @pytest.mark.usefixtures("portrait")
 def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch):
     missing = ("libxcb-cursor.so.0", "libEGL.so.1")

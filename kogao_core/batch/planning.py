@@ -1,0 +1,155 @@
+"""Which photos a batch works on and where their results go: in one folder and nowhere else."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from kogao_core.batch.tasks import Task
+from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
+from kogao_core.photo.model import READ_ONLY, READABLE
+from kogao_core.recipe import Recipe
+from kogao_core.sidecar import sidecar_of
+
+
+class NothingToDo(ValueError):
+    """The inputs can't be worked on; the message says why."""
+
+
+def plan(
+    inputs: Sequence[Path],
+    folder: Path,
+    recipe: Recipe,
+    *,
+    which: str = "all",
+    max_megapixels: float = 300.0,
+    landmarks: str | None = None,
+    projects: bool = False,
+    suffix: str = ".jpg",
+    disclosure: Disclosure = NOTHING_TOLD,
+    report: Path | None = None,
+) -> list[Task]:
+    """Return the tasks for files and folders; a folder's photos keep their place in it.
+
+    Parameters
+    ----------
+    inputs : sequence of Path
+        Photos, and folders to search for photos.
+    folder : Path
+        Where outputs go, and nowhere else.
+    recipe, which, max_megapixels, landmarks, disclosure
+        See `Task`.
+    projects : bool
+        Do what the project beside a photo says, where there is one.
+    suffix : str
+        What is added to the names of results of photos that can't be written: HEIC and raw ones.
+    report : Path, optional
+        An earlier run's report: what it lists as done needn't be done again.
+
+    Raises
+    ------
+    NothingToDo
+        If an input doesn't exist, there is no photo, two would be written to one place, or one
+        over a photo or outside the folder.
+    """
+    found: dict[Path, Path] = {}
+    for path in inputs:
+        for photo, place in _photos(path, folder):
+            output = folder / _named(place, suffix)
+            if found.setdefault(output, photo) != photo:
+                raise NothingToDo(
+                    f"{found[output]} and {photo} would both become {output}; "
+                    "work on their folders one by one"
+                )
+    if not found:
+        raise NothingToDo("no photos there; name files or folders that hold some")
+    _check_places(found, folder)
+    keys = _keys(report)
+    choices = recipe.to_dict(), which, max_megapixels, landmarks
+    return [
+        Task(
+            str(photo),
+            str(output),
+            *choices,
+            project=_project_beside(photo) if projects else "",
+            disclosure=disclosure,
+            done=keys.get(str(output), ""),
+        )
+        for output, photo in found.items()
+    ]
+
+
+def check_free(tasks: Sequence[Task]) -> None:
+    """Check that none of the outputs exists, before a first run into a folder.
+
+    Raises
+    ------
+    NothingToDo
+        If one does.
+    """
+    taken = [task.output for task in tasks if Path(task.output).exists()]
+    if taken:
+        count = f"{len(taken)} files exist" if len(taken) > 1 else "a file exists"
+        raise NothingToDo(
+            f"{count} where results would go, such as {taken[0]}; choose another folder, or "
+            "--force to replace them"
+        )
+
+
+def _check_places(found: Mapping[Path, Path], folder: Path) -> None:
+    """Refuse outputs that are photos of the batch, or that links lead out of the folder."""
+    home = _real(folder)
+    sources = {_real(photo) for photo in found.values()}
+    for output in found:
+        place = _real(output)
+        if place in sources:
+            raise NothingToDo(
+                f"{output} is a photo to work on and would be written over; choose another folder"
+            )
+        if not place.is_relative_to(home):
+            raise NothingToDo(f"a link leads {output} out of {folder}; remove the link")
+
+
+def _real(path: Path) -> Path:
+    return Path(os.path.realpath(path))  # unlike `resolve`, at ease with links in a circle
+
+
+def _project_beside(photo: Path) -> str:
+    beside = sidecar_of(photo)
+    return str(beside) if beside.is_file() else ""
+
+
+def _named(place: Path, suffix: str) -> Path:
+    # The whole name stays: a raw photo often lies beside its JPEG.
+    return place.with_name(place.name + suffix) if place.suffix.lower() in READ_ONLY else place
+
+
+def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
+    """Yield photos and their places below the output folder."""
+    if path.is_file():
+        yield path, Path(path.name)
+    elif path.is_dir():
+        for below in sorted(path.rglob("*")):
+            mine = below.is_relative_to(folder) and not path.is_relative_to(folder)
+            if below.suffix.lower() in READABLE and below.is_file() and not mine:
+                yield below, below.relative_to(path)
+    else:
+        raise NothingToDo(f"{path} doesn't exist")
+
+
+def _keys(report: Path | None) -> dict[str, str]:
+    """Return the keys of what a report lists as done, by output; damaged lines don't count."""
+    keys: dict[str, str] = {}
+    if report is None or not report.is_file():
+        return keys
+    for line in report.read_text(encoding="utf-8", errors="replace").splitlines():
+        try:
+            entry = json.loads(line)
+            output, status, key = entry["output"], entry["status"], entry["key"]
+        except (ValueError, KeyError, TypeError):
+            continue
+        if status in ("done", "skipped") and isinstance(output, str) and isinstance(key, str):
+            keys[output] = key
+    return keys

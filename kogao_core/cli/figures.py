@@ -1,0 +1,130 @@
+"""``kogao-cli experiment figures``: the paper's figures of any photo."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from kogao_core.cli import common, options
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kogao_core.experiments.drawing import Drawing
+    from kogao_core.recipe import Recipe
+
+_KINDS: Final = ("png", "svg")
+
+
+@click.command("figures")
+@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
+    help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
+)  # fmt: skip
+@click.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
+              show_default=True)  # fmt: skip
+@click.option(
+    "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
+    metavar="PX", help="Width of each figure.",
+)  # fmt: skip
+@click.option("--percent", type=float, help="Warp distance in % of D [4].")
+@click.option(
+    "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="A saved recipe (JSON) [the paper's].",
+)  # fmt: skip
+@options.chooses_faces
+@click.option("--force", is_flag=True, help="Replace existing files.")
+@common.chooses_landmarks
+@common.limits_megapixels
+def command(
+    photos: Sequence[Path],
+    folder: Path,
+    kinds: str,
+    width_px: int,
+    percent: float | None,
+    recipe_file: Path | None,
+    which: str,
+    force: bool,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> int:
+    """Draw the paper's figures of PHOTOS.
+
+    Landmarks and targets (4, 5), centre candidates (7), lattice (2), domains (14, 15), before and
+    after (16), cut to the paper's 4 : 3 round the faces.
+    """
+    recipe = _recipe(recipe_file, percent)
+    stems = [photo.stem for photo in photos]
+    twice = {stem for stem in stems if stems.count(stem) > 1}
+    if twice:
+        raise common.Stop(f"several photos are called {min(twice)}; draw them apart", common.USAGE)
+    code = 0
+    for photo in photos:
+        try:
+            drawings = _drawings(photo, recipe, which, width_px, landmarks, max_megapixels)
+            written = _write(
+                drawings, photo, folder, _KINDS if kinds == "both" else (kinds,), force
+            )
+        except common.Stop as stop:
+            if len(photos) == 1:
+                raise
+            click.echo(f"kogao-cli: {stop.message}", err=True)
+            code = common.SOME_FAILED
+        else:
+            click.echo(f"{photo}: {', '.join(path.name for path in written)}")
+    return code
+
+
+def _recipe(file: Path | None, percent: float | None) -> Recipe:
+    from kogao_core.recipe import PAPER
+
+    if file is not None:
+        return options.recipe_of(file, {"percent": percent})
+    with common.stopping(ValueError, common.USAGE):
+        return PAPER if percent is None else dataclasses.replace(PAPER, percent=percent)
+
+
+def _drawings(
+    photo: Path,
+    recipe: Recipe,
+    which: str,
+    width_px: int,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> list[Drawing]:
+    from kogao_core.experiments.figures import figures
+    from kogao_core.experiments.subjects import Subject
+    from kogao_core.face import select
+
+    read = common.read_photo(photo, max_megapixels)
+    with common.stopping(ValueError, common.USAGE):
+        faces = select(common.find_faces(read, landmarks), which)
+    return figures(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
+
+
+def _write(
+    drawings: Sequence[Drawing], photo: Path, folder: Path, kinds: Sequence[str], force: bool
+) -> list[Path]:
+    from kogao_core.atomic import put
+
+    targets = {
+        folder / f"{photo.stem}-{drawing.name}.{kind}": (drawing, kind)
+        for drawing in drawings
+        for kind in kinds
+    }
+    for path in targets:
+        if path.exists() and not force:
+            raise common.Stop(f"{path} exists; --force replaces it", common.USAGE)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path, (drawing, kind) in targets.items():
+            put(drawing.png() if kind == "png" else drawing.svg(), path)
+    except OSError as error:
+        raise common.Stop(
+            f"{folder} can't be written ({error.strerror or error})", common.UNREADABLE
+        ) from error
+    return list(targets)

@@ -1,0 +1,109 @@
+"""``kogao-cli landmarks``: points for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from kogao_core.cli import common, options
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kogao_core.face import Face
+
+_FORMATS: Final = ("tem", "pts", "csv", "json")
+_TEMPLATES: Final = ("27", "68", "189")
+
+
+@click.group("landmarks")
+def command() -> None:
+    """Give landmarks to other programs.
+
+    Theirs come in by warp --points. docs/interchange.md says what each format holds of ours.
+    """
+
+
+@command.command("export")
+@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--format", "form", type=click.Choice(_FORMATS), required=True,
+    help="WebMorph, iBUG, a table, or what detect --json prints.",
+)  # fmt: skip
+@click.option(
+    "--template", type=click.Choice(_TEMPLATES),
+    help="How many points [tem, csv: 27, ours alone; pts: 68; the rest is a mean face's].",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
+    help="A folder; made if need be. Files take the photos' names.",
+)  # fmt: skip
+@options.chooses_faces
+@click.option("--force", is_flag=True, help="Replace existing files.")
+@common.chooses_landmarks
+@common.limits_megapixels
+def export(
+    photos: Sequence[Path],
+    form: str,
+    template: str | None,
+    folder: Path,
+    which: str,
+    force: bool,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> int:
+    """Find the faces of PHOTOS and write their landmarks."""
+    targets = _targets(photos, folder, form)
+    if template is not None and form == "json":
+        raise common.Stop("JSON holds our own points; leave --template out", common.USAGE)
+    code = 0
+    for photo, target in zip(photos, targets, strict=True):
+        try:
+            faces = _faces(photo, which, landmarks, max_megapixels)
+            _write(photo, faces, target, template, force)
+        except common.Stop as stop:
+            if len(photos) == 1:
+                raise
+            click.echo(f"kogao-cli: {stop.message}", err=True)
+            code = common.SOME_FAILED
+    return code
+
+
+def _targets(photos: Sequence[Path], folder: Path, form: str) -> list[Path]:
+    targets = [folder / f"{photo.stem}.{form}" for photo in photos]
+    twice = {target for target in targets if targets.count(target) > 1}
+    if twice:
+        raise common.Stop(
+            f"several photos would be written to {min(twice)}; give those their own folder",
+            common.USAGE,
+        )
+    return targets
+
+
+def _faces(photo: Path, which: str, landmarks: str | None, max_megapixels: float) -> Sequence[Face]:
+    from kogao_core.face import select
+
+    faces = common.find_faces(common.read_photo(photo, max_megapixels), landmarks)
+    with common.stopping(ValueError, common.USAGE):
+        return select(faces, which)
+
+
+def _write(
+    photo: Path, faces: Sequence[Face], target: Path, template: str | None, force: bool
+) -> None:
+    from kogao_core import interchange
+
+    for file in interchange.files(target, faces):
+        if file.exists() and not force:
+            raise common.Stop(f"{file} exists; --force replaces it", common.USAGE)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        written = interchange.write(faces, target, template)
+    except OSError as error:
+        raise common.Stop(
+            f"{target} can't be written ({error.strerror or error})", common.UNREADABLE
+        ) from error
+    for one in written:
+        click.echo(f"{photo}: {one.path}" + (f" ({one.note})" if one.note else ""))

@@ -1,0 +1,126 @@
+"""The files that an experiment writes: all figures, a table of them, a report, pictures."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import click
+
+from kogao_core.cli import common
+
+if TYPE_CHECKING:
+    from kogao_core.experiments.report import Made, Table
+    from kogao_core.geometry import Image
+
+KINDS: Final = ("json", "csv", "html")
+STDOUT: Final = Path("-")
+
+
+class Telling(Protocol):
+    """A module that tells what an experiment found: to read, to compute with, to look at."""
+
+    @property
+    def tables(self) -> Callable[[Any], list[Table]]: ...  # noqa: D102
+    @property
+    def records(self) -> Callable[[Any], list[dict[str, object]]]: ...  # noqa: D102
+    @property
+    def document(self) -> Callable[[Any], dict[str, object]]: ...  # noqa: D102
+    @property
+    def html(self) -> Callable[[Any, Made], str]: ...  # noqa: D102
+
+
+class Outputs:
+    """Where the result goes; checked before work begins.
+
+    Parameters
+    ----------
+    files : mapping of str to Path
+        By kind; ``-`` is the standard output.
+    folder : Path, optional
+        For pictures; made if need be.
+    force : bool
+        Replace what is there.
+
+    Raises
+    ------
+    Stop
+        If a file or folder is in the way, or there is no folder for a file.
+    """
+
+    def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
+        self._files, self._folder = files, folder
+        for file in files.values():
+            if file != STDOUT and file.exists() and not force:
+                raise common.Stop(f"{file} exists; --force replaces it", common.USAGE)
+            if file != STDOUT and file.parent != folder:
+                _check_folder(file.parent, made=False)
+        if folder is not None:
+            _check_folder(folder, made=True)
+            if folder.is_dir() and any(folder.iterdir()) and not force:
+                raise common.Stop(
+                    f"{folder} isn't empty; choose another, or --force to replace files in it",
+                    common.USAGE,
+                )
+
+    def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
+        """Write pictures, grey or RGB with their files' names, where a folder was asked for."""
+        from kogao_core import atomic
+        from kogao_core.experiments.report import png
+
+        if self._folder is None:
+            return
+        with common.stopping(OSError, common.UNREADABLE):
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for name, pixels in pictures:
+                atomic.put(png(pixels), self._folder / name)
+
+    def write(self, result: object, telling: Telling, made: Made) -> None:
+        """Write the files, and print the tables unless a file is printed."""
+        makers: dict[str, Callable[[], str]] = {
+            "json": lambda: _json({**telling.document(result), "made": made.to_dict()}),
+            "csv": lambda: _csv(telling.records(result)),
+            "html": lambda: telling.html(result, made),
+        }
+        if STDOUT not in self._files.values():
+            click.echo("\n\n".join(map(str, telling.tables(result))))
+        with common.stopping(OSError, common.UNREADABLE):
+            if self._folder is not None:
+                self._folder.mkdir(parents=True, exist_ok=True)
+            for kind, file in self._files.items():
+                _put(file, makers[kind]())
+
+
+def _check_folder(folder: Path, *, made: bool) -> None:
+    """Stop where files can't be put into a folder; with `made` it will be made if need be."""
+    nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
+    if not nearest.is_dir() or (nearest != folder and not made):
+        raise common.Stop(f"there is no folder {folder}", common.UNREADABLE)
+    if not os.access(nearest, os.W_OK):
+        raise common.Stop(f"{nearest} may not be written to", common.UNREADABLE)
+
+
+def _json(document: Mapping[str, object]) -> str:
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+
+
+def _csv(records: list[dict[str, object]]) -> str:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
+    return text.getvalue()
+
+
+def _put(file: Path, text: str) -> None:
+    from kogao_core import atomic
+
+    if file == STDOUT:
+        click.echo(text, nl=False)
+    else:
+        atomic.put(text.encode(), file)

@@ -1,0 +1,51 @@
+"""Landmarks from a file in place of a search, as `warp` takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import click
+
+from kogao_core.cli import common
+
+if TYPE_CHECKING:
+    from kogao_core.face import Face
+    from kogao_core.photo import Photo
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+_FILE: Final = click.option(
+    "--points", "points_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="Take the landmarks from a .tem, .pts, .csv or .json file instead of looking for faces.",
+)  # fmt: skip
+_MAP: Final = click.option(
+    "--points-map", metavar="MAP",
+    help="Which of the file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
+    "[by their number: 27, 68 or 189].",
+)  # fmt: skip
+
+
+def takes_points(command: _Command) -> _Command:
+    """Add ``--points`` and ``--points-map``."""
+    return _FILE(_MAP(command))
+
+
+def faces(
+    photo: Photo, file: Path | None, mapping: str | None, landmarks: str | None
+) -> list[Face]:
+    """Return the faces of a file of points, or find them where there is none."""
+    if file is None:
+        if mapping is not None:
+            raise common.Stop("--points-map needs --points", common.USAGE)
+        return common.find_faces(photo, landmarks)
+    from kogao_core import interchange
+    from kogao_core.geometry import Box
+    from kogao_core.strict import BadFile
+
+    with common.stopping(ValueError, common.USAGE):
+        template = None if mapping is None else interchange.template(mapping)
+    with common.stopping(BadFile, common.UNREADABLE):
+        found = interchange.read(file, template)
+        interchange.check_inside(found, Box.of(photo.pixels))
+    return found

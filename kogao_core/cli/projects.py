@@ -1,0 +1,122 @@
+"""Projects on the command line: replayed from a file, and kept beside a photo."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from kogao_core.cli import common
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kogao_core.face import Face
+    from kogao_core.photo import Photo
+    from kogao_core.sidecar import Applied
+
+_SAID_BY_PROJECT: Final = (
+    *("percent", "center", "lattice", "lattice_unit", "fit", "domain", "threshold_px"),
+    *("interpolation", "guard", "which", "recipe_file", "landmarks"),
+    *("lines", "width_px", "feather_px", "points_file", "points_map"),
+)
+
+
+def refuse_choices(context: click.Context) -> None:
+    """Stop when choices are given beside a project, which holds all of them."""
+    by_user = click.core.ParameterSource.COMMANDLINE
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        if name in _SAID_BY_PROJECT and context.get_parameter_source(name) is by_user:
+            raise common.Stop(
+                f"--project holds every choice; leave out {parameter.opts[0]}", common.USAGE
+            )
+
+
+def applied(file: Path, photo: Photo, sha256: str) -> Applied:
+    """Return what the project in a file makes of a photo, or stop."""
+    from kogao_core.project import load
+    from kogao_core.sidecar import apply
+
+    with _usable(file):
+        return apply(load(file), sha256, photo.pixels)
+
+
+def check_free(photo: Path, sample: bool, force: bool) -> None:
+    """Stop when no project may be written beside a photo."""
+    from kogao_core.sidecar import sidecar_of
+
+    if sample:
+        raise common.Stop("the sample keeps no project; copy it to a folder first", common.USAGE)
+    place = sidecar_of(photo)
+    if place.exists() and not force:
+        raise common.Stop(f"{place} exists; --force replaces it", common.USAGE)
+    if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
+        raise common.Stop(
+            f"the folder {place.parent} isn't writable, so no project can be kept beside the "
+            "photo; leave out --save-project or copy the photo",
+            common.UNREADABLE,
+        )
+
+
+def save(
+    photo: Photo, sha256: str, found: Sequence[Face], done: Applied, file: Path | None
+) -> Path:
+    """Write what was done beside the photo, or stop.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo.
+    sha256 : str
+        Hash of its file as it was read; by now the result may be there.
+    found : sequence of Face
+        All faces, those left alone too.
+    done : Applied
+        What was done.
+    file : Path, optional
+        The project that was replayed, to be kept with all it holds.
+    """
+    from kogao_core import project, sidecar
+
+    original = sidecar.original(photo.path, sha256, photo.pixels)
+    if file is not None:
+        with _usable(file):
+            kept = project.load(file).at_size(photo.width, photo.height)
+        kept = dataclasses.replace(kept, original=original)
+    else:
+        chosen = {id(face) for face in done.faces}
+        off = frozenset(n for n, face in enumerate(found) if id(face) not in chosen)
+        sheet = project.Sheet(tuple(found), off, done.recipe)
+        kept = project.Project(original, "automatic", sheet, None, done.protection)
+    place = sidecar.sidecar_of(photo.path)
+    try:
+        project.save(kept, place)
+    except OSError as error:
+        raise common.Stop(
+            f"{place} can't be written ({error.strerror or error})", common.UNREADABLE
+        ) from error
+    return place
+
+
+@contextmanager
+def _usable(file: Path) -> Iterator[None]:
+    from kogao_core.strict import BadFile
+
+    try:
+        yield
+    except BadFile as error:
+        raise common.Stop(f"the project {file} can't be used: {error}", common.USAGE) from error
+
+
+def hash_of(path: Path) -> str:
+    """Return the SHA-256 of a photo's file, or stop."""
+    from kogao_core.project import sha256_of
+
+    with common.stopping(OSError, common.UNREADABLE):
+        return sha256_of(path)

@@ -1,0 +1,192 @@
+"""What the experiments share: their photos and recipe, and the files they write."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import click
+
+from kogao_core.cli import common, options, outputs
+
+if TYPE_CHECKING:
+    from kogao_core.experiments.subjects import Subject
+    from kogao_core.face import LandmarkSource
+    from kogao_core.geometry import Image
+    from kogao_core.recipe import Recipe
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+_file = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+
+_OPTIONS: Final = (
+    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=click.Path(path_type=Path)),
+    click.option("--sample", is_flag=True, help="Use the built-in portrait."),
+    click.option("--percent", type=float, help="Warp distance in % of D [4]."),
+    click.option(
+        "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
+        help="A saved recipe (JSON) [the paper's].",
+    ),
+    options.chooses_faces,
+    click.option(
+        "--json", "json_file", type=_file, metavar="F", help="Write everything; - prints.",
+    ),
+    click.option(
+        "--csv", "csv_file", type=_file, metavar="F", help="Write a table of all figures.",
+    ),
+    click.option(
+        "--html", "html_file", type=_file, metavar="F", help="Write a report for a browser.",
+    ),
+    click.option(
+        "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False),
+        metavar="DIR", help="Write all of these, and pictures, into a folder; made if need be.",
+    ),
+    click.option("--force", is_flag=True, help="Replace existing files."),
+    common.limits_megapixels,
+    common.chooses_landmarks,
+)  # fmt: skip
+
+
+def takes_photos(command: _Command) -> _Command:
+    """Add the arguments of every experiment; the command hands them to `Work`."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+class Work:
+    """One experiment on the command line, from its arguments to its files.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment, and of its files in a folder.
+    given : mapping
+        What `takes_photos` has added to the command's arguments.
+    """
+
+    def __init__(self, name: str, given: Mapping[str, Any]) -> None:
+        self._given = given
+        self.recipe = _recipe(given["recipe_file"], given["percent"])
+        self._paths = _photos(given["inputs"], given["sample"])
+        self._outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
+        self.left_out: list[str] = []
+        self._code = 0
+
+    def source(self) -> LandmarkSource:
+        """Return what finds the faces."""
+        return common.landmark_source(self._given["landmarks"])
+
+    def subjects(self, source: LandmarkSource) -> Iterator[Subject]:
+        """Yield the photos that have a face; others are named on stderr and in the report.
+
+        Raises
+        ------
+        Stop
+            If there is none at all.
+        """
+        common.tell_of_fallback(self._given["landmarks"])
+        stop: common.Stop | None = None
+        found = 0
+        for number, path in enumerate(self._paths, start=1):
+            try:
+                subject = self._subject(path, source)
+            except common.Stop as problem:
+                if problem.code == common.BROKEN:
+                    raise
+                stop = problem
+                if len(self._paths) > 1:
+                    self.leave_out(problem.message)
+                continue
+            _show(f"{number} of {len(self._paths)}: {path}")
+            found += 1
+            yield subject
+        if not found and stop is not None:
+            raise stop
+        _show("")
+
+    def name_absent(self, sentence: str) -> None:
+        """Say what is missing here, on stderr and in the report."""
+        self.left_out.append(sentence)
+        click.echo(f"kogao-cli: {sentence}", err=True)
+
+    def leave_out(self, sentence: str) -> None:
+        """Say what a photo can't be used for; the others go on, and the exit code tells."""
+        self._code = common.SOME_FAILED
+        self.name_absent(sentence)
+
+    def _subject(self, path: Path, source: LandmarkSource) -> Subject:
+        from kogao_core.assets import AssetMissing
+        from kogao_core.experiments.subjects import Subject
+        from kogao_core.face import select
+        from kogao_core.landmarks import ModelRefused
+
+        photo = common.read_photo(path, self._given["max_megapixels"])
+        with (
+            common.stopping(AssetMissing, common.BROKEN),
+            common.stopping(ModelRefused, common.BROKEN),
+        ):
+            faces = source.find(photo.pixels)
+        if not faces:
+            raise common.Stop(f"no face in {path}; leave it out or crop closer", common.NO_FACE)
+        with common.stopping(ValueError, common.USAGE):
+            chosen = select(faces, self._given["which"])
+        twins = [other for other in self._paths if other.name == path.name]
+        return Subject(path.name if len(twins) == 1 else str(path), photo.pixels, tuple(chosen))
+
+    def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
+        """Write pictures, with their files' names, where a folder was asked for."""
+        self._outputs.keep(pictures)
+
+    def deliver(self, result: object, telling: outputs.Telling) -> int:
+        """Print the tables, write the files that were asked for, and return the exit code."""
+        from kogao_core.experiments.report import Made
+
+        made = Made.now(click.get_current_context().obj, self.left_out)
+        self._outputs.write(result, telling, made)
+        return self._code
+
+
+def _recipe(file: Path | None, percent: float | None) -> Recipe:
+    from kogao_core.recipe import PAPER
+
+    choices = {"percent": percent}
+    if file is not None:
+        return options.recipe_of(file, choices)
+    with common.stopping(ValueError, common.USAGE):
+        return PAPER if percent is None else dataclasses.replace(PAPER, percent=percent)
+
+
+def _files(name: str, given: Mapping[str, Any]) -> dict[str, Path]:
+    folder: Path | None = given["folder"]
+    files = {kind: given[f"{kind}_file"] for kind in outputs.KINDS}
+    if folder is not None:
+        files = {kind: file or folder / f"{name}.{kind}" for kind, file in files.items()}
+    return {kind: file for kind, file in files.items() if file is not None}
+
+
+def _photos(inputs: tuple[Path, ...], sample: bool) -> list[Path]:
+    from kogao_core.photo import READABLE
+
+    if bool(inputs) == sample:
+        raise common.Stop("name photos or folders of photos, or use --sample", common.USAGE)
+    if sample:
+        return [common.input_path(None, sample)]
+    paths: list[Path] = []
+    for path in inputs:
+        if not path.is_dir():
+            paths.append(path)
+            continue
+        within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
+        if not within:
+            raise common.Stop(f"there is no photo in {path}", common.USAGE)
+        paths += within
+    return paths
+
+
+def _show(line: str) -> None:
+    """Show what is being worked on, to people only."""
+    if sys.stderr.isatty():
+        click.echo(f"\r\x1b[K{line}", nl=False, err=True)

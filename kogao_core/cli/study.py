@@ -1,0 +1,183 @@
+"""``kogao-cli experiment study``: make a rating study, and count what people said."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from kogao_core.cli import common, outputs
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from kogao_core.experiments.study.making import Choices
+    from kogao_core.experiments.study.plan import Key
+    from kogao_core.experiments.subjects import Subject
+
+_LARGEST_LATTICE: Final = 8.0
+_FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+_EDITOR: Final = "kogao_app"
+
+
+@click.group("study")
+def command() -> None:
+    """Ask people which faces look natural (table 1, figures 10 and 11).
+
+    make writes pictures and a page that say nothing of how they were made; rate asks in the
+    editor, the page in a browser; report counts. docs/study.md says how to run a study.
+    """
+
+
+def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
+    try:
+        sizes = tuple(float(part) for part in value.split(",") if part)
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is not a list such as 0.5,1,2.") from None
+    if len(set(sizes)) != len(sizes) or not all(0.1 <= size <= _LARGEST_LATTICE for size in sizes):
+        raise click.BadParameter(f"{value!r} must be different sizes within 0.1..8.")
+    return sizes
+
+
+@command.command("make")
+@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
+    help="A new folder for the raters; the key is written beside it.",
+)  # fmt: skip
+@click.option(
+    "--lattices", callback=_sizes, default="0.25,0.5,1,2", show_default=True, metavar="R,R,...",
+    help="Lattice sizes of figure 11, in landmark spacings.",
+)  # fmt: skip
+@click.option("--control", is_flag=True, help="Show each photo as it is, too.")
+@click.option(
+    "--satisfaction/--no-satisfaction", default=True, show_default=True,
+    help="Ask for grades from 0 to 100 at the end.",
+)  # fmt: skip
+@click.option("--seed", help="Bring the names of an earlier study again [drawn].")
+@common.chooses_landmarks
+@common.limits_megapixels
+def make(
+    photos: Sequence[Path],
+    folder: Path,
+    lattices: tuple[float, ...],
+    control: bool,
+    satisfaction: bool,
+    seed: str | None,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> None:
+    """Make a study of the largest face in each of PHOTOS."""
+    from kogao_core.experiments.study import making, plan
+    from kogao_core.experiments.study.variants import variants
+    from kogao_core.recipe import PAPER
+
+    with common.stopping(making.RefusedFolder, common.USAGE):
+        making.check_folder(folder)
+    kinds = variants(PAPER, lattices, control=control, satisfaction=satisfaction)
+    with common.stopping(ValueError, common.USAGE):
+        choices = making.Choices(PAPER, kinds, seed)
+    with common.stopping(making.RefusedFolder, common.USAGE), _disk(folder):
+        key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
+    click.echo(
+        f"{folder}: {len(key.pictures)} pictures of {common.count_of_faces(len(photos))}; open "
+        f"{folder / making.PAGE_FILE} in a browser, or the folder in the editor's Experiments menu"
+    )
+    click.echo(f"{plan.key_path(folder)}: what each picture is; keep it from the raters")
+
+
+def _subjects(
+    photos: Sequence[Path], landmarks: str | None, max_megapixels: float
+) -> list[Subject]:
+    from kogao_core.experiments.study import pictures
+    from kogao_core.face import select
+
+    found = []
+    for path in photos:
+        photo = common.read_photo(path, max_megapixels)
+        (face,) = select(common.find_faces(photo, landmarks), "largest")
+        found.append(pictures.subject(photo, face))
+    return found
+
+
+def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
+    from kogao_core.experiments.study import making
+
+    if not sys.stderr.isatty():
+        return making.make(subjects, folder, choices)
+    total = len(subjects) * len(choices.variants)
+    with click.progressbar(length=total, label="pictures", file=sys.stderr) as bar:
+        return making.make(subjects, folder, choices, lambda done, _: bar.update(done - bar.pos))
+
+
+@command.command("rate")
+@click.argument("folder", type=click.Path(path_type=Path))
+def rate(folder: Path) -> int:
+    """Open the rating session of the study in FOLDER in the editor."""
+    from kogao_core.experiments.study import plan
+    from kogao_core.strict import BadFile
+
+    with common.stopping(BadFile, common.UNREADABLE):
+        plan.load_study(folder)
+    if importlib.util.find_spec(_EDITOR) is None:
+        raise common.Stop(
+            f"the editor isn't installed; open {folder / 'index.html'} in a browser", common.BROKEN
+        )
+    return subprocess.run([sys.executable, "-m", _EDITOR, "--rate", folder], check=False).returncode
+
+
+@command.command("report")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--key", "keys", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="Keys, one for each folder in turn [FOLDER.key.json beside each].",
+)  # fmt: skip
+@click.option(
+    "--ratings", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
+)  # fmt: skip
+@click.option(
+    "--json", "json_file", type=_FILE, metavar="F", help="Write everything; - prints.",
+)  # fmt: skip
+@click.option("--csv", "csv_file", type=_FILE, metavar="F", help="Write a table of all figures.")
+@click.option("--html", "html_file", type=_FILE, metavar="F", help="Write a report for a browser.")
+@click.option("--force", is_flag=True, help="Replace existing files.")
+@click.pass_obj
+def report(
+    told: str,
+    folders: Sequence[Path],
+    keys: Sequence[Path],
+    files: Sequence[Path],
+    json_file: Path | None,
+    csv_file: Path | None,
+    html_file: Path | None,
+    force: bool,
+) -> None:
+    """Count the ratings of the studies in FOLDERS."""
+    from kogao_core.experiments.report import Made
+    from kogao_core.experiments.study import plan, report, tally
+    from kogao_core.strict import BadFile
+
+    if keys and len(keys) != len(folders):
+        raise common.Stop("give one --key for each folder, or none", common.USAGE)
+    files_of = {"json": json_file, "csv": csv_file, "html": html_file}
+    to = outputs.Outputs({k: f for k, f in files_of.items() if f is not None}, None, force)
+    found = [*keys] or [plan.key_path(folder) for folder in folders]
+    with common.stopping(BadFile, common.UNREADABLE):
+        counted = tally.tally(list(zip(folders, found, strict=True)), files)
+    to.write(counted, report, Made.now(told))
+
+
+@contextmanager
+def _disk(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise common.Stop(
+            f"{path} can't be written ({error.strerror or error})", common.UNREADABLE
+        ) from error

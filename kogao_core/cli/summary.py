@@ -1,0 +1,82 @@
+"""What `kogao-cli warp` says about its work, for people and as JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kogao_core.cli import common
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kogao_core.bend import BentLine
+    from kogao_core.face import Face
+    from kogao_core.photo import Photo
+    from kogao_core.pipeline import Rendering
+
+
+def as_json(
+    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
+) -> dict[str, Any]:
+    """Return all figures as plain values."""
+    return {
+        "input": str(photo.path),
+        "output": str(output),
+        "image": {"width": photo.width, "height": photo.height},
+        "faces": [face.to_dict() for face in faces],
+        "recipe": rendering.recipe.to_dict(),
+        "timings_ms": rendering.timings_ms,
+        "domains": {
+            name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
+            for name, count in rendering.pixel_counts.items()
+        },
+        "residual": dataclasses.asdict(rendering.residual),
+        "shares": list(rendering.shares),
+        "one_to_one": dataclasses.asdict(rendering.one_to_one),
+        "lines": [dataclasses.asdict(line) for line in _bent_lines(photo, rendering)],
+        "notes": notes,
+    }
+
+
+def as_text(
+    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
+) -> str:
+    """Return the figures that matter most, in lines."""
+    recipe, share = rendering.recipe, photo.width * photo.height / 100.0
+    counts = rendering.pixel_counts.items()
+    sound = rendering.one_to_one
+    lines = [
+        f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.percent:g} % towards centre "
+        f"{recipe.center}, written to {output}",
+        "domain    " + ", ".join(f"{name} {count / share:.1f} %" for name, count in counts),
+        f"residual  {rendering.residual.max_px:.2f} px at most; min det J {sound.min_det:.2f}",
+        "time      " + ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms",
+    ]
+    if bent := _bent_lines(photo, rendering):
+        worst = bent[0]
+        (x, y), (u, v) = worst.start_px, worst.end_px
+        lines.append(
+            f"lines     {len(bent)} straight ones nearby; the one from {x:.0f},{y:.0f} to "
+            f"{u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px"
+        )
+    if min(rendering.shares, default=1.0) < 1.0:
+        kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
+        lines.append(f"guard     held back to {kept} of the move, which would have folded")
+    if sound.folded_cells:
+        lines.append(
+            f"warning   the warp folds in {len(sound.folded_cells)} places: lower --percent or "
+            "raise --lattice"
+        )
+    elif not sound.edges_proven:
+        lines.append(
+            "warning   thin folds where the threshold fades in can't be ruled out: --guard"
+        )
+    return "\n".join([*lines, *(f"note      {note}" for note in notes)])
+
+
+def _bent_lines(photo: Photo, rendering: Rendering) -> list[BentLine]:
+    from kogao_core.bend import bends, straight_lines
+
+    return bends(rendering.field, straight_lines(photo.pixels, rendering.domain.bounds))

@@ -1,0 +1,226 @@
+"""Distortion in the shape of table 1, with the published answers beside."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Final
+
+import numpy as np
+
+from kogao_core.experiments import report
+from kogao_core.experiments.charts import Axis, Line, line_chart
+from kogao_core.experiments.distortion import Distortion, Result, shown
+from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
+
+TITLE: Final = "Table 1 beside numbers: what the warp distorts"
+LEAD: Final = (
+    "Above a warp distance of 6 % people suddenly called faces unnatural. Does anything that can "
+    "be measured in the warp jump there, too?"
+)
+_NONE: Final = "\N{EN DASH}"
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A number of `Distortion`.
+
+    Parameters
+    ----------
+    name, title : str
+        Of the column in files, and what people read.
+    digits : int
+        Decimals shown.
+    harm : callable
+        Turns it into something that is 0 without a warp and grows with it.
+    """
+
+    name: str
+    title: str
+    digits: int
+    harm: Callable[[float], float] = abs
+
+    def median(self, found: Sequence[Distortion]) -> float:
+        """Return the median over photos; NaN where none has a value."""
+        values = [getattr(one, self.name) for one in found]
+        known = [float(value) for value in values if value is not None]
+        return statistics.median(known) if known else float("nan")
+
+    def text(self, value: float) -> str:
+        """Return it as people read it."""
+        return _NONE if np.isnan(value) else f"{value:.{self.digits}f}"
+
+
+MEASURES: Final = (
+    Measure("face_area", "area of the face, change in %", 1),
+    Measure("local_area", "local change of area, rms in %", 1),
+    Measure("min_det", "smallest det J", 2, lambda det: 1.0 - det),
+    Measure("bend", "bend of the worst ruled line, % of the eyes' distance", 2),
+    Measure("photo_bend", "bend of the worst line in the photo, % of the eyes' distance", 2),
+    Measure("residual", "landmarks off their targets, mean, % of the eyes' distance", 3),
+    Measure("contour", "outline off its curve, largest, % of the eyes' distance", 3),
+)
+_CHARTED: Final = ("local_area", "min_det", "bend")
+
+
+def tables(result: Result) -> list[Table]:
+    """Return table 1, each measure in its shape, how they grow, and the lattice sizes."""
+    return [
+        _published(),
+        *(_in_its_shape(result, measure) for measure in MEASURES),
+        _growth(result),
+        _lattices(result),
+    ]
+
+
+def _header(first: str) -> tuple[str, ...]:
+    return (first, *(f"{distance:g} %" for distance in DISTANCES))
+
+
+def _published() -> Table:
+    rows = [(str(k), *(f"{v:.3f}" for v in row)) for k, row in enumerate(UNNATURAL, start=1)]
+    caption = "Table 1: answers that called the picture unnatural, %"
+    note = f"Published: {SUBJECTS} faces, {STUDENTS} people. Columns: warp distance in % of D."
+    return Table(caption, _header("centre"), rows, note)
+
+
+def _grid(result: Result, measure: Measure) -> list[list[float]]:
+    """Return medians over photos, a row for each centre."""
+    medians = [measure.median(result.of(v)) for v in shown(result.recipe) if v.kind == "table1"]
+    count = len(DISTANCES)
+    return [medians[k : k + count] for k in range(0, len(medians), count)]
+
+
+def _in_its_shape(result: Result, measure: Measure) -> Table:
+    rows = [
+        (str(center), *map(measure.text, row))
+        for center, row in enumerate(_grid(result, measure), start=1)
+    ]
+    title = measure.title[0].upper() + measure.title[1:]
+    return Table(title, _header("centre"), rows)
+
+
+def _harms(result: Result, measure: Measure) -> list[list[float]]:
+    return [[measure.harm(value) for value in row] for row in _grid(result, measure)]
+
+
+def _relative(rows: Sequence[Sequence[float]]) -> list[float]:
+    """Return means over centres, in % of the last."""
+    means = np.mean(np.asarray(rows, np.float64), axis=0)
+    return [float(value) for value in 100.0 * means / means[-1]]
+
+
+def _growth(result: Result) -> Table:
+    published = ("unnatural answers (table 1)", *_whole(_relative(UNNATURAL)), "1.00")
+    rows = [published]
+    for measure in MEASURES:
+        harms = _harms(result, measure)
+        alike = rank_correlation(np.ravel(harms), np.ravel(UNNATURAL))
+        title = "1 - smallest det J" if measure.name == "min_det" else measure.title
+        rows.append((title, *_whole(_relative(harms)), _NONE if alike is None else f"{alike:.2f}"))
+    header = (*_header("mean over the centres, % of its value at 10 %"), "rank correlation")
+    note = (
+        "A number that grows evenly reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of "
+        "the 20 cells with table 1; it says whether the order agrees, not the jump. Photos without "
+        "a straight line beside the face don't count for that row."
+    )
+    return Table("How each grows with the warp distance", header, rows, note)
+
+
+def _whole(values: Sequence[float]) -> list[str]:
+    return [_NONE if np.isnan(value) else f"{value:.0f}" for value in values]
+
+
+def rank_correlation(a: np.ndarray, b: np.ndarray) -> float | None:
+    """Return Spearman's rank correlation; None where a value is missing or all are equal."""
+    if np.isnan(a).any() or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return None
+    return float(np.corrcoef(_ranks(a), _ranks(b))[0, 1])
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - (counts - 1) / 2.0)[place])
+
+
+def _lattices(result: Result) -> Table:
+    sizes = [variant for variant in shown(result.recipe) if variant.kind == "figure11"]
+    found = [result.of(variant) for variant in sizes]
+    rows = [
+        ("lattice spacing, px", *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
+        (
+            "lattice spacing / warp distance",
+            *(f"{_median(one, 'spacing_px') / _median(one, 'warp_px'):.2f}" for one in found),
+        ),
+        ("photos that fold", *(f"{sum(p.folds for p in one)} of {len(one)}" for one in found)),
+        *((m.title, *(m.text(m.median(one)) for one in found)) for m in MEASURES),
+    ]
+    note = (
+        "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for figure "
+        "11; it says that nobody called a face unnatural once the lattice size exceeded the warp "
+        "distance. The four sizes are this program's choice."
+    )
+    header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
+    return Table("Figure 11's question: lattice sizes", header, rows, note)
+
+
+def _median(found: Sequence[Distortion], name: str) -> float:
+    return float(statistics.median(getattr(one, name) for one in found))
+
+
+def records(result: Result) -> list[dict[str, object]]:
+    """Return one flat record for each photo and variant."""
+    return [_record(one) for one in result.distortions]
+
+
+def _record(one: Distortion) -> dict[str, object]:
+    values = asdict(one)
+    variant = values.pop("variant")
+    center, distance = one.variant.center - 1, one.variant.percent
+    on_grid = one.variant.kind == "table1"
+    published = UNNATURAL[center][DISTANCES.index(distance)] if on_grid else None
+    photo = values.pop("photo")
+    return {"photo": photo, **variant, **values, "published_unnatural_percent": published}
+
+
+def document(result: Result) -> dict[str, object]:
+    """Return everything as JSON values."""
+    return {
+        "experiment": "distortion",
+        "recipe": result.recipe.to_dict(),
+        "published_unnatural_percent": [list(row) for row in UNNATURAL],
+        "units": {measure.name: measure.title for measure in MEASURES},
+        "distortions": records(result),
+    }
+
+
+def html(result: Result, made: Made) -> str:
+    """Return the report."""
+    published, *measures, growth, lattices = map(report.table, tables(result))
+    photos = len({one.photo for one in result.distortions})
+    blocks: list[Html] = [
+        report.paragraph(
+            f"{result.recipe.fit.capitalize()} fit, {photos} "
+            f"{'photo' if photos == 1 else 'photos, medians'}. Nothing here looks at a face: these "
+            "are numbers of the displacement, and of straight lines that it bends."
+        ),
+        report.chart(_chart(result), "Means over the four centres, in % of the value at 10 %."),
+        growth,
+        report.heading("Cell by cell"),
+        report.side_by_side([published, *measures], wide=True),
+        report.heading("Lattice size"),
+        lattices,
+    ]
+    return report.page(TITLE, LEAD, blocks, made)
+
+
+def _chart(result: Result) -> Html:
+    lines = [Line("unnatural answers (table 1)", _relative(UNNATURAL))]
+    for measure in MEASURES:
+        if measure.name in _CHARTED:
+            title = "1 - smallest det J" if measure.name == "min_det" else measure.title
+            lines.append(Line(title.split(",")[0], _relative(_harms(result, measure))))
+    x = Axis("warp distance, % of D", [f"{distance:g}" for distance in DISTANCES])
+    return line_chart("Growth with the warp distance", x, "% of the value at 10 %", lines)

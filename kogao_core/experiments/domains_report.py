@@ -1,0 +1,229 @@
+"""Figures 14 and 15 as pictures, tables and curves."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from typing import Final
+
+import numpy as np
+
+from kogao_core.domain import NAMES, Mask
+from kogao_core.experiments import report
+from kogao_core.experiments.charts import Axis, Line, line_chart
+from kogao_core.experiments.domains import Domains, Error, Result, Step
+from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.experiments.spread import Spread
+from kogao_core.geometry import Image
+from kogao_core.recipe import DomainName
+
+TITLE: Final = "Figures 14 and 15: the reduced domain"
+LEAD: Final = (
+    "Which pixels does the warp have to work on, and what does it cost the picture when pixels "
+    "that move only a little are left where they are?"
+)
+_TITLES: Final[dict[DomainName, str]] = {
+    "image": "conventional: the whole image",
+    "control-points": "control-point selection (4.1)",
+    "threshold": "threshold of 1/64 px (4.2), which changes no byte",
+}
+_SAME: Final = "\N{EN DASH}"
+
+
+def tables(result: Result) -> list[Table]:
+    """Return pixel counts photo by photo, and the errors of each threshold."""
+    return [_counts(result), _errors(result)]
+
+
+def _counts(result: Result) -> Table:
+    rows = [_count_row(photo, name) for photo in result.photos for name in NAMES]
+    if len(result.photos) > 1:
+        rows = [_median_row(result, name) for name in NAMES] + rows
+    return Table(
+        "Pixels to be worked on",
+        ("photo", "domain", "pixels", "% of image", "% saved", "computing, ms"),
+        rows,
+        "Computing: median and quartiles of all stages from landmarks to pixels, domains in turns.",
+    )
+
+
+def _share(photo: Domains, name: DomainName) -> float:
+    return 100.0 * photo.counts[name] / photo.counts["image"]
+
+
+def _count_row(photo: Domains, name: DomainName) -> tuple[str, ...]:
+    share = _share(photo, name)
+    return (
+        photo.photo, name, str(photo.counts[name]), f"{share:.1f}",
+        f"{100.0 - share:.1f}", photo.computing_ms[name].text(),
+    )  # fmt: skip
+
+
+def _median_row(result: Result, name: DomainName) -> tuple[str, ...]:
+    pixels = statistics.median(photo.counts[name] for photo in result.photos)
+    share = statistics.median(_share(photo, name) for photo in result.photos)
+    computing_ms = [photo.computing_ms[name].median for photo in result.photos]
+    return (
+        f"median of {len(result.photos)}", name, f"{pixels:.0f}", f"{share:.1f}",
+        f"{100.0 - share:.1f}", Spread.of(computing_ms).text(),
+    )  # fmt: skip
+
+
+def _errors(result: Result) -> Table:
+    header = (
+        "T, px", "% of image", "cut: max", "PSNR, dB", "seam, px",
+        "fade: max", "PSNR, dB", "seam, px", "fades proven",
+    )  # fmt: skip
+    rows = []
+    for steps in _by_threshold(result):
+        share = statistics.median(_shares(result, steps))
+        proven = sum(step.fade_proven for step in steps)
+        rows.append((
+            _threshold(steps[0].threshold_px), f"{share:.1f}",
+            *_error_cells([step.cut for step in steps]),
+            *_error_cells([step.fade for step in steps]),
+            f"{proven} of {len(steps)}",
+        ))  # fmt: skip
+    note = (
+        "Against the result without a threshold; medians over the photos. Max: largest difference "
+        "of a pixel, of 255. PSNR: over the control-point domain; a dash where no byte differs. "
+        "Seam: largest step that the threshold brings in between neighbouring pixels. Cut: as in "
+        "the paper, pixels below T aren't moved; fade: the move comes in over [T, 2T]. A fade that "
+        "isn't proven could fold in bands thinner than the samples."
+    )
+    return Table("Error that each threshold causes", header, rows, note)
+
+
+def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
+    psnr = _psnr(errors)
+    return (
+        f"{statistics.median(error.max_levels for error in errors):.0f}",
+        _SAME if psnr is None else f"{psnr:.1f}",
+        f"{statistics.median(error.seam_px for error in errors):.3f}",
+    )
+
+
+def _psnr(errors: list[Error]) -> float | None:
+    """Return the median; None where at least half of the results have no error."""
+    found = [float("inf") if e.psnr_db is None else e.psnr_db for e in errors]
+    middle = statistics.median_high(found)
+    return None if middle == float("inf") else middle
+
+
+def _by_threshold(result: Result) -> list[list[Step]]:
+    return [list(steps) for steps in zip(*(p.steps for p in result.photos), strict=True)]
+
+
+def _shares(result: Result, steps: list[Step]) -> list[float]:
+    pairs = zip(result.photos, steps, strict=True)
+    return [100.0 * step.pixels / photo.counts["image"] for photo, step in pairs]
+
+
+def _threshold(px: float) -> str:
+    return f"{Fraction(px)}" if px < 1.0 else f"{px:g}"
+
+
+def records(result: Result) -> list[dict[str, object]]:
+    """Return one flat record for each photo and threshold."""
+    return [_record(photo, step) for photo in result.photos for step in photo.steps]
+
+
+def _record(photo: Domains, step: Step) -> dict[str, object]:
+    return {
+        "photo": photo.photo,
+        "width": photo.width,
+        "height": photo.height,
+        "faces": photo.faces,
+        "image_pixels": photo.counts["image"],
+        "control_point_pixels": photo.counts["control-points"],
+        "threshold_px": step.threshold_px,
+        "pixels": step.pixels,
+        **{f"cut_{name}": value for name, value in _error_values(step.cut).items()},
+        **{f"fade_{name}": value for name, value in _error_values(step.fade).items()},
+        "fade_proven": step.fade_proven,
+    }
+
+
+def _error_values(error: Error) -> dict[str, float | None]:
+    return {
+        "max_levels": error.max_levels,
+        "psnr_db": error.psnr_db,
+        "seam_px": error.seam_px,
+    }
+
+
+def document(result: Result) -> dict[str, object]:
+    """Return everything as JSON values."""
+    return {
+        "experiment": "domains",
+        "recipe": result.recipe.to_dict(),
+        "photos": [
+            {
+                "photo": photo.photo,
+                "counts": photo.counts,
+                "computing_ms": {
+                    name: {"median": s.median, "q1": s.q1, "q3": s.q3, "count": s.count}
+                    for name, s in photo.computing_ms.items()
+                },
+                "steps": [_record(photo, step) for step in photo.steps],
+            }
+            for photo in result.photos
+        ],
+    }
+
+
+def pictures(stem: str, masks: Mapping[DomainName, Mask]) -> Iterator[tuple[str, Image]]:
+    """Yield masks as pictures with their files' names: white is worked on, black stays."""
+    for name, mask in masks.items():
+        yield f"{stem}-{name}.png", np.where(mask, np.uint8(255), np.uint8(0))
+
+
+def html(result: Result, made: Made) -> str:
+    """Return the report."""
+    counts, errors = tables(result)
+    blocks: list[Html] = [
+        report.paragraph(f"{report.recipe_in_words(result.recipe)}."),
+        report.table(counts),
+        report.heading("What a threshold costs the picture"),
+        report.side_by_side(_charts(result), wide=True),
+        report.table(errors),
+        report.heading("The domains"),
+        report.paragraph("What is worked on shows the photo; white pixels keep their bytes."),
+    ]
+    for photo in result.photos:
+        blocks.append(report.heading(photo.photo, 3))
+        blocks.append(report.side_by_side([_figure(photo, name) for name in NAMES]))
+    return report.page(TITLE, LEAD, blocks, made)
+
+
+def _charts(result: Result) -> list[Html]:
+    by_threshold = _by_threshold(result)
+    x = Axis("threshold T, px", [_threshold(steps[0].threshold_px) for steps in by_threshold])
+
+    def errors(of: Callable[[list[Error]], float]) -> list[Line]:
+        return [
+            Line("cut, as in the paper", [of([s.cut for s in steps]) for steps in by_threshold]),
+            Line("fade over [T, 2T]", [of([s.fade for s in steps]) for steps in by_threshold]),
+        ]
+
+    def median(name: str) -> Callable[[list[Error]], float]:
+        return lambda found: statistics.median(getattr(error, name) for error in found)
+
+    shares = [statistics.median(_shares(result, steps)) for steps in by_threshold]
+    charts = (
+        ("Pixels worked on", "% of the image", [Line("pixels that move by more than T", shares)]),
+        ("Largest difference", "levels of 255", errors(median("max_levels"))),
+        ("Signal-to-noise ratio", "PSNR, dB", errors(lambda e: _psnr(e) or float("nan"))),
+        ("Seam", "step between neighbours, px", errors(median("seam_px"))),
+    )
+    return [
+        report.chart(line_chart(title, x, unit, lines), f"{title}; medians over the photos.")
+        for title, unit, lines in charts
+    ]
+
+
+def _figure(photo: Domains, name: DomainName) -> Html:
+    share = f"{_share(photo, name):.1f} % of the image"
+    caption = f"{_TITLES[name]}: {photo.counts[name]} pixels, {share}"
+    return report.picture(photo.shown[name], caption, alt=f"{photo.photo}, {caption}")

@@ -1,0 +1,141 @@
+"""What every warp answers to, so that they can stand side by side on the same points."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, Protocol
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.face import Face
+from kogao_core.geometry import Array, Box, Image
+from kogao_core.recipe import Recipe
+from kogao_core.targets import Pairs, aim
+
+_STRIP_PX: Final = 2**16  # pixels mapped at a time: bounds the memory
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """The same points for every method.
+
+    Parameters
+    ----------
+    image : Box
+        The photo's pixels.
+    pairs : tuple of Pairs
+        Landmarks and targets of each face.
+    faces : tuple of Face
+        Whose they are; lattices hang on their frames.
+    recipe : Recipe
+        Lattice size and kernel for those methods that have them.
+    """
+
+    image: Box
+    pairs: tuple[Pairs, ...]
+    faces: tuple[Face, ...]
+    recipe: Recipe
+
+    @staticmethod
+    def of(photo: Image, faces: Sequence[Face], recipe: Recipe) -> Task:
+        """Return the task of making these faces smaller."""
+        pairs = tuple(aim(face, recipe) for face in faces)
+        return Task(Box.of(photo), pairs, tuple(faces), recipe)
+
+    @cached_property
+    def target_px(self) -> Array:
+        """Where all landmarks go, shape (N, 2)."""
+        return np.vstack([pairs.target_px for pairs in self.pairs])
+
+    @cached_property
+    def pull_px(self) -> Array:
+        """Backward displacement asked for there, shape (N, 2)."""
+        return np.vstack([pairs.pull_px for pairs in self.pairs])
+
+    @property
+    def spacing_px(self) -> float:
+        """Mean landmark spacing of the faces."""
+        return float(np.mean([face.frame.spacing_px for face in self.faces]))
+
+    def anchored(self) -> tuple[Array, Array]:
+        """Return targets and pulls with the photo's corners pinned, for methods without an end."""
+        right, bottom = self.image.right - 1, self.image.bottom - 1
+        corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]], np.float64)
+        target = np.vstack([self.target_px, corners])
+        return target, np.vstack([self.pull_px, np.zeros_like(corners)])
+
+
+class Warp(ABC):
+    """A method fitted to a task: the output at x shows the photo at ``x + displacement``."""
+
+    @abstractmethod
+    def displacement(self, points_px: Array) -> Array:
+        """Return the backward displacement at points of shape (N, 2), px."""
+
+    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
+        xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+        pull = np.empty((2, len(ys), len(xs)))
+        step = max(1, _STRIP_PX // len(xs))
+        for top in range(0, len(ys), step):
+            rows = ys[top : top + step]
+            points = np.stack(np.meshgrid(xs, rows), axis=-1).reshape(-1, 2)
+            pull[:, top : top + step] = self.displacement(points).T.reshape(2, len(rows), len(xs))
+        return pull
+
+    def pixels(self, photo: Image) -> Image:
+        """Return the warped photo, bilinear; here the whole of it is resampled, strip by strip."""
+        height, width = photo.shape[:2]
+        result, xs = np.empty_like(photo), np.arange(width)
+        step = max(1, _STRIP_PX // width)
+        for top in range(0, height, step):
+            ys = np.arange(top, min(top + step, height))
+            pull = self.on_grid(xs, ys)
+            x, y = (pull[0] + xs).astype(np.float32), (pull[1] + ys[:, None]).astype(np.float32)
+            border = cv2.BORDER_REPLICATE
+            result[top : ys[-1] + 1] = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=border)
+        return result
+
+
+class Method(Protocol):
+    """A way to warp a photo so that landmarks go to their targets."""
+
+    @property
+    def name(self) -> str:
+        """A short name for files."""
+        ...
+
+    @property
+    def title(self) -> str:
+        """What people read."""
+        ...
+
+    @property
+    def reference(self) -> str:
+        """Where it is described; numbers are those of the paper's list."""
+        ...
+
+    @property
+    def library(self) -> str:
+        """Who does the work."""
+        ...
+
+    @property
+    def needs(self) -> str:
+        """The module that must be there, "" where none beyond this program's own."""
+        ...
+
+    def fit(self, task: Task) -> Warp:
+        """Fit the method to a task.
+
+        Raises
+        ------
+        ImportError
+            If `needs` is absent.
+        """
+        ...

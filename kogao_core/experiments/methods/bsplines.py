@@ -1,0 +1,55 @@
+"""The paper's method and its relatives, by this program's own engine."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy.typing as npt
+
+from kogao_core.domain import reduce
+from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.field import Field
+from kogao_core.fit import fit
+from kogao_core.geometry import Array, Box, Image
+from kogao_core.recipe import Fit
+from kogao_core.warp import Canvas
+
+
+class FieldWarp(Warp):
+    """A pull field; resampled in its lossless domain only."""
+
+    def __init__(self, field: Field) -> None:
+        self.field = field
+
+    def displacement(self, points_px: Array) -> Array:
+        """Return the backward displacement at points of shape (N, 2), px."""
+        return self.field.at(points_px)
+
+    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
+        return self.field.on_grid(xs_px, ys_px)
+
+    def pixels(self, photo: Image) -> Image:
+        """Return the warped photo, bilinear."""
+        canvas = Canvas(photo)
+        canvas.pull(self.field, reduce(self.field, Box.of(photo), "threshold"), "bilinear")
+        return canvas.pixels
+
+
+@dataclass(frozen=True, slots=True)
+class BSpline:
+    """One of the three fits of the control lattice."""
+
+    name: str
+    title: str
+    reference: str
+    how: Fit
+    library: str = "Kogao"
+    needs: str = ""
+
+    def fit(self, task: Task) -> Warp:
+        """Fit one lattice to each face."""
+        recipe = dataclasses.replace(task.recipe, fit=self.how)
+        frames = [face.frame for face in task.faces]
+        return FieldWarp(Field(fit(task.pairs, frames, [recipe] * len(frames))))

@@ -1,0 +1,229 @@
+"""Fit, time and measure methods on the same points of the same photo."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core.experiments.methods import METHODS, Method, Task, Warp
+from kogao_core.experiments.report import reduced
+from kogao_core.experiments.spread import Spread, in_turns
+from kogao_core.experiments.subjects import Subject, Told, rgb8, untold
+from kogao_core.geometry import Array, Box, Image
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+
+SAMPLES_PX: Final = 2_000_000  # of a photo at most are sampled for folds, domain and heat
+DIFFERENCE_GAIN: Final = 4
+_ROUND: Final = 0.35  # of the faces' size is shown round them
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """One method on one photo.
+
+    Parameters
+    ----------
+    method : Method
+        Which.
+    fit_ms, warp_ms : Spread
+        From points to the fitted method, and from there to all pixels.
+    residual_mean_px, residual_max_px : float
+        How far landmarks end from their targets.
+    min_det : float
+        Smallest Jacobian determinant by central differences on the sampled pixels.
+    folded_share, moved_share : float
+        Parts of the image, 0 to 1, that fold, and that move by more than 1/64 px.
+    largest_px : float
+        Largest displacement.
+    pictures : dict of str to array
+        ``result``, ``difference`` (to the photo, times `DIFFERENCE_GAIN`) and ``heat``; RGB.
+    """
+
+    method: Method
+    fit_ms: Spread
+    warp_ms: Spread
+    residual_mean_px: float
+    residual_max_px: float
+    min_det: float
+    folded_share: float
+    moved_share: float
+    largest_px: float
+    pictures: dict[str, Image] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All methods on one photo.
+
+    Parameters
+    ----------
+    subject : Subject
+        Photo and faces.
+    asked_px : float
+        Largest displacement that a landmark asks for: the bright end of the heat.
+    methods : tuple of Compared
+        One for each that could be fitted.
+    """
+
+    subject: Subject
+    asked_px: float
+    methods: tuple[Compared, ...]
+
+    def views(self) -> Comparison:
+        """Return the comparison with pictures cut to the faces and reduced for a report."""
+        cut = round_faces(self.subject)
+        seen = tuple(
+            dataclasses.replace(
+                one,
+                pictures={k: reduced(p[cut.slices]).copy() for k, p in one.pictures.items()},
+            )
+            for one in self.methods
+        )
+        photo = reduced(rgb8(self.subject.pixels)[cut.slices]).copy()
+        return Comparison(dataclasses.replace(self.subject, pixels=photo), self.asked_px, seen)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """Methods side by side on some photos, made after one recipe."""
+
+    photos: tuple[Comparison, ...]
+    recipe: Recipe
+    repeats: int
+
+
+def missing(methods: Sequence[Method] = METHODS) -> list[str]:
+    """Return a sentence for each method whose library is absent."""
+    return [
+        f"{method.title} needs {method.library}, which is absent: pip install 'kogao[experiments]'"
+        for method in methods
+        if not _is_here(method)
+    ]
+
+
+def _is_here(method: Method) -> bool:
+    return not method.needs or find_spec(method.needs) is not None
+
+
+def measure(
+    subject: Subject,
+    recipe: Recipe,
+    *,
+    methods: Sequence[Method] = METHODS,
+    repeats: int = 3,
+    warm_up: int = 1,
+    told: Told = untold,
+) -> tuple[Comparison, list[str]]:
+    """Compare methods on one photo, in turns; those whose library is absent stay out.
+
+    Parameters
+    ----------
+    subject : Subject
+        Photo with faces.
+    recipe : Recipe
+        Says where landmarks go, and the size of the lattice; all methods resample bilinearly.
+    methods : sequence of Method
+        Which.
+    repeats, warm_up : int
+        Rounds of timing that count, and rounds before them.
+    told : callable
+        Hears how many runs are done, and of how many.
+
+    Returns
+    -------
+    Comparison, list of str
+        And a sentence for each method that can't be fitted to these points.
+    """
+    task = Task.of(subject.pixels, subject.faces, recipe)
+    fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
+    times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
+    by_name = {method.name: method for method, _ in fitted}
+    runs = len(by_name) * (repeats + warm_up)
+    for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
+        once = _time_once(by_name[name], task, subject.pixels)
+        if counts:
+            for kept, elapsed_ms in zip(times[name], once, strict=True):
+                kept.append(elapsed_ms)
+        told(done, runs)
+    asked_px = float(np.linalg.norm(task.pull_px, axis=1).max())
+    found = tuple(
+        _compared(method, warp, task, subject.pixels, times[method.name], asked_px)
+        for method, warp in fitted
+    )
+    return Comparison(subject, asked_px, found), [f"{subject.name}: {one}" for one in failed]
+
+
+def _fitted(methods: Sequence[Method], task: Task) -> tuple[list[tuple[Method, Warp]], list[str]]:
+    fitted, failed = [], []
+    for method in methods:
+        try:
+            fitted.append((method, method.fit(task)))
+        except (ValueError, np.linalg.LinAlgError) as error:
+            failed.append(f"{method.title} can't be fitted to these points ({error})")
+    return fitted, failed
+
+
+def _time_once(method: Method, task: Task, photo: Image) -> tuple[float, float]:
+    start = time.perf_counter()
+    warp = method.fit(task)
+    fitted = time.perf_counter()
+    warp.pixels(photo)
+    return (fitted - start) * 1e3, (time.perf_counter() - fitted) * 1e3
+
+
+def _compared(
+    method: Method,
+    warp: Warp,
+    task: Task,
+    photo: Image,
+    times: tuple[list[float], list[float]],
+    asked_px: float,
+) -> Compared:
+    step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
+    xs, ys = np.arange(0, task.image.right, step), np.arange(0, task.image.bottom, step)
+    pull = warp.on_grid(xs, ys)
+    length, det = np.hypot(pull[0], pull[1]), _det(pull, step)
+    misses = np.linalg.norm(warp.displacement(task.target_px) - task.pull_px, axis=1)
+    return Compared(
+        method,
+        Spread.of(times[0]),
+        Spread.of(times[1]),
+        float(misses.mean()),
+        float(misses.max()),
+        float(det.min()),
+        float((det <= 0.0).mean()),
+        float((length > LOSSLESS_PX).mean()),
+        float(length.max()),
+        _pictures(rgb8(photo), rgb8(warp.pixels(photo)), length, asked_px),
+    )
+
+
+def _det(pull: Array, step_px: int) -> Array:
+    """Return det J of ``x + pull`` by central differences, shape (H, W)."""
+    (x_y, x_x), (y_y, y_x) = (np.gradient(part, float(step_px)) for part in pull)
+    return np.asarray((1.0 + x_x) * (1.0 + y_y) - x_y * y_x)
+
+
+def _pictures(photo: Image, result: Image, length: Array, asked_px: float) -> dict[str, Image]:
+    difference = cv2.convertScaleAbs(cv2.absdiff(result, photo), alpha=DIFFERENCE_GAIN)
+    levels = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0).astype(np.uint8)
+    whole = cv2.resize(levels, photo.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    heat = cv2.cvtColor(cv2.applyColorMap(whole, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
+    return {"result": result, "difference": np.asarray(difference), "heat": heat}
+
+
+def round_faces(subject: Subject) -> Box:
+    """Return the part of a photo with all its faces and some room."""
+    points = np.vstack([face.points for face in subject.faces])
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = _ROUND * float((high - low).max())
+    left, top = np.floor(low - room).astype(int).tolist()
+    right, bottom = np.ceil(high + room).astype(int).tolist()
+    return Box(left, top, right, bottom).clipped(Box.of(subject.pixels))

@@ -1,0 +1,50 @@
+"""What retouchers do today: a soft brush pushed at each landmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.geometry import Array
+
+BRUSH_SPACINGS: Final = 1.0  # standard deviation of the brush, in landmark spacings
+
+
+class _Pushed(Warp):
+    """Strokes one after the other; a point goes back through them, the last one first."""
+
+    def __init__(self, target_px: Array, pull_px: Array, width_px: float) -> None:
+        self._target, self._pull, self._width_px = target_px, pull_px, width_px
+
+    def displacement(self, points_px: Array) -> Array:
+        at = np.array(points_px, np.float64)
+        for target, pull in zip(self._target[::-1], self._pull[::-1], strict=True):
+            apart = ((at - target) ** 2).sum(axis=1)
+            at += np.exp(-apart / (2.0 * self._width_px**2))[:, None] * pull
+        return np.asarray(at - points_px)
+
+
+@dataclass(frozen=True, slots=True)
+class Liquify:
+    """One Gaussian stroke for each landmark, all composed before the photo is resampled once.
+
+    Neighbouring strokes add up, so all are made weaker by one factor, such that landmarks move as
+    far as they should on average: what a careful hand would do.
+    """
+
+    name: str = "liquify"
+    title: str = "Liquify, Gaussian brush"
+    reference: str = "today's practice"
+    library: str = "own (numpy)"
+    needs: str = ""
+
+    def fit(self, task: Task) -> Warp:
+        """Choose the strength of the strokes."""
+        width_px = BRUSH_SPACINGS * task.spacing_px
+        full = _Pushed(task.target_px, task.pull_px, width_px).displacement(task.target_px)
+        asked = np.linalg.norm(task.pull_px, axis=1).mean()
+        strength = asked / max(float(np.linalg.norm(full, axis=1).mean()), 1e-12)
+        return _Pushed(task.target_px, strength * task.pull_px, width_px)

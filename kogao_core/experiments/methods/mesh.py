@@ -1,0 +1,40 @@
+"""Triangles between landmarks, by scikit-image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.geometry import Array
+
+
+class _Piecewise(Warp):
+    def __init__(self, transform: Any) -> None:
+        self._transform = transform
+
+    def displacement(self, points_px: Array) -> Array:
+        shown = np.asarray(self._transform(points_px), np.float64)
+        # Rounding puts points of the rim outside all triangles; both coordinates say -1 there.
+        outside = (shown == -1.0).all(axis=1)
+        return np.where(outside[:, None], 0.0, shown - points_px)
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Delaunay triangles of landmarks and corners, each mapped affinely."""
+
+    name: str = "mesh"
+    title: str = "Piecewise-affine mesh"
+    reference: str = "[4]"
+    library: str = "scikit-image"
+    needs: str = "skimage"
+
+    def fit(self, task: Task) -> Warp:
+        """Triangulate the targets and find each triangle's map."""
+        from skimage.transform import PiecewiseAffineTransform
+
+        target, pull = task.anchored()
+        return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + pull))

@@ -1,0 +1,161 @@
+"""Make a study: pictures, the page, the list for the editor, and the key beside the folder."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core.atomic import put
+from kogao_core.experiments.study import page, pictures, plan
+from kogao_core.experiments.study.plan import Key, Meaning, Study
+from kogao_core.experiments.study.variants import Variant, variants
+from kogao_core.experiments.subjects import Subject, Told, untold
+from kogao_core.recipe import PAPER, Recipe
+
+PAGE_FILE: Final = "index.html"
+_SEED_BYTES: Final = 16
+
+
+class RefusedFolder(Exception):
+    """The study can't be made there; one sentence that says what to do next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """How a study is made.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What all pictures share; the paper's without the guard, which would hide what is asked.
+    variants : tuple of Variant
+        The pictures of each subject.
+    seed : str, optional
+        Brings the same names again; drawn when absent. At most 64 printable letters.
+    """
+
+    recipe: Recipe = PAPER
+    variants: tuple[Variant, ...] = variants()
+    seed: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a seed that a key couldn't hold."""
+        if self.seed and (len(self.seed) > plan.LONGEST_SEED or not self.seed.isprintable()):
+            raise ValueError(f"a seed has at most {plan.LONGEST_SEED} printable letters")
+
+
+def check_folder(folder: Path) -> None:
+    """Check that a study can be made in a folder.
+
+    Raises
+    ------
+    RefusedFolder
+        If something lies there already, or its parent is missing.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise RefusedFolder(f"{folder} isn't empty; name a new folder for the study")
+    if plan.key_path(folder).exists():
+        raise RefusedFolder(
+            f"{plan.key_path(folder)} is the key of another study; name another folder"
+        )
+    if not folder.resolve().parent.is_dir():
+        raise RefusedFolder(f"the folder {folder.resolve().parent} doesn't exist; make it first")
+
+
+def make(
+    subjects: Sequence[Subject],
+    folder: Path,
+    choices: Choices | None = None,
+    told: Told = untold,
+) -> Key:
+    """Make a study of some subjects.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+        At least one, as `pictures.subject` returns them.
+    folder : Path
+        New or empty. The key is written beside it (`plan.key_path`).
+    choices : Choices, optional
+        Recipe, variants and seed.
+    told : callable
+        Called with how many pictures are done, and of how many.
+
+    Returns
+    -------
+    Key
+        What each picture is.
+
+    Raises
+    ------
+    RefusedFolder
+        See `check_folder`.
+    OSError
+        If the disk is full or the folder isn't writable.
+    """
+    choices = choices or Choices()
+    check_folder(folder)
+    seed = choices.seed or secrets.token_hex(_SEED_BYTES)
+    # All of it aside first: a study that can't be finished leaves nothing behind.
+    with tempfile.TemporaryDirectory(dir=folder.resolve().parent, prefix=".study-") as aside:
+        drawn, ready = Path(aside, "drawn"), Path(aside, "ready")
+        drawn.mkdir()
+        ready.mkdir()
+        meanings = dict(_drawn(subjects, choices, seed, drawn, told))
+        pictures.write_all({name: drawn / name for name in meanings}, ready)
+        identity = hashlib.sha256("".join(sorted(meanings)).encode()).hexdigest()[:16]
+        _write_lists(Study(identity, _of(meanings, False), _of(meanings, True)), ready)
+        names = tuple(map(_printable, (subject.name for subject in subjects)))
+        key = Key(identity, seed, choices.recipe, names, meanings)
+        _put_in_place(ready, key, folder)
+    return key
+
+
+def _write_lists(study: Study, folder: Path) -> None:
+    plan.save(study, folder / plan.STUDY_FILE)
+    put(page.page(study).encode(), folder / PAGE_FILE)
+    pictures.same_time([folder / plan.STUDY_FILE, folder / PAGE_FILE])
+
+
+def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
+    place = plan.key_path(folder)
+    plan.save(key, place)
+    place.chmod(0o600)
+    was_there = folder.exists()
+    moved: list[Path] = []
+    try:
+        folder.mkdir(exist_ok=True)
+        for path in sorted(ready.iterdir()):
+            moved.append(path.rename(folder / path.name))
+    except OSError:
+        for path in (place, *moved):
+            path.unlink()
+        if not was_there and folder.exists():
+            folder.rmdir()
+        raise
+
+
+def _printable(name: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in name)
+
+
+def _drawn(
+    subjects: Sequence[Subject], choices: Choices, seed: str, aside: Path, told: Told
+) -> Iterator[tuple[str, Meaning]]:
+    total = len(subjects) * len(choices.variants)
+    for index, subject in enumerate(subjects):
+        for number, variant in enumerate(choices.variants, start=1):
+            name = plan.picture_name(seed, index, variant)
+            (aside / name).write_bytes(pictures.jpeg(subject, variant.recipe(choices.recipe)))
+            told(index * len(choices.variants) + number, total)
+            yield name, Meaning(index, variant)
+
+
+def _of(meanings: dict[str, Meaning], grades: bool) -> tuple[str, ...]:
+    graded = {name for name, one in meanings.items() if one.variant.kind == "satisfaction"}
+    return tuple(sorted(name for name in meanings if (name in graded) == grades))

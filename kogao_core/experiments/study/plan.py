@@ -1,0 +1,256 @@
+"""What raters may see of a study, what only its maker may, and the order of the pictures.
+
+The two halves are two files: `Study` lies in the folder that raters get and names pictures only;
+`Key` lies beside that folder and says what each picture is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import hmac
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, get_args
+
+from kogao_core.atomic import put
+from kogao_core.experiments.study.variants import Kind, Variant
+from kogao_core.recipe import Recipe
+from kogao_core.strict import BadFile, Node, parse
+
+STUDY_FILE: Final = "study.json"
+RATINGS_FOLDER: Final = "ratings"
+SUFFIX: Final = ".jpg"
+VERSION: Final = 1
+_STUDY_FORMAT: Final = "kogao-study"
+_KEY_FORMAT: Final = "kogao-study-key"
+_MOST_BYTES: Final = 32 * 2**20
+_MOST_PICTURES: Final = 100_000
+_HEX: Final = 16  # letters of a name: 64 bits
+LONGEST_SEED: Final = 64
+_NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
+_RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
+_WORD: Final = 0xFFFFFFFF
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What raters get: names without meaning, in the order of the alphabet.
+
+    Parameters
+    ----------
+    identity : str
+        Which study; ratings carry it.
+    ratings : tuple of str
+        Pictures to be called natural or unnatural.
+    satisfaction : tuple of str
+        Pictures to be graded from 0 to 100.
+    """
+
+    identity: str
+    ratings: tuple[str, ...]
+    satisfaction: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        return {
+            "format": _STUDY_FORMAT,
+            "version": VERSION,
+            "study": self.identity,
+            "ratings": list(self.ratings),
+            "satisfaction": list(self.satisfaction),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a picture is: whose, and which variant."""
+
+    subject: int
+    variant: Variant
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """What only the study's maker gets.
+
+    Parameters
+    ----------
+    identity : str
+        The study's.
+    seed : str
+        Names follow from it: the same photos, choices and seed give the same names.
+    recipe : Recipe
+        What all pictures share.
+    subjects : tuple of str
+        File names of the photos; `Meaning.subject` counts them from 0.
+    pictures : mapping of str to Meaning
+        By name.
+    """
+
+    identity: str
+    seed: str
+    recipe: Recipe
+    subjects: tuple[str, ...]
+    pictures: Mapping[str, Meaning]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        pictures = {
+            name: {"subject": meaning.subject, **dataclasses.asdict(meaning.variant)}
+            for name, meaning in sorted(self.pictures.items())
+        }
+        return {
+            "format": _KEY_FORMAT,
+            "version": VERSION,
+            "study": self.identity,
+            "seed": self.seed,
+            "recipe": self.recipe.to_dict(),
+            "subjects": list(self.subjects),
+            "pictures": pictures,
+        }
+
+
+def key_path(folder: Path) -> Path:
+    """Return where a study's key lies: beside the folder that raters get, never inside."""
+    whole = folder.resolve()  # "." has no name of its own
+    return whole.with_name(f"{whole.name}.key.json")
+
+
+def picture_name(seed: str, subject: int, variant: Variant) -> str:
+    """Return a name that says nothing without the seed and can't be turned back into it."""
+    said = json.dumps([subject, *dataclasses.astuple(variant)])
+    digest = hmac.new(seed.encode(), said.encode(), hashlib.sha256).hexdigest()
+    return digest[:_HEX] + SUFFIX
+
+
+def order(names: Iterable[str], rater: str) -> tuple[str, ...]:
+    """Return the order in which a rater sees pictures; everybody's is another one.
+
+    It follows from the rater's code alone, so that a session that goes on tomorrow, in the editor
+    or in the browser, shows the same one. ``page.js`` has the same few lines.
+    """
+    return tuple(sorted(names, key=lambda name: (_mixed(f"{rater}:{name}"), name)))
+
+
+def _mixed(text: str) -> int:
+    """FNV-1a over the bytes, then the last rounds of MurmurHash3: 32 well-shuffled bits."""
+    value = 2166136261
+    for byte in text.encode("ascii"):
+        value = ((value ^ byte) * 16777619) & _WORD
+    value = ((value ^ (value >> 16)) * 0x85EBCA6B) & _WORD
+    value = ((value ^ (value >> 13)) * 0xC2B2AE35) & _WORD
+    return value ^ (value >> 16)
+
+
+def is_rater(code: str) -> bool:
+    """Return whether a text can be a rater's code: a to z, 0 to 9 and dashes, at most 32."""
+    return _RATER.fullmatch(code) is not None
+
+
+def load_study(folder: Path) -> Study:
+    """Read the raters' half.
+
+    Raises
+    ------
+    BadFile
+        If the folder holds no study.
+    """
+    top = _parsed(folder / STUDY_FILE, f"{folder} holds no study")
+    _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"))
+    identity = top.field("study").text(64)
+    ratings, grades = _names(top.field("ratings")), _names(top.field("satisfaction"))
+    if set(ratings) & set(grades):
+        top.field("satisfaction").refuse("names pictures that are rated, too")
+    return Study(identity, ratings, grades)
+
+
+def load_key(path: Path) -> Key:
+    """Read the maker's half.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or isn't a key.
+    """
+    top = _parsed(path, f"the key {path} can't be read")
+    _check(top, _KEY_FORMAT, ("study", "seed", "recipe", "subjects", "pictures"))
+    subjects = tuple(node.text(4096) for node in top.field("subjects").items(_MOST_PICTURES))
+    pictures = top.field("pictures")
+    if not isinstance(pictures.value, dict) or len(pictures.value) > _MOST_PICTURES:
+        pictures.refuse("must be an object of pictures")
+    try:
+        recipe = Recipe.from_dict(top.field("recipe").value)
+    except (ValueError, TypeError) as error:
+        top.field("recipe").refuse(f"is no recipe: {str(error)[:200]}")
+    meanings = {
+        _checked_name(Node(name, pictures.where)): _meaning(
+            Node(value, f"{pictures.where}[{name!r:.30}]"), len(subjects)
+        )
+        for name, value in pictures.value.items()
+    }
+    return Key(
+        top.field("study").text(64),
+        top.field("seed").text(LONGEST_SEED),
+        recipe,
+        subjects,
+        meanings,
+    )
+
+
+def save(content: Study | Key, path: Path) -> None:
+    """Write one half, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If it can't be written.
+    """
+    put((json.dumps(content.to_dict(), indent=1) + "\n").encode(), path)
+
+
+def _parsed(path: Path, refusal: str) -> Node:
+    try:
+        with path.open("rb") as file:
+            return parse(file.read(_MOST_BYTES + 1), _MOST_BYTES)
+    except OSError as error:
+        raise BadFile(f"{refusal} ({path.name}: {error.strerror or error})") from None
+    except BadFile as error:
+        raise BadFile(f"{refusal}: {error}") from None
+
+
+def _check(top: Node, form: str, fields: tuple[str, ...]) -> None:
+    top.field("format").text(40, (form,))
+    top.field("version").whole(VERSION, VERSION)
+    top.only(("format", "version", *fields))
+
+
+def _names(node: Node) -> tuple[str, ...]:
+    names = tuple(_checked_name(item) for item in node.items(_MOST_PICTURES))
+    if len(set(names)) != len(names):
+        node.refuse("names a picture twice")
+    return names
+
+
+def _checked_name(node: Node) -> str:
+    # Names become paths: nothing but our own kind may pass.
+    name = node.text(40)
+    if not _NAME.fullmatch(name):
+        node.refuse("must name a picture")
+    return name
+
+
+def _meaning(node: Node, subjects: int) -> Meaning:
+    node.only(("subject", "kind", "percent", "center", "lattice"))
+    said = node.field("kind").text(20, get_args(Kind))
+    kind: Kind = next(kind for kind in get_args(Kind) if kind == said)
+    variant = Variant(
+        kind,
+        node.field("percent").number(0.0, 15.0),
+        node.field("center").whole(1, 4),
+        node.field("lattice").number(0.0, 100.0),
+    )
+    return Meaning(node.field("subject").whole(0, max(0, subjects - 1)), variant)

@@ -1,0 +1,190 @@
+"""The report of a study: tables in the shape of the paper's, its figures beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from kogao_core.experiments import charts
+from kogao_core.experiments.report import Html, Made, Table, chart, heading, page, paragraph, table
+from kogao_core.experiments.study.statistics import Share
+from kogao_core.experiments.study.tally import Tally
+from kogao_core.experiments.study.variants import BEST_CENTER, Kind, Variant
+from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
+
+PUBLISHED_SATISFACTION: Final = 92
+PUBLISHED_USERS: Final = 20
+_TITLE: Final = "How natural do the faces look?"
+_NONE: Final = "–"  # noqa: RUF001
+_INDEPENDENCE: Final = (
+    "Intervals are Wilson's at 95 %. They take every answer as independent; answers of one person, "
+    "or about one face, are not, so the true uncertainty is larger."
+)
+
+
+def published(variant: Variant) -> float | None:
+    """Return table 1's share of "unnatural" for a variant, %; None where the paper prints none."""
+    if variant.kind != "table1" or variant.percent not in DISTANCES:
+        return None
+    return UNNATURAL[variant.center - 1][DISTANCES.index(variant.percent)]
+
+
+def table_1(tally: Tally) -> Table:
+    """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
+    rows = []
+    for center, printed in enumerate(UNNATURAL, start=1):
+        shares = [_share(tally, "table1", percent, center) for percent in DISTANCES]
+        rows.append([f"candidate\N{NO-BREAK SPACE}{center}", *map(_percent, shares)])
+        rows.append(["the paper", *(f"{value:.3f} %" for value in printed)])
+    return Table(
+        "Unnaturalness by centre candidate and warp distance (table 1)",
+        ("", *(f"{percent:g} % of D" for percent in DISTANCES)),
+        rows,
+        f"{_basis(tally)} The paper: {SUBJECTS} faces, {STUDENTS} students; each of its figures is "
+        f"a multiple of 1/160, so about 160 answers stand behind each. {_INDEPENDENCE}",
+    )
+
+
+def figure_11(tally: Tally) -> Table:
+    """Return unnaturalness by lattice size."""
+    rows = [[f"R = {v.lattice:g}", _percent(share)] for v, share in _of(tally, "figure11")]
+    rows += [["the photo as it is", _percent(share)] for _, share in _of(tally, "control")]
+    return Table(
+        "Unnaturalness by lattice size (figure 11)",
+        ("lattice spacing", "unnatural"),
+        rows,
+        f"{_basis(tally)} The paper prints no figures for its plot; its text says that no face was "
+        "called unnatural once the lattice was larger than the distance it is divided by (R > 1).",
+    )
+
+
+def satisfaction(tally: Tally) -> Table:
+    """Return mean and deviation of the grades beside the paper's mean."""
+    grades = tally.satisfaction
+    row = [str(grades.count), _number(grades.mean), _number(grades.deviation), str(tally.skipped)]
+    return Table(
+        "Satisfaction, 0 to 100 (section 5)",
+        ("", "grades", "mean", "standard deviation", "skipped"),
+        [["this study", *row], ["the paper", str(PUBLISHED_USERS), "92", _NONE, _NONE]],
+        "The paper's users graded the picture of themselves; it prints no deviation.",
+    )
+
+
+def tables(tally: Tally) -> list[Table]:
+    """Return the report's tables."""
+    return [table_1(tally), figure_11(tally), satisfaction(tally)]
+
+
+def html(tally: Tally, made: Made) -> str:
+    """Return the report as one HTML file."""
+    blocks: list[Html] = [heading("Warp distance and centre"), table(table_1(tally))]
+    blocks += [_distance_chart(tally), heading("Lattice size"), table(figure_11(tally))]
+    if _of(tally, "figure11"):
+        blocks.append(_lattice_chart(tally))
+    blocks += [heading("Satisfaction"), table(satisfaction(tally))]
+    if tally.torn:
+        blocks.append(paragraph(f"{tally.torn} torn lines were left out; see docs/study.md."))
+    lead = "People called pictures natural or unnatural without knowing how they were made."
+    return page(_TITLE, lead, blocks, made)
+
+
+def document(tally: Tally) -> dict[str, object]:
+    """Return the report as plain JSON values; shares from 0 to 1, the paper's too."""
+    grades = tally.satisfaction
+    return {
+        "subjects": tally.subjects,
+        "raters": tally.raters,
+        "torn_lines": tally.torn,
+        "variants": records(tally),
+        "satisfaction": {
+            "grades": grades.count,
+            "mean": _or_none(grades.mean),
+            "standard_deviation": _or_none(grades.deviation),
+            "skipped": tally.skipped,
+            "published_mean": PUBLISHED_SATISFACTION,
+        },
+    }
+
+
+def records(tally: Tally) -> list[dict[str, object]]:
+    """Return a row for each variant that is judged, for a table to compute with."""
+    return [_row(variant, share) for variant, share in tally.shares.items()]
+
+
+def _row(variant: Variant, share: Share) -> dict[str, object]:
+    printed = published(variant)
+    low, high = share.interval
+    return {
+        "kind": variant.kind,
+        "percent": variant.percent,
+        "center": variant.center,
+        "lattice": variant.lattice,
+        "unnatural": share.hits,
+        "answers": share.answers,
+        "share": _or_none(share.value),
+        "low": low,
+        "high": high,
+        "published": None if printed is None else printed / 100.0,
+    }
+
+
+def _of(tally: Tally, kind: Kind) -> list[tuple[Variant, Share]]:
+    return [(variant, share) for variant, share in tally.shares.items() if variant.kind == kind]
+
+
+def _share(tally: Tally, kind: Kind, percent: float, center: int) -> Share:
+    found = [s for v, s in _of(tally, kind) if (v.percent, v.center) == (percent, center)]
+    return Share(sum(s.hits for s in found), sum(s.answers for s in found))
+
+
+def _percent(share: Share) -> str:
+    if not share.answers:
+        return _NONE
+    low, high = (100.0 * end for end in share.interval)
+    return f"{100.0 * share.value:.1f} % ({low:.1f} to {high:.1f})"
+
+
+def _basis(tally: Tally) -> str:
+    counts = [share.answers for share in tally.shares.values()]
+    answers = f"{min(counts)} to {max(counts)}" if counts else "no"
+    return (
+        f"{tally.subjects} faces, {tally.raters} raters, {answers} answers to each kind of picture."
+    )
+
+
+def _distance_chart(tally: Tally) -> Html:
+    shares = [_share(tally, "table1", percent, BEST_CENTER) for percent in DISTANCES]
+    lines = [charts.Line("this study", [_in_percent(share) for share in shares])]
+    lines += [charts.Line(name, ends) for name, ends in _ends(shares)]
+    lines.append(charts.Line("the paper", UNNATURAL[BEST_CENTER - 1]))
+    axis = charts.Axis("warp distance, % of D", [f"{percent:g}" for percent in DISTANCES])
+    drawn = charts.line_chart("Unnaturalness by warp distance", axis, "unnatural, %", lines)
+    return chart(drawn, f"Centre candidate {BEST_CENTER}, which the paper chose.")
+
+
+def _lattice_chart(tally: Tally) -> Html:
+    found = _of(tally, "figure11")
+    shares = [share for _, share in found]
+    lines = [charts.Line("this study", [_in_percent(share) for share in shares])]
+    lines += [charts.Line(name, ends) for name, ends in _ends(shares)]
+    axis = charts.Axis("lattice spacing R", [f"{variant.lattice:g}" for variant, _ in found])
+    drawn = charts.line_chart("Unnaturalness by lattice size", axis, "unnatural, %", lines)
+    return chart(drawn, "In the shape of figure 11, which has no printed figures to put beside.")
+
+
+def _ends(shares: Sequence[Share]) -> list[tuple[str, list[float]]]:
+    lows, highs = ([100.0 * share.interval[end] for share in shares] for end in (0, 1))
+    return [("interval, lower end", lows), ("interval, upper end", highs)]
+
+
+def _in_percent(share: Share) -> float:
+    return 100.0 * share.value
+
+
+def _number(value: float) -> str:
+    return _NONE if math.isnan(value) else f"{value:.1f}"
+
+
+def _or_none(value: float) -> float | None:
+    return None if math.isnan(value) else value

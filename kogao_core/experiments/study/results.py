@@ -1,0 +1,211 @@
+"""Ratings on disk: lines that are only ever appended, and what they add up to.
+
+Each answer is one line of JSON and on the disk before the next picture shows. Nothing that counts
+is written over: an answer taken back is a line of its own. A program killed while it writes leaves
+a torn last line, which isn't JSON and counts for nothing; the next answer begins on a new line.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, get_args
+
+from kogao_core import __version__
+from kogao_core.experiments.study import plan
+from kogao_core.experiments.study.plan import Study
+from kogao_core.experiments.study.session import Answer, Record, Session
+from kogao_core.strict import BadFile, Node, parse
+
+SUFFIX: Final = ".jsonl"
+VERSION: Final = 1
+LARGEST_GRADE: Final = 100
+_FORMAT: Final = "kogao-ratings"
+_MOST_BYTES: Final = 64 * 2**20
+_MOST_LINE_BYTES: Final = 4096
+_MOST_RECORDS: Final = 10_000_000
+_LONGEST_MS: Final = 10**9
+
+
+@dataclass(frozen=True, slots=True)
+class Ratings:
+    """What a file of ratings holds.
+
+    Parameters
+    ----------
+    study, rater : str
+        Whose answers to what.
+    records : tuple of Record
+        The lines in their order.
+    torn : int
+        Lines that aren't JSON: left by a program killed while it wrote.
+    """
+
+    study: str
+    rater: str
+    records: tuple[Record, ...]
+    torn: int
+
+
+class Log:
+    """A session's file, opened to append.
+
+    Parameters
+    ----------
+    path : Path
+        The file; a new one is begun with a line that names study and rater.
+    study : Study
+        The study.
+    rater : str
+        The rater's code.
+
+    Raises
+    ------
+    OSError
+        If it can't be read or written.
+    BadFile
+        If a file there is no log of this study and rater.
+    """
+
+    def __init__(self, path: Path, study: Study, rater: str) -> None:
+        self.path = path
+        data = path.read_bytes() if path.exists() else b""
+        self._on_new_line = not data or data.endswith(b"\n")
+        if b"\n" in data:
+            held = load(path)
+            if (held.study, held.rater) != (study.identity, rater):
+                raise BadFile(f"{path} holds ratings of another study or rater")
+            self.session = Session(study, rater, list(held.records))
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self.session = Session(study, rater)
+            self._write(header(study.identity, rater, "editor"))
+
+    def add(self, record: Record) -> None:
+        """Put a record on the disk, then let it count.
+
+        Raises
+        ------
+        OSError
+            If it couldn't be written; the session is as before.
+        """
+        self._write(record.to_dict())
+        self.session.take(record)
+
+    def _write(self, line: dict[str, Any]) -> None:
+        text = json.dumps(line, allow_nan=False) + "\n"
+        data = (text if self._on_new_line else "\n" + text).encode()
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
+        file = os.open(self.path, flags, 0o644)
+        try:
+            size = os.fstat(file).st_size
+            try:
+                if os.write(file, data) != len(data):
+                    raise OSError(errno.ENOSPC, "it took only part of the line")
+                os.fsync(file)
+            except OSError:
+                # What didn't count mustn't be found later: it would stand there twice.
+                os.ftruncate(file, size)
+                raise
+        finally:
+            os.close(file)
+        self._on_new_line = True
+
+
+def header(study: str, rater: str, via: str) -> dict[str, Any]:
+    """Return the first line of a file of ratings."""
+    return {
+        "format": _FORMAT,
+        "version": VERSION,
+        "study": study,
+        "rater": rater,
+        "via": via,
+        "program": __version__,
+    }
+
+
+def load(path: Path) -> Ratings:
+    """Read a file of ratings, the editor's or the browser page's.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or isn't one.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        raise BadFile(f"{path} can't be read ({error.strerror or error})") from None
+    if len(data) > _MOST_BYTES:
+        raise BadFile(f"{path} is too large for a file of ratings")
+    lines, torn = _lines(data)
+    try:
+        top = next(lines)
+        top.field("format").text(40, (_FORMAT,))
+        top.field("version").whole(VERSION, VERSION)
+        rater = top.field("rater").text(32)
+        if not plan.is_rater(rater):
+            top.field("rater").refuse("is no code of a rater")
+        study = top.field("study").text(64)
+        records = tuple(_record(line) for line in lines)
+    except StopIteration:
+        raise BadFile(f"{path} holds no ratings") from None
+    except BadFile as error:
+        raise BadFile(f"{path} is no file of ratings: {error}") from None
+    return Ratings(study, rater, records, torn)
+
+
+def _lines(data: bytes) -> tuple[Iterator[Node], int]:
+    found = []
+    lines = [line for line in data.split(b"\n") if line.strip()]
+    for number, line in enumerate(lines, start=1):
+        try:
+            found.append(Node(parse(line, _MOST_LINE_BYTES).value, f"line {number}"))
+        except BadFile:
+            continue
+    return iter(found), len(lines) - len(found)
+
+
+def _record(node: Node) -> Record:
+    number = node.field("n").whole(1, _MOST_RECORDS)
+    picture = node.field("picture").text(40)
+    if node.field("back").value is not None:
+        node.only(("n", "picture", "back")).field("back").flag()
+        return Record(number, picture, back=True)
+    took = node.field("ms").whole(0, _LONGEST_MS)
+    if "answer" in node.value:
+        node.only(("n", "picture", "answer", "ms"))
+        said = node.field("answer").text(20, get_args(Answer))
+        answer: Answer = "natural" if said == "natural" else "unnatural"
+        return Record(number, picture, answer=answer, took_ms=took)
+    node.only(("n", "picture", "grade", "ms"))
+    grade = node.field("grade")
+    value = None if grade.value is None else grade.whole(0, LARGEST_GRADE)
+    return Record(number, picture, grade=value, took_ms=took)
+
+
+def newest(many: Sequence[Ratings]) -> list[Ratings]:
+    """Keep one file a rater: the longest, where the others are earlier copies of it.
+
+    Raises
+    ------
+    BadFile
+        If two files of one rater differ in a line that both have.
+    """
+    kept: dict[tuple[str, str], Ratings] = {}
+    for ratings in many:
+        who = (ratings.study, ratings.rater)
+        other = kept.get(who, ratings)
+        shorter, longer = sorted((other, ratings), key=lambda one: len(one.records))
+        if longer.records[: len(shorter.records)] != shorter.records:
+            raise BadFile(
+                f"rater {ratings.rater} has two files that contradict each other; "
+                "take the wrong one away"
+            )
+        kept[who] = longer
+    return list(kept.values())

@@ -1,0 +1,126 @@
+"""Ratings joined with the key: what was called unnatural, variant by variant."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from kogao_core.experiments.study import plan, results
+from kogao_core.experiments.study.plan import Key
+from kogao_core.experiments.study.results import Ratings
+from kogao_core.experiments.study.session import Session
+from kogao_core.experiments.study.statistics import Grades, Share
+from kogao_core.experiments.study.variants import Variant
+from kogao_core.strict import BadFile
+
+_MOST_FILES: Final = 10_000
+
+
+@dataclass(slots=True)
+class Tally:
+    """What one or more studies found.
+
+    Parameters
+    ----------
+    shares : mapping of Variant to Share
+        Answers "unnatural" to each variant, over all subjects and raters.
+    grades : list of int
+        Satisfaction, 0 to 100.
+    skipped : int
+        Pictures that weren't graded.
+    subjects, raters, torn : int
+        How many photos, people (a code counts once a study) and torn lines.
+    """
+
+    shares: dict[Variant, Share] = field(default_factory=dict)
+    grades: list[int] = field(default_factory=list)
+    skipped: int = 0
+    subjects: int = 0
+    raters: int = 0
+    torn: int = 0
+
+    @property
+    def satisfaction(self) -> Grades:
+        """Mean and deviation of the grades."""
+        return Grades.of(self.grades)
+
+
+def rating_files(folder: Path) -> list[Path]:
+    """Return the files of ratings in a study's folder: the editor's, and those handed in."""
+    places = (folder, folder / plan.RATINGS_FOLDER)
+    return sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
+
+
+def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> Tally:
+    """Count the answers of some studies.
+
+    Parameters
+    ----------
+    studies : sequence of (Path, Path)
+        Folder and key of each.
+    others : iterable of Path
+        Further files of ratings; each goes to the study that it names.
+
+    Raises
+    ------
+    BadFile
+        If a file isn't what it should be, or belongs to none of the studies.
+    """
+    total, hits, answers = Tally(), Counter[Variant](), Counter[Variant]()
+    extra = _by_study(others)
+    for folder, key_file in studies:
+        study, key = plan.load_study(folder), plan.load_key(key_file)
+        _check(study, key, key_file)
+        own = [results.load(path) for path in rating_files(folder)[:_MOST_FILES]]
+        ratings = results.newest([*own, *extra.pop(study.identity, [])])
+        total.subjects += len(key.subjects)
+        for one in ratings:
+            _count(_session(study, one), key, total, hits, answers)
+            total.torn += one.torn
+        judged = (meaning.variant for meaning in key.pictures.values())
+        answers.update(dict.fromkeys((v for v in judged if v.kind != "satisfaction"), 0))
+    if extra:
+        raise BadFile(f"the ratings of study {min(extra)} belong to none of these folders")
+    total.shares = {variant: Share(hits[variant], answers[variant]) for variant in sorted(answers)}
+    return total
+
+
+def _by_study(files: Iterable[Path]) -> dict[str, list[Ratings]]:
+    found: defaultdict[str, list[Ratings]] = defaultdict(list)
+    for path in files:
+        ratings = results.load(path)
+        found[ratings.study].append(ratings)
+    return found
+
+
+def _check(study: plan.Study, key: Key, key_file: Path) -> None:
+    named = {*study.ratings, *study.satisfaction}
+    if key.identity != study.identity or named != set(key.pictures):
+        raise BadFile(f"{key_file} is the key of another study; name the right one with --key")
+
+
+def _session(study: plan.Study, ratings: Ratings) -> Session:
+    if ratings.study != study.identity:
+        raise BadFile(f"the ratings of {ratings.rater} belong to another study")
+    try:
+        return Session(study, ratings.rater, list(ratings.records))
+    except BadFile as error:
+        raise BadFile(f"the ratings of {ratings.rater} can't be used: {error}") from None
+
+
+def _count(
+    session: Session, key: Key, total: Tally, hits: Counter[Variant], answers: Counter[Variant]
+) -> None:
+    total.raters += bool(session.answered)
+    for record in session.answered:
+        variant = key.pictures[record.picture].variant
+        if variant.kind != "satisfaction":
+            answers[variant] += 1
+            hits[variant] += record.answer == "unnatural"
+        elif record.grade is None:
+            total.skipped += 1
+        else:
+            total.grades.append(record.grade)

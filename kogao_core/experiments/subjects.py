@@ -1,0 +1,99 @@
+"""Photos with their faces, as experiments take them."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Array, Image
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
+
+# Called with how many steps are done, and of how many; whatever it raises ends the experiment.
+Told = Callable[[int, int], None]
+PAPER_SIZE: Final = (960, 720)  # px, long and short side (section 5)
+
+
+def untold(_: int, __: int) -> None:
+    """Tell nobody how far an experiment is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A photo and the faces to work on.
+
+    Parameters
+    ----------
+    name : str
+        What reports call it: its file's name.
+    pixels : array of shape (H, W) or (H, W, C)
+        The upright photo, as `kogao_core.pipeline.render` takes it.
+    faces : tuple of Face
+        At least one, px of the photo.
+    """
+
+    name: str
+    pixels: Image
+    faces: tuple[Face, ...]
+
+    @property
+    def stem(self) -> str:
+        """What its files begin with: the name, without what file systems take amiss."""
+        return re.sub(r"[^\w-]+", "-", self.name).strip("-")
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height, px."""
+        return int(self.pixels.shape[1]), int(self.pixels.shape[0])
+
+    @property
+    def interocular_px(self) -> float:
+        """Mean distance between the outer eye corners, px."""
+        return float(np.mean([face.interocular_px for face in self.faces]))
+
+
+def at_paper_size(subject: Subject) -> Subject:
+    """Return the subject at 960 x 720 px, upright photos at 720 x 960.
+
+    The largest cut-out of that shape round the faces is scaled, up if need be.
+    """
+    width, height = subject.size
+    goal = np.array(PAPER_SIZE if width >= height else PAPER_SIZE[::-1])
+    cut = np.floor(goal * min(width / goal[0], height / goal[1])).astype(int)
+    points = np.vstack([face.points for face in subject.faces])
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    corner = np.clip(np.round(middle - cut / 2.0), 0, [width, height] - cut).astype(int)
+    (left, top), (right, bottom) = corner.tolist(), (corner + cut).tolist()
+    part = subject.pixels[top:bottom, left:right]
+    smaller = cut[0] > goal[0]
+    kernel = cv2.INTER_AREA if smaller else cv2.INTER_CUBIC
+    pixels = np.asarray(cv2.resize(part, goal.tolist(), interpolation=kernel))
+    resize = Affine.resize(*(goal / cut).tolist())
+    onto = resize.after(Affine(np.eye(2), -corner.astype(np.float64)))
+    return Subject(subject.name, pixels, tuple(face.mapped(onto) for face in subject.faces))
+
+
+def set_by_hand(faces: Sequence[Face], recipe: Recipe) -> tuple[Face, ...]:
+    """Return the faces with every target where `aim` would put it, but held as set by hand."""
+    return tuple(dataclasses.replace(f, targets=aim(f, recipe).target_px) for f in faces)
+
+
+def rgb8(pixels: Image) -> Image:
+    """Return a picture for the eye: RGB, uint8, whatever depth and channels it has."""
+    depth = 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
+    levels = pixels if pixels.dtype == np.uint8 else _levels(pixels / depth)
+    if levels.ndim == 2 or levels.shape[2] < 3:
+        grey = levels if levels.ndim == 2 else levels[..., 0]
+        levels = np.dstack([grey] * 3)
+    return np.ascontiguousarray(levels[..., :3])
+
+
+def _levels(unit: Array) -> Image:
+    return np.asarray(np.round(255.0 * np.clip(unit, 0.0, 1.0)), np.uint8)

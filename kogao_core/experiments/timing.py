@@ -1,0 +1,210 @@
+"""Table 2: what manual and automatic work cost, on the whole image and on the reduced domain."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from kogao_core.domain import pixel_counts
+from kogao_core.experiments.sessions import Session
+from kogao_core.experiments.spread import Spread, in_turns
+from kogao_core.experiments.subjects import Subject, Told, at_paper_size, set_by_hand, untold
+from kogao_core.face import Face, LandmarkSource
+from kogao_core.field import Field
+from kogao_core.geometry import Box
+from kogao_core.pipeline import render
+from kogao_core.recipe import DomainName, Recipe
+
+Size = Literal["960x720", "own"]
+SIZES: Final[tuple[Size, ...]] = ("960x720", "own")
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A row of table 2 with the paper's times, s; automatic setting took it "less than 1"."""
+
+    name: str
+    title: str
+    automatic: bool
+    domain: DomainName
+    setting_s: float
+    computing_s: float
+
+    @property
+    def total_s(self) -> float:
+        """The paper's total, s; it counts automatic setting as a whole second."""
+        return self.setting_s + self.computing_s
+
+
+WAYS: Final = (
+    Way("conventional", "Conventional method", False, "image", 20.0, 5.896),
+    Way("wdr", "Warping domain reduction (Wdr)", False, "threshold", 20.0, 3.576),
+    Way("akt", "Automatic transformation (Akt)", True, "image", 1.0, 6.102),
+    Way("dual", "Dual method (Wdr + Akt)", True, "threshold", 1.0, 3.722),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """The runs of one way on one photo at one size.
+
+    Parameters
+    ----------
+    photo : str
+        Its name.
+    size : {"960x720", "own"}
+        Which size.
+    width, height, faces : int
+        What was worked on, px.
+    way : str
+        Name of a row of `WAYS`.
+    domain_share : float
+        Part of the image that was worked on, 0 to 1, by section 4's counts.
+    setting_ms : tuple of float
+        Time to find faces and landmarks in each run; empty where people do that.
+    stages_ms : dict of str to tuple of float
+        Computing time by stage of `pipeline.render`.
+    """
+
+    photo: str
+    size: Size
+    width: int
+    height: int
+    faces: int
+    way: str
+    domain_share: float
+    setting_ms: tuple[float, ...]
+    stages_ms: dict[str, tuple[float, ...]]
+
+    @property
+    def computing_ms(self) -> tuple[float, ...]:
+        """All stages together, of each run."""
+        return tuple(map(sum, zip(*self.stages_ms.values(), strict=True)))
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """Table 2 on some photos.
+
+    Parameters
+    ----------
+    timings : tuple of Timing
+        What was measured.
+    sessions : tuple of Session
+        Setting by hand, as recorded; may be empty.
+    recipe : Recipe
+        What was done to the faces; its domain is set by the way.
+    repeats, warm_up : int
+        Rounds that count, and rounds before them.
+    """
+
+    timings: tuple[Timing, ...]
+    sessions: tuple[Session, ...]
+    recipe: Recipe
+    repeats: int
+    warm_up: int
+
+    @property
+    def setting(self) -> Spread | None:
+        """Setting time by hand, s; None while no session was recorded."""
+        times = [session.setting_s for session in self.sessions]
+        return Spread.of(times) if times else None
+
+    def of(self, size: Size, way: str) -> list[Timing]:
+        """Return the timings of one way at one size."""
+        return [one for one in self.timings if (one.size, one.way) == (size, way)]
+
+
+def measure(
+    subject: Subject,
+    source: LandmarkSource,
+    recipe: Recipe,
+    *,
+    sizes: Sequence[Size] = SIZES,
+    repeats: int = 10,
+    warm_up: int = 2,
+    told: Told = untold,
+) -> tuple[list[Timing], list[str]]:
+    """Time all four ways on one photo, in turns.
+
+    Manual ways get the subject's faces with all targets set; how long people take for that is
+    their setting clock's to say. Automatic ways find the faces anew in every run.
+
+    Parameters
+    ----------
+    subject : Subject
+        Photo with faces.
+    source : LandmarkSource
+        Finds faces for the automatic ways.
+    recipe : Recipe
+        What to do; its domain is replaced.
+    sizes : sequence of {"960x720", "own"}
+        Sizes to work at.
+    repeats, warm_up : int
+        Rounds that count, and rounds before them that don't; a round runs every way once.
+    told : callable
+        Hears how many runs are done, and of how many.
+
+    Returns
+    -------
+    list of Timing, list of str
+        And what couldn't be measured, in a sentence each.
+    """
+    timings: list[Timing] = []
+    notes = []
+    at_size = {"own": subject, "960x720": at_paper_size(subject)}
+    runs = len(sizes) * len(WAYS) * (repeats + warm_up)
+    for number, size in enumerate(sizes):
+        here = at_size[size]
+        ways: tuple[Way, ...] = WAYS
+        if not source.find(here.pixels):
+            notes.append(f"{subject.name} at {size}: no face was found, so nothing is automatic")
+            ways = tuple(way for way in WAYS if not way.automatic)
+        timer = _Timer(here, source, recipe)
+        names = {way.name: way for way in ways}
+        for done, (name, counts) in enumerate(in_turns(list(names), repeats, warm_up)):
+            timer.run(names[name], counts)
+            told(number * runs // len(sizes) + done + 1, runs)
+        timings += [timer.timing(size, way) for way in ways]
+    return timings, notes
+
+
+class _Timer:
+    def __init__(self, subject: Subject, source: LandmarkSource, recipe: Recipe) -> None:
+        self.subject, self.source, self.recipe = subject, source, recipe
+        self.by_hand = set_by_hand(subject.faces, recipe)
+        self.setting_ms: dict[str, list[float]] = {way.name: [] for way in WAYS}
+        self.laps_ms: dict[str, list[dict[str, float]]] = {way.name: [] for way in WAYS}
+        self.fields: dict[str, Field] = {}
+
+    def run(self, way: Way, counts: bool) -> None:
+        faces, setting_ms = self._faces(way)
+        recipe = dataclasses.replace(self.recipe, domain=way.domain)
+        rendering = render(self.subject.pixels, faces, recipe)
+        if not counts:
+            return
+        self.fields[way.name] = rendering.field
+        self.laps_ms[way.name].append(rendering.timings_ms)
+        if way.automatic:
+            self.setting_ms[way.name].append(setting_ms)
+
+    def _faces(self, way: Way) -> tuple[Sequence[Face], float]:
+        if not way.automatic:
+            return self.by_hand, 0.0
+        start = time.perf_counter()
+        faces = self.source.find(self.subject.pixels)
+        return faces, (time.perf_counter() - start) * 1e3
+
+    def timing(self, size: Size, way: Way) -> Timing:
+        field, laps = self.fields[way.name], self.laps_ms[way.name]
+        image = Box.of(self.subject.pixels)
+        counts = pixel_counts(field, image, self.recipe.threshold_px)
+        return Timing(
+            self.subject.name, size, *self.subject.size, len(field.lattices), way.name,
+            counts[way.domain] / counts["image"],
+            tuple(self.setting_ms[way.name]),
+            {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
+        )  # fmt: skip

@@ -1,0 +1,214 @@
+"""Table 2 as tables of text, records for a file, and a report; the paper's figures stand beside."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from dataclasses import asdict
+from itertools import chain
+from typing import Final
+
+from kogao_core.experiments import report
+from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.experiments.spread import Spread, rounded
+from kogao_core.experiments.timing import SIZES, WAYS, Result, Size, Timing, Way
+
+TITLE: Final = "Table 2: setting and computing time"
+LEAD: Final = (
+    "How long does it take to make a face smaller when landmarks and targets are set by hand or "
+    "found, and when the whole image or only the reduced domain is warped?"
+)
+_NONE: Final = "\N{EN DASH}"
+_NAMES: Final[dict[Size, str]] = {
+    "960x720": "960 x 720 px",
+    "own": "the photos' own size",
+}
+_PAPER_MACHINE: Final = "Intel Core Duo T2300, 1.66 GHz, 2011"
+
+
+def tables(result: Result) -> list[Table]:
+    """Return table 2 and the stages for each size, then the photos one by one."""
+    found = []
+    for size in SIZES:
+        if any(timing.size == size for timing in result.timings):
+            found += [
+                _table_2(result, size),
+                _beside_the_paper(result, size),
+                _stages(result, size),
+            ]
+    return [*found, _photos(result)]
+
+
+def _table_2(result: Result, size: Size) -> Table:
+    header = ("method", "setting, s", "computing, ms", "total, s", "computing / conventional")
+    rows = []
+    for way, timings in _ways(result, size):
+        setting, total = _setting(result, timings, way), _total(result, timings, way)
+        ratio = _of_conventional(result, size, way.name)
+        rows.append((
+            way.title, setting.text() if setting else _NONE, _pooled(timings).text(),
+            total.text() if total else _NONE, _NONE if ratio is None else f"{ratio:.2f}",
+        ))  # fmt: skip
+    note = "Median and quartiles of all runs. "
+    if result.setting is None:
+        note += "No session of setting by hand was given, so there is no total with one."
+    else:
+        note += f"Setting by hand: {result.setting.count} recorded sessions."
+    return Table(f"Table 2 at {_NAMES[size]}, measured here", header, rows, note)
+
+
+def _beside_the_paper(result: Result, size: Size) -> Table:
+    header = (
+        "method", "setting, s", "computing, s", "total, s", "computing / conventional",
+        "paper's computing / here", "paper's total / here",
+    )  # fmt: skip
+    rows = []
+    for way, timings in _ways(result, size):
+        total = _total(result, timings, way)
+        rows.append((
+            way.title, f"{'<' if way.automatic else ''}{way.setting_s:g}",
+            f"{way.computing_s:.3f}", f"{way.total_s:.3f}",
+            f"{way.computing_s / WAYS[0].computing_s:.2f}",
+            rounded(1e3 * way.computing_s / _pooled(timings).median),
+            rounded(way.total_s / total.median) if total else _NONE,
+        ))  # fmt: skip
+    note = (
+        f"The paper worked at 960 x 720 px on an {_PAPER_MACHINE}; the last two columns divide its "
+        f"times by the medians at {_NAMES[size]} here: they compare machines and programs together."
+    )
+    return Table("The paper's table 2, and how many times faster here", header, rows, note)
+
+
+def _ways(result: Result, size: Size) -> list[tuple[Way, list[Timing]]]:
+    found = [(way, result.of(size, way.name)) for way in WAYS]
+    return [(way, timings) for way, timings in found if timings]
+
+
+def _pooled(timings: Sequence[Timing]) -> Spread:
+    return Spread.of([ms for timing in timings for ms in timing.computing_ms])
+
+
+def _setting(result: Result, timings: Sequence[Timing], way: Way) -> Spread | None:
+    """Return the time to set everything, s."""
+    if not way.automatic:
+        return result.setting
+    return Spread.of([ms / 1e3 for timing in timings for ms in timing.setting_ms])
+
+
+def _total(result: Result, timings: Sequence[Timing], way: Way) -> Spread | None:
+    """Return setting and computing together, s: run by run, or each session with the median."""
+    if way.automatic:
+        both = (zip(one.setting_ms, one.computing_ms, strict=True) for one in timings)
+        return Spread.of([sum(run) / 1e3 for run in chain.from_iterable(both)])
+    if result.setting is None:
+        return None
+    computing_s = _pooled(timings).median / 1e3
+    return Spread.of([session.setting_s + computing_s for session in result.sessions])
+
+
+def _of_conventional(result: Result, size: Size, way: str) -> float | None:
+    """Return computing time against the conventional one: median of the photos' ratios."""
+    base = {one.photo: one for one in result.of(size, WAYS[0].name)}
+    ratios = [
+        statistics.median(one.computing_ms) / statistics.median(base[one.photo].computing_ms)
+        for one in result.of(size, way)
+        if one.photo in base
+    ]
+    return statistics.median(ratios) if ratios else None
+
+
+def _stages(result: Result, size: Size) -> Table:
+    ways = _ways(result, size)
+    rows = [["finding faces and landmarks"]]
+    for way, timings in ways:
+        setting = _setting(result, timings, way) if way.automatic else None
+        rows[0].append(rounded(1e3 * setting.median) if setting else _NONE)
+    for name in ways[0][1][0].stages_ms:
+        rows.append([name, *(rounded(_stage(timings, name)) for _, timings in ways)])
+    header = ("stage", *(way.name for way, _ in ways))
+    return Table(f"Stages at {_NAMES[size]}, median ms", header, rows)
+
+
+def _stage(timings: Sequence[Timing], name: str) -> float:
+    return statistics.median(ms for timing in timings for ms in timing.stages_ms[name])
+
+
+def _photos(result: Result) -> Table:
+    header = (
+        "photo", "width", "height", "faces", "domain, % of image",
+        "conventional, ms", "wdr, ms", "wdr / conventional", "finding, ms",
+    )  # fmt: skip
+    rows = []
+    for size in SIZES:
+        by_hand = zip(result.of(size, "conventional"), result.of(size, "wdr"), strict=True)
+        finding = {one.photo: Spread.of(one.setting_ms) for one in result.of(size, "dual")}
+        for whole, reduced in by_hand:
+            all_of_it, part = Spread.of(whole.computing_ms), Spread.of(reduced.computing_ms)
+            found = finding.get(whole.photo)
+            rows.append([
+                whole.photo, str(whole.width), str(whole.height), str(whole.faces),
+                f"{100.0 * reduced.domain_share:.1f}", all_of_it.text(), part.text(),
+                f"{part.median / all_of_it.median:.2f}", found.text() if found else _NONE,
+            ])  # fmt: skip
+    return Table("Photo by photo", header, rows, "Computing and finding: median and quartiles.")
+
+
+def records(result: Result) -> list[dict[str, object]]:
+    """Return one flat record for each photo, size and way; times in ms."""
+    ways = {way.name: way for way in WAYS}
+    return [_record(result, timing, ways[timing.way]) for timing in result.timings]
+
+
+def _record(result: Result, timing: Timing, way: Way) -> dict[str, object]:
+    computing = Spread.of(timing.computing_ms)
+    setting = _setting(result, [timing], way)
+    stages = {f"{n}_ms": statistics.median(ms) for n, ms in timing.stages_ms.items()}
+    return {
+        "photo": timing.photo,
+        "size": timing.size,
+        "width": timing.width,
+        "height": timing.height,
+        "faces": timing.faces,
+        "way": timing.way,
+        "domain_share": timing.domain_share,
+        "setting_median_ms": 1e3 * setting.median if setting else None,
+        "setting_q1_ms": 1e3 * setting.q1 if setting else None,
+        "setting_q3_ms": 1e3 * setting.q3 if setting else None,
+        "computing_median_ms": computing.median,
+        "computing_q1_ms": computing.q1,
+        "computing_q3_ms": computing.q3,
+        **stages,
+        "repeats": result.repeats,
+        "paper_setting_s": way.setting_s,
+        "paper_computing_s": way.computing_s,
+        "paper_total_s": way.total_s,
+    }
+
+
+def document(result: Result) -> dict[str, object]:
+    """Return everything as JSON values, every single run included."""
+    return {
+        "experiment": "timing",
+        "recipe": result.recipe.to_dict(),
+        "repeats": result.repeats,
+        "warm_up": result.warm_up,
+        "paper": {way.name: asdict(way) for way in WAYS},
+        "sessions": [asdict(session) for session in result.sessions],
+        "timings": [asdict(timing) for timing in result.timings],
+    }
+
+
+def html(result: Result, made: Made) -> str:
+    """Return the report."""
+    blocks: list[Html] = [
+        report.paragraph(
+            f"{report.recipe_in_words(result.recipe)}; {result.warm_up} rounds to warm up, then "
+            f"{result.repeats} that count, the four ways in turns."
+        ),
+        report.paragraph(
+            "Manual ways are computed with the points that were found, held as if set by hand: "
+            "where a point lies doesn't change what its warp costs."
+        ),
+        *map(report.table, tables(result)),
+    ]
+    return report.page(TITLE, LEAD, blocks, made)

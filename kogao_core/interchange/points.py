@@ -1,0 +1,104 @@
+"""Numbered points as files hold them, read with suspicion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from kogao_core.geometry import Array, frozen
+from kogao_core.strict import BadFile
+
+MOST_BYTES: Final = 8 * 2**20
+MOST_POINTS: Final = 10_000
+# Farther from the photo's corner nothing is a landmark of it, px.
+FARTHEST_PX: Final = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """Points joined by a line, by number; a closed one returns to its first."""
+
+    points: tuple[int, ...]
+    closed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class PointSet:
+    """The points of one face.
+
+    Parameters
+    ----------
+    points : array of shape (N, 2)
+        px of the upright photo, pixel centres at whole numbers from 0, y down.
+    lines : tuple of Line
+        How a template joins them; kept for those who draw them.
+    """
+
+    points: Array
+    lines: tuple[Line, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Freeze the points."""
+        object.__setattr__(self, "points", frozen(self.points, (None, 2)))
+
+
+def text_of(data: bytes) -> str:
+    """Return a file's text.
+
+    Raises
+    ------
+    BadFile
+        If it is too large or no text.
+    """
+    if len(data) > MOST_BYTES:
+        raise BadFile(f"the file has more than {MOST_BYTES} bytes, too many for landmarks")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        raise BadFile("the file is no text")
+    return text
+
+
+def count_in(text: str, what: str) -> int:
+    """Read how many points or lines there are.
+
+    Raises
+    ------
+    BadFile
+        If it is no number from 0 to `MOST_POINTS`.
+    """
+    if not (text.isascii() and text.isdecimal() and len(text) < 9 and int(text) <= MOST_POINTS):
+        raise BadFile(f"{text[:40]!r} can't be the number of {what}")
+    return int(text)
+
+
+def coordinates(rows: Sequence[Sequence[str]]) -> Array:
+    """Read a row of two numbers for each point, shape (N, 2).
+
+    Raises
+    ------
+    BadFile
+        If a row isn't two finite numbers of px.
+    """
+    found = np.empty((len(rows), 2))
+    for number, row in enumerate(rows, start=1):
+        try:
+            x, y = (float(value) for value in row)
+        except ValueError:
+            said = " ".join(row)[:40]
+            raise BadFile(f"point {number} must be two numbers, got {said!r}") from None
+        if not all(math.isfinite(value) and abs(value) <= FARTHEST_PX for value in (x, y)):
+            raise BadFile(f"point {number} lies nowhere: {x:g}, {y:g}")
+        found[number - 1] = x, y
+    return found
+
+
+def number(value: float) -> str:
+    """Write a coordinate, to a thousandth of a px."""
+    return f"{value:.3f}"

@@ -1,0 +1,43 @@
+"""iBUG's ``.pts``: version, number of points, and the points in braces.
+
+They count pixels from 1, as Matlab does: the centre of the first pixel is 1, 1 there and 0, 0 here.
+y runs down.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from kogao_core.interchange.points import PointSet, coordinates, count_in, number, text_of
+from kogao_core.strict import BadFile
+
+FIRST_PIXEL: Final = 1.0
+_WHOLE: Final = re.compile(
+    r"\s*version:\s*1(?:\.0)?\s+n_points:\s*(\S{1,40})\s*\{([^{}]*)\}\s*", re.ASCII
+)
+
+
+def parse(data: bytes) -> PointSet:
+    """Read a file of any number of points.
+
+    Raises
+    ------
+    BadFile
+        If it is none.
+    """
+    found = _WHOLE.fullmatch(text_of(data))
+    if found is None:
+        raise BadFile("the file must be 'version: 1', 'n_points: N' and the points in braces")
+    count = count_in(found[1], "points")
+    rows = [row.split() for row in found[2].splitlines() if row.strip()]
+    if len(rows) != count:
+        raise BadFile(f"the file says {count} points and has {len(rows)}")
+    return PointSet(coordinates(rows) - FIRST_PIXEL)
+
+
+def text(points: PointSet) -> str:
+    """Write a file; lines between points are left out, the format has none."""
+    rows = [f"{number(x)} {number(y)}" for x, y in (points.points + FIRST_PIXEL).tolist()]
+    head = ["version: 1", f"n_points: {len(rows)}"]
+    return "\n".join([*head, "{", *rows, "}"]) + "\n"

@@ -1,0 +1,195 @@
+"""The formats by name and ending, and the two things to do with them: read faces, write faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core.atomic import put
+from kogao_core.face import Face
+from kogao_core.geometry import Box
+from kogao_core.interchange import pts, tables, tem
+from kogao_core.interchange.points import MOST_BYTES, PointSet
+from kogao_core.interchange.templates import OWN_NAMES, TEMPLATES, Template, fitting
+from kogao_core.strict import BadFile
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A kind of file.
+
+    Parameters
+    ----------
+    name : str
+        Its ending, without the dot.
+    title : str
+        What it is called.
+    several : bool
+        Whether one file holds several faces.
+    templates : tuple of str
+        Templates it can be written in, the usual one first; empty where it holds our own groups.
+    """
+
+    name: str
+    title: str
+    several: bool
+    templates: tuple[str, ...]
+
+    @property
+    def suffix(self) -> str:
+        """Its ending."""
+        return f".{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A file that was written, and what isn't in it or isn't ours."""
+
+    path: Path
+    note: str
+
+
+FORMATS: Final = {
+    form.name: form
+    for form in (
+        Format("json", "JSON", several=True, templates=()),
+        Format("csv", "CSV", several=True, templates=("27", "68", "189")),
+        Format("tem", "WebMorph template", several=False, templates=("27", "189", "68")),
+        Format("pts", "iBUG points", several=False, templates=("68", "27", "189")),
+    )
+}
+_PARSERS: Final[dict[str, Callable[[bytes], list[PointSet]]]] = {
+    "csv": tables.parse_csv,
+    "tem": lambda data: [tem.parse(data)],
+    "pts": lambda data: [pts.parse(data)],
+}
+
+
+def format_of(path: Path) -> Format:
+    """Return the format that a file's ending names.
+
+    Raises
+    ------
+    BadFile
+        If none does.
+    """
+    form = FORMATS.get(path.suffix.lower().removeprefix("."))
+    if form is None:
+        raise BadFile(f"{path} must end in one of {', '.join(f.suffix for f in FORMATS.values())}")
+    return form
+
+
+def read(path: Path, mapping: Template | None = None) -> list[Face]:
+    """Read the faces of a file of landmarks; its ending tells the format.
+
+    Parameters
+    ----------
+    path : Path
+        ``.tem``, ``.pts``, ``.csv`` or ``.json``.
+    mapping : Template, optional
+        Which points are which; by their number where absent.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or holds no face; one sentence.
+    """
+    form = format_of(path)
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise BadFile(f"{path} can't be read ({error.strerror or error})") from None
+    try:
+        if form.name == "json":
+            return tables.parse_faces(data)
+        found = _PARSERS[form.name](data)
+        return [(mapping or fitting(points)).face(points) for points in found]
+    except BadFile as error:
+        raise BadFile(f"{path} can't be used: {error}") from None
+
+
+def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[Written]:
+    """Write faces; a format that holds one gets a file each, numbered after the first.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        At least one.
+    path : Path
+        Its ending tells the format. Files there are replaced.
+    wanted : str, optional
+        Name of the template, the format's usual one where absent.
+
+    Raises
+    ------
+    BadFile
+        If the ending is unknown or the format has no such template.
+    OSError
+        If it can't be written.
+    """
+    form = format_of(path)
+    name = wanted or next(iter(form.templates), "")
+    if name and name not in form.templates:
+        raise BadFile(f"{form.title} is written in {_choices(form)}, not in {name!r}")
+    if form.name == "json":
+        put(tables.faces_text(faces).encode(), path)
+        return [Written(path, "")]
+    template = TEMPLATES[name]
+    if form.several:
+        points = [template.points(face).points for face in faces]
+        names = OWN_NAMES if name == "27" else [str(k) for k in range(len(points[0]))]
+        put(tables.csv_text(points, names).encode(), path)
+        return [Written(path, _note(template, faces))]
+    return [
+        _written(face, paths, template)
+        for face, paths in zip(faces, files(path, faces), strict=True)
+    ]
+
+
+def files(path: Path, faces: Sequence[Face]) -> list[Path]:
+    """Return the files that `write` writes."""
+    if format_of(path).several:
+        return [path]
+    rest = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(2, len(faces) + 1)]
+    return [path, *rest]
+
+
+def _written(face: Face, path: Path, template: Template) -> Written:
+    writer = tem.text if path.suffix.lower() == ".tem" else pts.text
+    put(writer(template.points(face)).encode(), path)
+    return Written(path, _note(template, [face]))
+
+
+def _choices(form: Format) -> str:
+    return f"templates of {', '.join(form.templates)} points" if form.templates else "its own way"
+
+
+def _note(template: Template, faces: Sequence[Face]) -> str:
+    """Say what a file of this template doesn't know, in a sentence; empty where it holds all."""
+    said = []
+    if any(len(face.outline) != len(template.outline) for face in faces):
+        said.append(f"the outline was resampled to {len(template.outline)} points")
+    guessed = (template.count or 0) - len(template.ours)
+    if guessed:
+        said.append(f"{guessed} of {template.count} points are a mean face's, not this one's")
+    return "; ".join(said)
+
+
+def check_inside(faces: Sequence[Face], image: Box) -> None:
+    """Check that faces lie on a photo.
+
+    Raises
+    ------
+    BadFile
+        If one lies outside: its points belong to another photo, or to another size of this one.
+    """
+    for number, face in enumerate(faces, start=1):
+        x, y = (face.eye_center + face.mouth_center) / 2.0
+        if not (image.left <= x < image.right and image.top <= y < image.bottom):
+            raise BadFile(
+                f"face {number} lies at {x:.0f}, {y:.0f}, outside the photo of {image.width} x "
+                f"{image.height} px; the points belong to another photo or size"
+            )

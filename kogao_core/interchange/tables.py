@@ -1,0 +1,102 @@
+"""Landmarks as tables: CSV for a spreadsheet, JSON as ``kogao-cli detect --json`` prints it.
+
+Both count pixel centres from 0, y down, and hold any number of faces.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from kogao_core.face import Face
+from kogao_core.geometry import Array
+from kogao_core.interchange.points import (
+    FARTHEST_PX,
+    MOST_BYTES,
+    MOST_POINTS,
+    PointSet,
+    coordinates,
+    number,
+    text_of,
+)
+from kogao_core.strict import BadFile, Node
+from kogao_core.strict import parse as parse_json
+
+_MOST_FACES: Final = 1000
+
+
+def parse_csv(data: bytes) -> list[PointSet]:
+    """Read a table with the columns x and y, and face where it holds several; others are left out.
+
+    Raises
+    ------
+    BadFile
+        If it is none.
+    """
+    try:
+        rows = [row for row in csv.reader(io.StringIO(text_of(data)), strict=True) if row]
+    except csv.Error as error:
+        raise BadFile(f"the file is no table ({error})") from None
+    header = [name.strip().lower() for name in rows[0]] if rows else []
+    if header.count("x") != 1 or header.count("y") != 1:
+        raise BadFile("the file's first row must name the columns x and y")
+    if any(len(row) != len(header) for row in rows[1:]):
+        raise BadFile(f"every row must have {len(header)} columns, like the first")
+    place, x, y = (header.index(name) if name in header else -1 for name in ("face", "x", "y"))
+    faces: dict[str, list[list[str]]] = {}
+    for row in rows[1:]:
+        faces.setdefault(row[place].strip() if place >= 0 else "", []).append([row[x], row[y]])
+    if not faces or len(faces) > _MOST_FACES:
+        raise BadFile(f"the file holds {len(faces)} faces")
+    return [PointSet(coordinates(points)) for points in faces.values()]
+
+
+def csv_text(faces: Sequence[Array], names: Sequence[str]) -> str:
+    """Write a row for each point of each face, shape (N, 2), with its name."""
+    with io.StringIO(newline="") as out:
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(("face", "point", "x", "y"))
+        for index, points in enumerate(faces, start=1):
+            for name, (x, y) in zip(names, points.tolist(), strict=True):
+                writer.writerow((index, name, number(x), number(y)))
+        return out.getvalue()
+
+
+def parse_faces(data: bytes) -> list[Face]:
+    """Read what `faces_text` or ``kogao-cli detect --json`` wrote.
+
+    Raises
+    ------
+    BadFile
+        If it is none.
+    """
+    faces = parse_json(data, MOST_BYTES).field("faces").items(_MOST_FACES)
+    if not faces:
+        raise BadFile("the file holds no face")
+    return [_face(face) for face in faces]
+
+
+def _face(node: Node) -> Face:
+    outline, eyes, mouth = (_points(node.field(name)) for name in ("outline", "eyes", "mouth"))
+    try:
+        return Face(outline, eyes, mouth)
+    except ValueError as error:
+        node.refuse(f"is no face: {error}")
+
+
+def _points(node: Node) -> Array:
+    rows = [row.items(2) for row in node.items(MOST_POINTS)]
+    if any(len(row) != 2 for row in rows):
+        node.refuse("must be pairs of numbers")
+    pairs = [[value.number(-FARTHEST_PX, FARTHEST_PX) for value in row] for row in rows]
+    return np.array(pairs).reshape(-1, 2)
+
+
+def faces_text(faces: Sequence[Face]) -> str:
+    """Write faces to the last bit."""
+    return json.dumps({"faces": [face.to_dict() for face in faces]}, indent=1) + "\n"

@@ -1,0 +1,95 @@
+"""Telling, for those who want to, that a photo was retouched: in its XMP and on the picture."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+
+from kogao_core.geometry import Image
+from kogao_core.photo import edit_record
+from kogao_core.photo.label import draw_label
+from kogao_core.photo.model import Photo
+
+
+@dataclass(frozen=True, slots=True)
+class Disclosure:
+    """What a result tells about itself; nothing, unless it is asked for.
+
+    Parameters
+    ----------
+    record : bool
+        Add an edit record to the XMP: an event in ``xmpMM:History`` and, where the photo is a
+        plain capture so far, the IPTC digital source type "human edits".
+    label : str
+        Text to draw into the bottom right corner; none if empty.
+    font : str, optional
+        A font file for the label, for letters that the built-in Latin font lacks.
+    """
+
+    record: bool = False
+    label: str = ""
+    font: str | None = None
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether anything is to be told."""
+        return self.record or bool(self.label)
+
+
+NOTHING_TOLD = Disclosure()
+
+
+def disclose(
+    photo: Photo,
+    pixels: Image,
+    disclosure: Disclosure,
+    *,
+    what: str = "",
+    when: datetime | None = None,
+) -> tuple[Photo, Image]:
+    """Return a photo and its new pixels with what is to be told about them, ready for `write`.
+
+    A result that equals the photo tells nothing: there was no retouching. A label changes the
+    pixels of its own rectangle only, the record nothing but the XMP packet.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo as it was read.
+    pixels : array of shape (H, W) or (H, W, C)
+        Its new pixels, upright; left as they are.
+    disclosure : Disclosure
+        What to tell.
+    what : str
+        A few words on what was done, for the record.
+    when : datetime, optional
+        When, with a time zone; now, if not given.
+
+    Returns
+    -------
+    photo : Photo
+        With the record in its XMP.
+    pixels : array like `pixels`
+        With the label; the very same array where there is none.
+
+    Raises
+    ------
+    CannotDisclose
+        If the photo's XMP can't be added to, the photo is too small for the label, or the font
+        is missing or lacks a letter; one sentence.
+    """
+    if not disclosure.is_wanted or _is_same(photo.pixels, pixels):
+        return photo, pixels
+    if disclosure.label:
+        pixels = draw_label(pixels, disclosure.label, disclosure.font)
+    if disclosure.record:
+        xmp = edit_record.added(photo.xmp, what, when or datetime.now(UTC))
+        photo = dataclasses.replace(photo, xmp=xmp)
+    return photo, pixels
+
+
+def _is_same(before: Image, after: Image) -> bool:
+    return before.dtype == after.dtype and np.array_equal(before, after)

@@ -1,0 +1,114 @@
+"""A visible label in the corner of a picture; pixels outside its rectangle stay as they are."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Final
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
+
+from kogao_core.geometry import Box, Image
+from kogao_core.photo.errors import CannotDisclose
+
+LONGEST: Final = 100
+_HEIGHT_SHARE: Final = 0.025  # of the shorter side
+_LEAST_PX, _READABLE_PX = 8, 14
+_WIDEST_SHARE: Final = 0.96
+_PADDING: Final = 0.4  # of the letters' size
+_PLATE_OPACITY: Final = 0.6
+_Font = ImageFont.FreeTypeFont
+
+
+def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
+    """Return a copy of a picture with white text on a dark plate in its bottom right corner.
+
+    Parameters
+    ----------
+    pixels : array of shape (H, W) or (H, W, C)
+        Grey or RGB, with or without alpha; uint8, uint16 or float32 (white is 1).
+    text : str
+        One line of at most `LONGEST` letters.
+    font : str, optional
+        A font file; the built-in font knows Latin letters.
+
+    Raises
+    ------
+    CannotDisclose
+        If the text is too long for the picture, or the font is missing or lacks a letter.
+    """
+    height, width = pixels.shape[:2]
+    check_label(text, font)
+    mask = _mask(text, font, width, height)
+    rows, columns = mask.shape
+    box = Box(width - columns, height - rows, width, height)
+    result = pixels.copy()
+    patch = result[box.slices]
+    patch[...] = _blended(patch, mask)
+    return result
+
+
+def check_label(text: str, font: str | None = None) -> None:
+    """Check that a label can be drawn on a picture that is large enough.
+
+    Raises
+    ------
+    CannotDisclose
+        If it is no line of at most `LONGEST` letters, or the font is missing or lacks a letter.
+    """
+    if not text.strip() or len(text) > LONGEST or not text.isprintable():
+        raise CannotDisclose(f"a label is one line of 1 to {LONGEST} letters; write another one")
+    face = _font(font, _READABLE_PX)
+    # U+FFFF is no character: what a font shows for it is what it shows for those it lacks.
+    lacking = bytes(face.getmask("\uffff"))
+    for letter in sorted(set(text)):
+        if not letter.isspace() and bytes(face.getmask(letter)) == lacking:
+            raise CannotDisclose(
+                f"the label's font has no {letter!r}; name a font file that has it"
+            )
+
+
+def _mask(text: str, font: str | None, width: int, height: int) -> Image:
+    """Return the text's opacity on its plate, 0 to 1, as large as suits the picture."""
+    size = max(_READABLE_PX, round(_HEIGHT_SHARE * min(width, height)))
+    while size >= _LEAST_PX:
+        face = _font(font, size)
+        columns, rows = _plate(text, face, size)
+        if columns <= _WIDEST_SHARE * width and rows <= height:
+            mask = Pillow.new("L", (columns, rows))
+            middle = columns / 2, rows / 2
+            ImageDraw.Draw(mask).text(middle, text, fill=255, font=face, anchor="mm")
+            return np.asarray(mask) / 255.0
+        size = int(0.9 * size)
+    raise CannotDisclose("the photo is too small for the label; shorten it or leave it out")
+
+
+def _plate(text: str, face: _Font, size: int) -> tuple[int, int]:
+    ascent, descent = face.getmetrics()
+    pad = 2 * _PADDING * size
+    return round(face.getlength(text) + pad), round(ascent + descent + pad)
+
+
+@cache
+def _font(font: str | None, size: int) -> _Font:
+    try:
+        found = ImageFont.load_default(size) if font is None else ImageFont.truetype(font, size)
+    except (OSError, ValueError):
+        raise CannotDisclose(f"{font} can't be used as a font; name a .ttf or .otf file") from None
+    if not isinstance(found, _Font):  # Pillow without FreeType
+        raise CannotDisclose("this Pillow draws no text; install its wheel with FreeType")
+    return found
+
+
+def _blended(patch: Image, mask: Image) -> Image:
+    """Return pixels under a dark plate and white letters; alpha, if any, becomes opaque there."""
+    whole = np.issubdtype(patch.dtype, np.integer)
+    white = float(np.iinfo(patch.dtype).max) if whole else 1.0
+    channels = 1 if patch.ndim == 2 else patch.shape[2]
+    values = patch.reshape(*patch.shape[:2], channels).astype(np.float64)
+    colours = values[..., : channels - (channels in (2, 4))]
+    colours *= (1.0 - _PLATE_OPACITY) * (1.0 - mask[..., None])
+    colours += white * mask[..., None]
+    values[..., colours.shape[2] :] = white
+    return (np.rint(values) if whole else values).astype(patch.dtype).reshape(patch.shape)

@@ -1,0 +1,42 @@
+"""Photoshop image resources, the home of IPTC captions in JPEG, TIFF and PNG files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+_SIGN: Final = b"8BIM"
+_IPTC: Final = 0x0404
+# Two kinds of thumbnails, and copies of the EXIF and XMP blocks: all of the photo as it was.
+_STALE: Final = (0x0409, 0x040C, 0x0422, 0x0423, 0x0424)
+
+
+def _parts(resources: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+    """Yield number, content and all bytes of each resource; what is damaged ends them."""
+    at = 0
+    while resources[at : at + 4] == _SIGN and at + 12 <= len(resources):
+        number = int.from_bytes(resources[at + 4 : at + 6], "big")
+        name = 1 + resources[at + 6]
+        start = at + 6 + name + name % 2 + 4
+        size = int.from_bytes(resources[start - 4 : start], "big")
+        end = start + size + size % 2
+        if start + size > len(resources):
+            return
+        yield number, resources[start : start + size], resources[at:end]
+        at = end
+
+
+def without_stale(resources: bytes) -> bytes:
+    """Return the resources that a changed photo keeps, byte for byte."""
+    return b"".join(part for number, _, part in _parts(resources) if number not in _STALE)
+
+
+def iptc_of(resources: bytes) -> bytes | None:
+    """Return the IPTC record (IIM) among resources."""
+    return next((content for number, content, _ in _parts(resources) if number == _IPTC), None)
+
+
+def holding(iptc: bytes) -> bytes:
+    """Return resources that hold an IPTC record and nothing else."""
+    head = _SIGN + _IPTC.to_bytes(2, "big") + b"\0\0" + len(iptc).to_bytes(4, "big")
+    return head + iptc + b"\0" * (len(iptc) % 2)

@@ -1,0 +1,100 @@
+"""The project file beside a photo, and a project applied to a photo at hand."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core.face import Face
+from kogao_core.geometry import Image
+from kogao_core.project import Original, Project, Sheet
+from kogao_core.protection import Protection
+from kogao_core.recipe import Recipe
+
+SUFFIX: Final = ".kogao.json"
+
+
+def sidecar_of(photo: str | os.PathLike[str]) -> Path:
+    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it."""
+    path = Path(photo)
+    return path.with_name(path.name + SUFFIX)
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """What a project makes of one photo: the arguments of `render`.
+
+    Parameters
+    ----------
+    faces : list of Face
+        Those to make smaller, px of the photo.
+    recipe : Recipe
+        The photo's choices.
+    protection : Protection
+        Places that must not move, px.
+    note : str
+        What the user should know of the match; empty for the very photo.
+    """
+
+    faces: list[Face]
+    recipe: Recipe
+    protection: Protection
+    note: str = ""
+
+    @property
+    def what(self) -> str:
+        """A few words on what is done, for an edit record."""
+        count = f"{len(self.faces)} face" + "s" * (len(self.faces) != 1)
+        return (
+            f"{count} made smaller: {self.recipe.percent:g} % towards centre {self.recipe.center}"
+        )
+
+
+def apply(project: Project, sha256: str, pixels: Image) -> Applied:
+    """Return what a project makes of a photo: its own, or the same one at another resolution.
+
+    Parameters
+    ----------
+    project : Project
+        Its path is told to nobody and never opened: the photo at hand is the one to work on.
+    sha256 : str
+        Hash of the photo's file, see `project.sha256_of`.
+    pixels : array of shape (H, W) or (H, W, C)
+        The photo, upright.
+
+    Raises
+    ------
+    BadFile
+        If the photo has another shape than the project's; one sentence.
+    """
+    height, width = pixels.shape[:2]
+    at_hand = project.at_size(width, height)
+    sheet = sheet_of(at_hand)
+    return Applied(sheet.active, sheet.recipe, at_hand.protection, _note(project, sha256, width))
+
+
+def sheet_of(project: Project) -> Sheet:
+    """Return the sheet of the mode that makes the result."""
+    if project.mode == "manual" and project.manual is not None:
+        return project.manual
+    return project.automatic
+
+
+def original(path: Path, sha256: str, pixels: Image) -> Original:
+    """Return how a project beside a photo names it: by its file name alone, in plain letters."""
+    name = "".join(letter if letter.isprintable() else "?" for letter in path.name)
+    height, width = pixels.shape[:2]
+    return Original(name, sha256, width, height)
+
+
+def _note(project: Project, sha256: str, width: int) -> str:
+    made = project.original
+    if made.sha256 == sha256:
+        return ""
+    if made.width == width:
+        return "the project was made from another file of the same size; check the result"
+    return (
+        f"the project was made at {made.width} x {made.height} px and has been scaled to this photo"
+    )

@@ -1,0 +1,84 @@
+"""Distortion grows with the distance, is 24 variants a photo, and stands beside table 1."""
+
+import json
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+from scipy.stats import spearmanr
+
+from kogao_core.experiments import distortion, distortion_report
+from kogao_core.experiments.report import Made
+from kogao_core.experiments.subjects import Subject
+from kogao_core.naturalness import UNNATURAL
+from kogao_core.recipe import PAPER
+
+
+@pytest.fixture(scope="module")
+def result():
+    photo = textured_photo()
+    photo[:, 130:134] = 255  # a door frame beside the face
+    photo[:, 134:138] = 0
+    subject = Subject("made.png", photo, (oval_face(),))
+    return distortion.Result(tuple(distortion.measure(subject)), PAPER)
+
+
+def grid(result, name):
+    found = [one for one in result.distortions if one.variant.kind == "table1"]
+    return np.array([getattr(one, name) for one in found]).reshape(4, 5)
+
+
+def test_there_are_twenty_variants_and_four_lattices(result):
+    kinds = [one.variant.kind for one in result.distortions]
+    assert (kinds.count("table1"), kinds.count("figure11")) == (20, 4)
+    records = distortion_report.records(result)
+    published = [r["published_unnatural_percent"] for r in records if r["kind"] == "table1"]
+    assert published == [value for row in UNNATURAL for value in row]
+    json.dumps(distortion_report.document(result), allow_nan=False)
+
+
+@pytest.mark.parametrize("name", ["local_area", "bend", "photo_bend", "residual"])
+def test_distortion_grows_with_the_distance(result, name):
+    values = grid(result, name)
+    assert (values > 0.0).all()
+    assert (np.diff(values, axis=1) > 0.0).all()
+
+
+def test_the_face_gets_smaller_by_what_was_asked(result):
+    """Every outline point moves p % of the way to the centre, so areas shrink by (1 - p)^2."""
+    area = grid(result, "face_area")
+    asked = 100.0 * ((1.0 - np.array([0.02, 0.04, 0.06, 0.08, 0.10])) ** 2 - 1.0)
+    np.testing.assert_allclose(area, np.tile(asked, (4, 1)), rtol=0.2)
+
+
+def test_smaller_lattices_come_closer_to_folding(result):
+    sizes = [one for one in result.distortions if one.variant.kind == "figure11"]
+    dets = [one.min_det for one in sizes]
+    assert dets == sorted(dets)
+    spacings = np.array([one.spacing_px for one in sizes])
+    lattices = np.array([one.variant.lattice for one in sizes])
+    np.testing.assert_allclose(spacings / lattices, oval_face().frame.spacing_px)
+
+
+def test_a_photo_without_lines_has_no_bent_ones():
+    plain = Subject("plain.png", np.full((360, 480, 3), 90, np.uint8), (oval_face(),))
+    found = distortion.measure(plain)
+    assert {one.photo_bend for one in found} == {None}
+    tables = distortion_report.tables(distortion.Result(tuple(found), PAPER))
+    (growth,) = [table for table in tables if "grows" in table.caption]
+    (row,) = [row for row in growth.rows if "in the photo" in row[0]]
+    assert set(row[1:]) == {"\N{EN DASH}"}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rank_correlation_is_spearmans(seed):
+    rng = np.random.default_rng(seed)
+    a, b = rng.integers(0, 6, (2, 20)).astype(float)  # with ties
+    expected = spearmanr(a, b).statistic
+    assert distortion_report.rank_correlation(a, b) == pytest.approx(expected)
+
+
+def test_the_report_draws_the_published_answers(result):
+    page = distortion_report.html(result, Made.now("kogao-cli"))
+    assert "76.875" in page
+    assert page.count("<svg") == 1

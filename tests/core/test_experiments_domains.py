@@ -1,0 +1,94 @@
+"""Figures 14 and 15: counts are the pipeline's, and errors those of thresholds alone."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core.experiments import domains, domains_report
+from kogao_core.experiments.report import Made
+from kogao_core.experiments.subjects import Subject
+from kogao_core.pipeline import render
+from kogao_core.recipe import LOSSLESS_PX, PAPER
+
+
+@pytest.fixture(scope="module", params=[np.uint8, np.uint16])
+def measured(request):
+    subject = Subject("a photo (1).png", textured_photo(dtype=request.param), (oval_face(),))
+    found = domains.measure(subject, PAPER, repeats=2)
+    pictures = dict(domains_report.pictures(subject.stem, found.masks))
+    assert list(pictures) == ["a-photo-1-png-control-points.png", "a-photo-1-png-threshold.png"]
+    for name, picture in zip(("control-points", "threshold"), pictures.values(), strict=True):
+        assert picture.shape == (360, 480)
+        assert (picture == 255).sum() == found.counts[name]
+        white = (found.shown[name] == 255).all(axis=2)
+        np.testing.assert_array_equal(white & (picture == 0), picture == 0)
+    assert not (found.masks["threshold"] & ~found.masks["control-points"]).any()
+    return found.without_masks()
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+def test_counts_are_the_pipelines(measured, dtype):
+    rendering = render(textured_photo(dtype=dtype), [oval_face()], PAPER)
+    assert measured.counts == rendering.pixel_counts
+    assert set(measured.computing_ms) == set(measured.counts)
+
+
+def test_the_lossless_threshold_changes_no_byte(measured):
+    for step in measured.steps:
+        if step.threshold_px <= LOSSLESS_PX:
+            assert step.cut.max_levels == step.fade.max_levels == 0.0
+            assert step.cut.psnr_db is step.fade.psnr_db is None
+
+
+def test_larger_thresholds_save_more_and_err_more(measured):
+    pixels = [step.pixels for step in measured.steps]
+    assert pixels == sorted(pixels, reverse=True)
+    assert len(set(pixels)) == len(pixels)
+    late = [step for step in measured.steps if step.threshold_px >= 0.125]
+    for kind in ("cut", "fade"):
+        psnr = [getattr(step, kind).psnr_db for step in late]
+        assert psnr == sorted(psnr, reverse=True)
+        assert 20.0 < psnr[-1] < psnr[0]
+
+
+def test_a_cut_leaves_a_seam_of_its_threshold_and_a_fade_a_smaller_one(measured):
+    for step in measured.steps[1:]:
+        assert 0.8 * step.threshold_px < step.cut.seam_px <= step.threshold_px * 1.05
+        if step.threshold_px > LOSSLESS_PX:
+            assert 0.0 < step.fade.seam_px < step.cut.seam_px
+
+
+def test_errors_are_in_levels_of_255_at_any_depth():
+    found = []
+    for dtype in (np.uint8, np.uint16):
+        subject = Subject("a.png", textured_photo(dtype=dtype), (oval_face(),))
+        step = domains.measure(subject, PAPER, thresholds=[1.0], repeats=1).steps[0]
+        found.append((step.cut.max_levels, step.cut.psnr_db))
+    np.testing.assert_allclose(found[0], found[1], rtol=0.05)
+
+
+def test_no_warp_has_no_domain_and_no_error():
+    still = dataclasses.replace(PAPER, percent=0.0)
+    subject = Subject("a.png", textured_photo(), (oval_face(),))
+    found = domains.measure(subject, still, repeats=1)
+    assert found.counts == {"image": 480 * 360, "control-points": 0, "threshold": 0}
+    assert {step.cut for step in found.steps} == {domains.Error(0.0, None, 0.0)}
+    assert "<table" in domains_report.html(domains.Result((found,), still), Made.now("kogao-cli"))
+
+
+def test_several_photos_have_their_median_first(measured):
+    counts = domains_report.tables(domains.Result((measured, measured), PAPER))[0]
+    assert [row[0] for row in counts.rows[:3]] == ["median of 2"] * 3
+    assert [row[2] for row in counts.rows[:3]] == [row[2] for row in counts.rows[3:6]]
+
+
+def test_everything_is_told(measured):
+    result = domains.Result((measured,), PAPER)
+    json.dumps(domains_report.document(result), allow_nan=False)
+    assert len(domains_report.records(result)) == len(domains.THRESHOLDS)
+    page = domains_report.html(result, Made.now("kogao-cli"))
+    assert page.count("<img") == 3
+    assert page.count("<svg") == 4

@@ -1,0 +1,187 @@
+"""Rivals do what their references say, and all methods are measured by the same rule."""
+
+import json
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core.experiments.methods import METHODS, Task, comparing, telling
+from kogao_core.experiments.methods.liquify import Liquify
+from kogao_core.experiments.methods.mesh import Mesh
+from kogao_core.experiments.methods.moving import MovingLeastSquares
+from kogao_core.experiments.methods.scattered import Radial, ThinPlate
+from kogao_core.experiments.report import Made
+from kogao_core.experiments.subjects import Subject
+from kogao_core.geometry import Affine, Box
+from kogao_core.pipeline import render
+from kogao_core.recipe import PAPER, Recipe
+from kogao_core.targets import Pairs
+
+WIDTH, HEIGHT = 320, 240
+PHOTO = textured_photo(WIDTH, HEIGHT)
+FACE = oval_face(WIDTH, HEIGHT)
+TASK = Task.of(PHOTO, [FACE], PAPER)
+INSIDE = np.random.default_rng(5).uniform((60, 60), (260, 180), (50, 2))
+by_name = pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+
+
+def task_of(map_):
+    """Return points spread over the picture, corners too, that an affine map moves."""
+    rng = np.random.default_rng(6)
+    target = rng.uniform((0, 0), (WIDTH - 1, HEIGHT - 1), (15, 2))
+    corners = [(0, 0), (WIDTH - 1, 0), (0, HEIGHT - 1), (WIDTH - 1, HEIGHT - 1)]
+    target = np.vstack([target, corners])
+    pairs = Pairs(map_(target), target, target.mean(axis=0))
+
+    class Free(Task):
+        def anchored(self):
+            return self.target_px, self.pull_px
+
+    return Free(Box(0, 0, WIDTH, HEIGHT), (pairs,), (FACE,), PAPER)
+
+
+@by_name
+def test_landmarks_get_where_they_should(method):
+    misses = np.linalg.norm(
+        method.fit(TASK).displacement(TASK.target_px) - TASK.pull_px, axis=1
+    ) / np.linalg.norm(TASK.pull_px, axis=1)
+    loose = method.name in ("approximation", "liquify")
+    assert misses.mean() < (0.3 if loose else 0.01)
+
+
+@by_name
+def test_points_rows_and_pixels_agree(method):
+    warp = method.fit(TASK)
+    xs, ys = np.arange(0, WIDTH, 7), np.arange(0, HEIGHT, 5)
+    points = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2).astype(float)
+    one_by_one = warp.displacement(points).T.reshape(2, len(ys), len(xs))
+    np.testing.assert_allclose(warp.on_grid(xs, ys), one_by_one, atol=1e-9)
+    result = warp.pixels(PHOTO)
+    assert (result.shape, result.dtype) == (PHOTO.shape, PHOTO.dtype)
+    still = np.hypot(*warp.on_grid(np.arange(WIDTH), np.arange(HEIGHT))) < 1e-3
+    np.testing.assert_array_equal(result[still], PHOTO[still])
+    assert (result != PHOTO).any()
+
+
+@pytest.mark.parametrize("fit", ["approximation", "exact", "multilevel"])
+def test_our_methods_are_the_pipelines(fit):
+    (method,) = [one for one in METHODS if one.name == fit]
+    recipe = Recipe(fit=fit, interpolation="bilinear", guard=False)
+    rendered = render(PHOTO, [FACE], recipe).pixels
+    np.testing.assert_array_equal(method.fit(TASK).pixels(PHOTO), rendered)
+
+
+@pytest.mark.parametrize("method", [ThinPlate(), Mesh()], ids=lambda method: method.name)
+def test_affine_maps_are_reproduced(method):
+    map_ = Affine(np.array([[1.05, 0.03], [-0.02, 0.96]]), np.array([2.0, -3.0]))
+    shown = INSIDE + method.fit(task_of(map_)).displacement(INSIDE)
+    np.testing.assert_allclose(shown, map_(INSIDE), atol=1e-6)
+
+
+def test_moving_least_squares_reproduces_rigid_maps_and_refuses_to_scale():
+    rigid = Affine.similarity(1.0, 7.0, (4.0, -2.0))
+    shown = INSIDE + MovingLeastSquares().fit(task_of(rigid)).displacement(INSIDE)
+    np.testing.assert_allclose(shown, rigid(INSIDE), atol=1e-9)
+    scaled = Affine.similarity(1.2, 0.0, (0.0, 0.0))
+    warp = MovingLeastSquares().fit(task_of(scaled))
+    step = 1e-3
+    slope = warp.displacement(INSIDE + np.array([step, 0.0])) - warp.displacement(INSIDE)
+    assert np.abs(slope / step).mean() < 0.2 * 2.0  # a similarity would have 0.2 along x alone
+
+
+@pytest.mark.parametrize("method", [Radial(), Liquify()], ids=lambda method: method.name)
+def test_local_methods_end_by_themselves(method):
+    face = oval_face(WIDTH, HEIGHT, size=0.3)
+    far = np.array([[2.0, 2.0], [WIDTH - 3.0, HEIGHT - 3.0]])
+    warp = method.fit(Task.of(PHOTO, [face], PAPER))
+    assert np.abs(warp.displacement(far)).max() < 1e-3
+
+
+def test_liquify_moves_landmarks_as_far_as_asked_on_average():
+    moved = np.linalg.norm(Liquify().fit(TASK).displacement(TASK.target_px), axis=1).mean()
+    assert moved == pytest.approx(np.linalg.norm(TASK.pull_px, axis=1).mean(), rel=0.05)
+
+
+def test_global_methods_keep_the_corners():
+    corners = TASK.anchored()[0][-4:]
+    for method in (ThinPlate(), Mesh(), MovingLeastSquares()):
+        assert np.abs(method.fit(TASK).displacement(corners)).max() < 1e-3
+
+
+# ---- the comparison -------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    steps = []
+    found, failed = comparing.measure(
+        Subject("made.png", PHOTO, (FACE,)), PAPER, repeats=1, told=lambda *at: steps.append(at)
+    )
+    assert failed == []
+    assert steps[-1] == (16, 16)
+    return found
+
+
+def test_all_are_compared_by_the_same_rule(comparison):
+    assert [one.method for one in comparison.methods] == list(METHODS)
+    for one in comparison.methods:
+        assert set(one.pictures) == {"result", "difference", "heat"}
+        assert {picture.shape for picture in one.pictures.values()} == {PHOTO.shape}
+        assert one.largest_px > 0.8 * comparison.asked_px
+
+
+def test_figures_agree_with_the_engines_own(comparison):
+    rendering = render(PHOTO, [FACE], PAPER)
+    ours = comparison.methods[0]
+    assert ours.residual_mean_px == pytest.approx(rendering.residual.mean_px)
+    assert ours.min_det == pytest.approx(rendering.one_to_one.min_det, abs=0.02)
+    counts = rendering.pixel_counts
+    assert ours.moved_share == pytest.approx(counts["threshold"] / counts["image"])
+
+
+def test_folds_are_seen():
+    folding = Recipe(percent=15.0, lattice=0.3, fit="exact", guard=False)
+    found, _ = comparing.measure(
+        Subject("made.png", PHOTO, (FACE,)), folding, methods=METHODS[1:2], repeats=1
+    )
+    assert found.methods[0].min_det < 0.0
+    assert found.methods[0].folded_share > 0.0
+
+
+def test_absent_libraries_are_named_and_the_others_compared(monkeypatch):
+    monkeypatch.setattr(comparing, "find_spec", lambda name: None if name == "skimage" else name)
+    (sentence,) = comparing.missing()
+    assert "scikit-image" in sentence
+    assert "pip install 'kogao[experiments]'" in sentence
+    found, _ = comparing.measure(
+        Subject("made.png", PHOTO, (FACE,)), PAPER, methods=[Mesh(), METHODS[0]], repeats=1
+    )
+    assert [one.method.name for one in found.methods] == ["approximation"]
+
+
+class Singular(ThinPlate):
+    """Can't solve its equations."""
+
+    def fit(self, task):  # noqa: ARG002
+        raise np.linalg.LinAlgError("Singular matrix")
+
+
+def test_points_that_a_method_cannot_take_are_named():
+    found, failed = comparing.measure(
+        Subject("made.png", PHOTO, (FACE,)), PAPER, methods=[Singular(), METHODS[0]], repeats=1
+    )
+    (sentence,) = failed
+    assert "made.png: Thin-plate spline can't be fitted" in sentence
+    assert [one.method.name for one in found.methods] == ["approximation"]
+
+
+def test_the_report_shows_all(comparison):
+    result = comparing.Result((comparison.views(),), PAPER, 1)
+    json.dumps(telling.document(result), allow_nan=False)
+    page = telling.html(result, Made.now("kogao-cli"))
+    assert page.count("<img") == 1 + 3 * len(METHODS)
+    assert len(list(telling.pictures(comparison))) == 3 * len(METHODS)
+    cost, effect = telling.tables(result)
+    assert len(cost.rows) == len(effect.rows) == len(METHODS)
+    assert cost.rows[0][-1] == "1.00"

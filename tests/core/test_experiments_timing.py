@@ -1,0 +1,157 @@
+"""Table 2: turns are fair, sizes are the paper's, and what is timed is what it says."""
+
+import statistics
+from collections import Counter
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core.experiments import timing, timing_report
+from kogao_core.experiments.sessions import Session
+from kogao_core.experiments.spread import Spread, in_turns, rounded, take_turns
+from kogao_core.experiments.subjects import Subject, at_paper_size, rgb8, set_by_hand
+from kogao_core.pipeline import render
+from kogao_core.recipe import PAPER
+
+REPEATS = 3
+NONE = "\N{EN DASH}"
+SEVENTY = f"70.0 (65.0{NONE}75.0)"
+
+
+class Source:
+    """Finds the same face in every picture, or none."""
+
+    name = "same"
+
+    def __init__(self, *, finds: bool = True):
+        self.finds, self.asked = finds, 0
+
+    def find(self, rgb):
+        self.asked += 1
+        return [oval_face(rgb.shape[1], rgb.shape[0])] if self.finds else []
+
+
+def subject(width: int = 480, height: int = 360) -> Subject:
+    return Subject("made.png", textured_photo(width, height), (oval_face(width, height),))
+
+
+@pytest.fixture(scope="module")
+def timings():
+    steps = []
+    found, missing = timing.measure(
+        subject(), Source(), PAPER, repeats=REPEATS, warm_up=1, told=lambda *at: steps.append(at)
+    )
+    assert missing == []
+    assert steps == [(n, 32) for n in range(1, 33)]
+    return found
+
+
+def test_every_case_has_its_turn_in_every_round():
+    turns = list(in_turns("abc", 4, 2))
+    assert Counter(turns) == {(n, c): 4 if c else 2 for n in "abc" for c in (True, False)}
+    rounds = ["".join(n for n, _ in turns[k : k + 3]) for k in range(0, len(turns), 3)]
+    assert len(set(rounds)) == 3
+    assert all(sorted(one) == list("abc") for one in rounds)
+
+
+def test_warm_up_is_run_and_not_counted():
+    runs = Counter()
+    cases = {name: lambda name=name: runs.update([name]) for name in "ab"}
+    times = take_turns(cases, rounds=3, warm_up=2)
+    assert runs == {"a": 5, "b": 5}
+    assert {name: len(ms) for name, ms in times.items()} == {"a": 3, "b": 3}
+
+
+def test_spread_is_median_and_hinges():
+    assert Spread.of([5.0, 1.0, 3.0, 2.0, 4.0]) == Spread(3.0, 2.0, 4.0, 5)
+    assert Spread.of([1.0, 2.0, 3.0, 4.0]) == Spread(2.5, 1.5, 3.5, 4)
+    assert Spread.of([7.0]).text() == "7.00"
+    with pytest.raises(ValueError, match="at least one"):
+        Spread.of([])
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.001234, "0.00123"), (1234.5, "1234"), (0.0, "0"), (9.996, "10.00"), (12.34, "12.3")],
+)
+def test_rounding_keeps_digits_and_writes_no_powers(value, text):
+    assert rounded(value) == text
+
+
+@pytest.mark.parametrize("size", [(1600, 1200), (700, 1400), (300, 200), (1000, 1000)])
+def test_the_papers_size_keeps_the_face_where_it_is(size):
+    before = Subject("made.png", np.zeros((size[1], size[0], 3), np.uint8), (oval_face(*size),))
+    spot = np.round(before.faces[0].eye_center).astype(int)
+    before.pixels[spot[1] - 6 : spot[1] + 7, spot[0] - 6 : spot[0] + 7] = (255, 0, 0)
+    after = at_paper_size(before)
+    assert sorted(after.size) == [720, 960]
+    assert (after.size[0] >= after.size[1]) == (size[0] >= size[1])
+    red = np.argwhere((after.pixels.astype(int) @ [1, -1, -1]) > 150)[:, ::-1]
+    scale = max(1.0, max(after.size) / max(size))
+    assert np.abs(red.mean(axis=0) - after.faces[0].eye_center).max() < 1.5 * scale
+
+
+def test_points_set_by_hand_give_the_same_picture():
+    made = subject()
+    by_hand = set_by_hand(made.faces, PAPER)
+    assert not np.isnan(by_hand[0].targets).any()
+    same = render(made.pixels, by_hand, PAPER).pixels
+    np.testing.assert_array_equal(same, render(made.pixels, made.faces, PAPER).pixels)
+
+
+def test_all_ways_are_timed_by_the_pipelines_stages(timings):
+    assert [(one.size, one.way) for one in timings] == [
+        (size, way.name) for size in timing.SIZES for way in timing.WAYS
+    ]
+    stages = list(render(textured_photo(), [oval_face()], PAPER).timings_ms)
+    for one in timings:
+        assert list(one.stages_ms) == stages
+        assert len(one.computing_ms) == REPEATS
+        assert len(one.setting_ms) == (REPEATS if one.way in ("akt", "dual") else 0)
+        assert sorted((one.width, one.height)) == ([720, 960] if one.size != "own" else [360, 480])
+        assert (one.domain_share == 1.0) == (one.way in ("conventional", "akt"))
+
+
+def test_automatic_ways_search_in_every_run():
+    source = Source()
+    timing.measure(subject(), source, PAPER, sizes=["own"], repeats=2, warm_up=1)
+    assert source.asked == 1 + 2 * (2 + 1)
+
+
+def test_where_no_face_is_found_nothing_is_automatic():
+    found, missing = timing.measure(
+        subject(), Source(finds=False), PAPER, sizes=["own"], repeats=1, warm_up=0
+    )
+    assert [one.way for one in found] == ["conventional", "wdr"]
+    assert "made.png at own" in missing[0]
+
+
+def test_totals_with_and_without_sessions(timings):
+    sessions = tuple(Session.now("a.jpg", (9, 9), [21], s) for s in (60.0, 80.0, 70.0))
+    for known in ((), sessions):
+        result = timing.Result(tuple(timings), known, PAPER, REPEATS, 1)
+        table = timing_report.tables(result)[0]
+        manual = [row for row in table.rows if row[0].startswith(("Conv", "Warp"))]
+        assert [row[1] for row in manual] == [SEVENTY if known else NONE] * 2
+        assert all((row[3] == NONE) is (not known) for row in manual)
+        automatic = [row for row in table.rows if row not in manual]
+        assert all(row[3] != NONE for row in automatic)
+
+
+def test_records_hold_the_medians(timings):
+    result = timing.Result(tuple(timings), (), PAPER, REPEATS, 1)
+    for record, one in zip(timing_report.records(result), timings, strict=True):
+        assert record["computing_median_ms"] == statistics.median(one.computing_ms)
+        assert record["setting_median_ms"] is None or one.way in ("akt", "dual")
+    totals = [record["paper_total_s"] for record in timing_report.records(result)]
+    assert totals == pytest.approx([25.896, 23.576, 7.102, 4.722] * 2)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_pictures_for_the_eye(dtype):
+    photo = textured_photo(40, 30, 3, dtype)
+    seen = rgb8(photo)
+    assert (seen.dtype, seen.shape) == (np.uint8, (30, 40, 3))
+    assert np.abs(seen.astype(int) - textured_photo(40, 30)).max() <= 1
+    assert rgb8(photo[..., 0]).shape == (30, 40, 3)

@@ -1,0 +1,248 @@
+"""What goes in comes out: formats, depths, channels and orientations with all their metadata."""
+
+import io
+import struct
+import zlib
+
+import files
+import numpy as np
+import pytest
+from PIL import ExifTags, Image, ImageCms
+
+from kogao_core import photo
+from kogao_core.photo import metadata, photoshop
+
+HEIGHT, WIDTH = 40, 56
+EXIF, GPS, INTEROPERABILITY = (ExifTags.IFD.Exif, ExifTags.IFD.GPSInfo, ExifTags.IFD.Interop)
+# What each format can hold.
+KINDS = [
+    *((".jpg", 8, channels) for channels in (1, 3)),
+    *((suffix, bits, channels) for suffix in (".png", ".tif") for bits in (8, 16)
+      for channels in (1, 3, 4)),
+    *((".webp", 8, channels) for channels in (3, 4)),
+]  # fmt: skip
+LOSSY = {".jpg"}
+
+
+def upright(bits, channels):
+    """A smooth picture, with which JPEG does well, without symmetry."""
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
+    planes = [y * 4 + x, 200 - x * 3 + y // 2, 60 + y * 2 + x // 3, 255 - y * 3]
+    values = np.stack(planes[:channels], axis=-1).clip(0, 255)
+    deep = values.astype(np.uint16) * 257 + 3 * (values < 250) if bits == 16 else values
+    pixels = deep.astype(np.uint16 if bits == 16 else np.uint8)
+    return pixels[..., 0] if channels == 1 else pixels
+
+
+def stored_for(pixels, orientation):
+    """Rows and columns as a camera stores them, by the words of the EXIF standard."""
+    first_row, first_column = {
+        1: ("top", "left"), 2: ("top", "right"), 3: ("bottom", "right"), 4: ("bottom", "left"),
+        5: ("left", "top"), 6: ("right", "top"), 7: ("right", "bottom"), 8: ("left", "bottom"),
+    }[orientation]  # fmt: skip
+    stored = pixels if first_row in ("top", "bottom") else pixels.swapaxes(0, 1)
+    stored = stored[::-1] if first_row in ("bottom", "right") else stored
+    stored = stored[:, ::-1] if first_column in ("bottom", "right") else stored
+    return np.ascontiguousarray(stored)
+
+
+def holds(suffix, bits, channels):
+    return (bits == 8 or suffix in (".png", ".tif")) and (channels < 4 or suffix != ".jpg")
+
+
+def exif_of(path):
+    with Image.open(path) as image:
+        if path.suffix == ".tif":
+            tags = image.getexif()
+        else:
+            tags = Image.Exif()
+            tags.load(image.info["exif"])
+        inner = {name: dict(tags.get_ifd(name)) for name in (EXIF, GPS, INTEROPERABILITY)}
+        return dict(tags), inner, bool(tags.get_ifd(ExifTags.IFD.IFD1))
+
+
+def assert_metadata(path, source_suffix, profile=files.SRGB):
+    """Every block is there, tells the truth of an upright photo, and no old thumbnail is left."""
+    written = photo.read(path)
+    main, inner, has_thumbnail = exif_of(path)
+    assert not has_thumbnail
+    assert files.THUMBNAIL not in path.read_bytes()
+    assert main.get(0x0112, 1) == 1
+    said = {0x010F: "Maker", 0x0110: "Model 7", 0x0131: "Firmware 1.2", 0x013B: "Me!",
+            0x8298: "(c) Me", 0x0132: "2026:01:02 03:04:05"}  # fmt: skip
+    assert said.items() <= main.items()
+    assert inner[EXIF][0x927C] == files.MAKER_NOTE
+    assert inner[EXIF][0x9286] == b"ASCII\0\0\0a comment"
+    assert inner[EXIF][0x9003] == "2026:01:02 03:04:05"
+    assert (inner[EXIF][0xA002], inner[EXIF][0xA003]) == (WIDTH, HEIGHT)
+    assert float(inner[EXIF][0x829A]) == pytest.approx(1 / 125)
+    assert float(inner[EXIF][0x9204]) == pytest.approx(-2 / 3)
+    assert inner[INTEROPERABILITY][1] == "R98"
+    assert inner[GPS][1] == "N"
+    assert [float(part) for part in inner[GPS][2]] == pytest.approx([48, 51, 2.9])
+    assert [float(part) for part in inner[GPS][4]] == pytest.approx([2, 17, 40])
+    assert written.xmp == files.XMP.format(1).encode()
+    if path.suffix != ".webp" or source_suffix == ".webp" or profile == files.SRGB:
+        assert written.icc_profile == profile
+    if path.suffix != ".webp" and source_suffix != ".webp":
+        assert written.dpi == pytest.approx((240, 240), abs=0.01)
+        assert photoshop.iptc_of(written.photoshop) == files.IPTC
+        assert b"odd" in written.photoshop
+    return written
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize(("suffix", "bits", "channels"), KINDS)
+def test_round_trip(tmp_path, suffix, bits, channels, orientation):
+    pixels = upright(bits, channels)
+    path = tmp_path / f"in{suffix}"
+    path.write_bytes(files.MAKERS[suffix](stored_for(pixels, orientation), orientation))
+    before = path.read_bytes()
+    source = photo.read(path)
+    assert (source.bits, source.orientation) == (bits, orientation)
+    assert source.pixels.shape == pixels.shape
+    np.testing.assert_allclose(source.pixels, pixels, atol=4 if suffix in LOSSY else 0)
+    changed = source.pixels.copy()
+    changed[8:16, 16:24] = changed[8:16, 16:24] // 2 + 20
+    outputs = [".jpg", ".png", ".tif", ".webp"] if orientation in (1, 6) else [suffix]
+    for other in outputs:
+        out = tmp_path / f"out{other}"
+        if not holds(other, bits, channels):
+            with pytest.raises(photo.RefusedOutput, match="write it as"):
+                photo.write(source, changed, out)
+            continue
+        said = photo.write(source, changed, out)
+        written = assert_metadata(out, suffix, files.profile_for(pixels))
+        assert written.bits == bits
+        expected = changed
+        if other == ".webp":
+            assert ("no place" in said) == (suffix != ".webp")
+            expected = np.dstack([changed] * 3) if channels == 1 else changed
+        lossy = other == ".jpg" or (other == ".webp" and suffix != ".webp")
+        np.testing.assert_allclose(
+            written.pixels.astype(int), expected.astype(int), atol=24 if lossy else 0
+        )
+        if lossy:
+            assert np.abs(written.pixels.astype(int) - expected).mean() < 2.0
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_deep_tiff_of_either_byte_order(tmp_path, order):
+    pixels = upright(16, 3)
+    (tmp_path / "in.tif").write_bytes(files.tiff(pixels, 1, order))
+    source = photo.read(tmp_path / "in.tif")
+    np.testing.assert_array_equal(source.pixels, pixels)
+    photo.write(source, pixels // 2, tmp_path / "out.tif")
+    np.testing.assert_array_equal(assert_metadata(tmp_path / "out.tif", ".tif").pixels, pixels // 2)
+
+
+def rewritten(tmp_path, name, data):
+    (tmp_path / f"in{name}").write_bytes(data)
+    source = photo.read(tmp_path / f"in{name}")
+    photo.write(source, source.pixels // 2, tmp_path / f"out{name}")
+    return source, (tmp_path / f"out{name}").read_bytes()
+
+
+def test_a_jpeg_keeps_comments_and_foreign_segments_but_no_pictures(tmp_path):
+    source, written = rewritten(tmp_path, ".jpg", files.jpeg(upright(8, 3)))
+    assert not source.notes
+    for kept in (b"a remark", b"something of the maker's", b"5" * 32 + b"the rest"):
+        assert written.count(kept) == 1
+    assert b"preview" not in written
+    assert written.count(b"Photoshop 3.0\0") == 1
+    with Image.open(io.BytesIO(written)) as seen:
+        seen.load()
+        assert seen.info["photoshop"][0x0404] == files.IPTC
+        assert seen.info["comment"] == b"a remark"
+
+
+def test_photoshop_resources_longer_than_a_segment_are_kept(tmp_path):
+    long = b"8BIM\x04\x05\0\0" + (150_000).to_bytes(4, "big") + bytes(150_000)
+    whole = long + files.resources()
+    parts = [whole[at : at + 60_000] for at in range(0, len(whole), 60_000)]
+    more = b"".join(files.segment(0xED, b"Photoshop 3.0\0" + part) for part in parts)
+    data = files.jpeg(upright(8, 3))
+    _, written = rewritten(tmp_path, ".jpg", data[:2] + more + data[2:])
+    (tmp_path / "again.jpg").write_bytes(written)
+    assert photo.read(tmp_path / "again.jpg").photoshop.startswith(long)
+
+
+def test_a_png_keeps_texts_and_what_its_colours_mean(tmp_path):
+    for bits in (8, 16):
+        source, written = rewritten(tmp_path, ".png", files.png(upright(bits, 3)))
+        assert (source.notes, bits) == ((), bits)
+        with Image.open(io.BytesIO(written)) as seen:
+            seen.load()
+            assert seen.text["Title"] == "A portrait"
+            assert seen.info["gamma"] == pytest.approx(0.45455)
+        assert written.count(b"XML:com.adobe.xmp") == 1
+        (tmp_path / "out.png").unlink()
+
+
+def test_content_credentials_are_left_out_with_a_word(tmp_path):
+    data = files.jpeg(upright(8, 3))
+    signed = data[:2] + files.segment(0xEB, b"JP\0\1\0\0\0\1 jumb c2pa") + data[2:]
+    source, written = rewritten(tmp_path, ".jpg", signed)
+    assert "C2PA" in source.notes[0]
+    assert b"c2pa" not in written
+    data = files.png(upright(8, 3))
+    source, written = rewritten(
+        tmp_path, ".png", data[:33] + files.chunk(b"caBX", b"c2pa") + data[33:]
+    )
+    assert "C2PA" in source.notes[0]
+    assert b"caBX" not in written
+
+
+def test_an_iptc_record_that_stands_alone_in_a_tiff_is_kept_everywhere(tmp_path):
+    tags = files.tiff(upright(8, 3)).replace(b"\x49\x86\x01\0", b"\x50\x86\x01\0")  # no 34377
+    (tmp_path / "in.tif").write_bytes(tags)
+    source = photo.read(tmp_path / "in.tif")
+    for suffix in (".jpg", ".png", ".tif"):
+        photo.write(source, 255 - source.pixels, tmp_path / f"out{suffix}")
+        again = photo.read(tmp_path / f"out{suffix}")
+        assert photoshop.iptc_of(again.photoshop) == files.IPTC
+
+
+def test_thumbnails_in_xmp_are_left_out_and_sizes_are_those_of_the_upright_photo(tmp_path):
+    xmp = b'<a tiff:ImageWidth="40" exif:PixelYDimension="56">'
+    xmp += b"<xmp:Thumbnails>old</xmp:Thumbnails></a>"
+    with io.BytesIO() as out:
+        stored = Image.fromarray(stored_for(upright(8, 3), 6))
+        stored.save(out, "JPEG", xmp=xmp, exif=files.exif_block(6, 40, 56))
+        _, written = rewritten(tmp_path, ".jpg", out.getvalue())
+    assert b'<a tiff:ImageWidth="56" exif:PixelYDimension="40"></a>' in written
+
+
+def test_thumbnails_that_start_without_end_are_no_trouble():
+    xmp = b"<xmp:Thumbnails>" * 500_000
+    assert metadata.upright_xmp(xmp, 1, 1) == xmp
+
+
+@pytest.mark.parametrize("mode", ["CMYK", "LAB", "YCbCr"])
+def test_other_colour_models_are_converted_with_a_word(tmp_path, mode):
+    picture = Image.fromarray(upright(8, 3))
+    if mode == "LAB":
+        profiles = [ImageCms.createProfile(name) for name in ("sRGB", "LAB")]
+        ImageCms.profileToProfile(picture, *profiles, outputMode="LAB").save(tmp_path / "in.tif")
+    else:
+        picture.convert(mode).save(tmp_path / "in.tif")
+    source = photo.read(tmp_path / "in.tif")
+    assert source.pixels.shape == (HEIGHT, WIDTH, 3)
+    assert f"converted from {mode} to RGB" in source.notes[0]
+    assert np.abs(source.pixels.astype(int) - np.asarray(picture)).mean() < 2.0
+
+
+def test_deep_grey_with_alpha_keeps_its_depth(tmp_path):
+    deep = upright(16, 4)
+    rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in deep[..., [0, 3]])
+    data = files.png(np.zeros((1, 1), np.uint8))
+    header = files.chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, 16, 4, 0, 0, 0))
+    body = files.chunk(b"IDAT", zlib.compress(rows)) + files.chunk(b"IEND", b"")
+    (tmp_path / "in.png").write_bytes(data[:8] + header + body)
+    source = photo.read(tmp_path / "in.png")
+    assert source.bits == 16
+    photo.write(source, source.pixels // 2, tmp_path / "out.png")
+    again = photo.read(tmp_path / "out.png").pixels
+    np.testing.assert_array_equal(again[..., 0], deep[..., 0] // 2)
+    np.testing.assert_array_equal(again[..., -1], deep[..., 3] // 2)

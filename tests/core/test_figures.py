@@ -1,0 +1,129 @@
+"""Figures show what was computed, where it is, in PNG and in SVG."""
+
+import base64
+import io
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+from scenes import oval_face, textured_photo
+
+from kogao_core.experiments.drawing import Dots, Drawing, Strokes, Word
+from kogao_core.experiments.figures import LANDMARK, figures, pictured
+from kogao_core.experiments.subjects import Subject
+from kogao_core.pipeline import render
+from kogao_core.recipe import PAPER
+from kogao_core.targets import center_candidates
+
+SVG = "{http://www.w3.org/2000/svg}"
+WIDTH = 640
+
+
+@pytest.fixture(scope="module")
+def subject():
+    return Subject("made-up.png", textured_photo(), (oval_face(),))
+
+
+@pytest.fixture(scope="module")
+def drawn(subject):
+    return {drawing.name: drawing for drawing in figures(subject, PAPER, WIDTH)}
+
+
+@pytest.fixture(scope="module")
+def shown(subject):
+    return pictured(subject, WIDTH)
+
+
+def pixels(drawing):
+    return np.asarray(Image.open(io.BytesIO(drawing.png())))
+
+
+def test_every_figure_is_there_at_the_width_asked_for(drawn):
+    assert list(drawn) == ["landmarks", "centers", "lattice", "domains", "before-after"]
+    for drawing in drawn.values():
+        assert abs(pixels(drawing).shape[1] - WIDTH) <= 2
+        svg = ElementTree.fromstring(drawing.svg())
+        assert svg.get("width") == str(pixels(drawing).shape[1])
+
+
+def test_landmarks_are_painted_where_they_are(drawn, shown):
+    painted = pixels(drawn["landmarks"])
+    wanted = np.array(list(bytes.fromhex(LANDMARK[1:])))
+    (face,) = shown.faces
+    x, y = face.outline[10]
+    assert (painted[round(y), round(x)] == wanted).all()
+    svg = ElementTree.fromstring(drawn["landmarks"].svg())
+    groups = [
+        np.array([[float(c.get("cx")), float(c.get("cy"))] for c in group])
+        for group in svg.iter(f"{SVG}g")
+    ]
+    targets, outline, corners = groups
+    np.testing.assert_allclose(outline, face.outline, atol=0.006)
+    np.testing.assert_allclose(corners, np.vstack([face.eyes, face.mouth]), atol=0.006)
+    moved = render(shown.pixels, shown.faces, PAPER).pairs[0].target_px
+    np.testing.assert_allclose(targets, moved, atol=0.006)
+
+
+def test_centres_are_numbered_on_their_line(drawn, shown):
+    svg = ElementTree.fromstring(drawn["centers"].svg())
+    assert [word.text for word in svg.iter(f"{SVG}text")] == ["1", "2", "3", "4"]
+    last = list(svg.iter(f"{SVG}g"))[-1]
+    found = [[float(c.get("cx")), float(c.get("cy"))] for c in last]
+    np.testing.assert_allclose(found, center_candidates(shown.faces[0]), atol=0.006)
+
+
+def test_masks_are_as_large_as_the_domains(drawn, shown):
+    counts = render(shown.pixels, shown.faces, PAPER).pixel_counts
+    painted = drawn["domains"].pixels[..., 0]
+    gap = round(0.0125 * WIDTH)
+    each = (WIDTH - 2 * gap) // 3
+    for place, name in enumerate(("image", "control-points", "threshold")):
+        panel = painted[2:-2, place * (each + gap) + 2 : place * (each + gap) + each - 2]
+        if name == "image":
+            assert (panel == 150).all()
+        else:
+            share = (255.0 - panel).sum() / 105.0 / (each * len(painted))
+            assert abs(share - counts[name] / counts["image"]) < 0.01
+
+
+def test_before_and_after_differ_in_the_face_alone(drawn, shown):
+    both = drawn["before-after"].pixels.astype(int)
+    gap = round(0.0125 * WIDTH)
+    each = (WIDTH - gap) // 2
+    before, after = both[:, :each], both[:, each + gap :]
+    x, y, width, height = np.array(shown.faces[0].box) * each / WIDTH
+    changed = np.abs(before - after).max(axis=2)
+    inside = changed[round(y) : round(y + height), round(x) : round(x + width)]
+    assert inside.max() > 20
+    assert not changed[:, : max(0, round(x - 0.4 * width))].any()
+
+
+def test_svg_asks_for_nothing_outside_and_escapes_what_it_says():
+    drawing = Drawing(
+        "a <b> & c",
+        np.zeros((4, 4, 3), np.uint8),
+        (
+            Word((0.0, 3.0), "<&>", 2.0, "#000000"),
+            Dots(np.array([[1.0, 1.0]]), 1.0, "#ff0000", filled=False),
+            Strokes(np.array([[[0.0, 0.0], [3.0, 3.0]]]), 1.0, "#00ff00"),
+        ),
+        exact=True,
+    )
+    text = drawing.svg().decode()
+    svg = ElementTree.fromstring(text)
+    assert next(svg.iter(f"{SVG}text")).text == "<&>"
+    assert not re.search(r"(href|src)=\"(?!data:)", text)
+    inside = next(svg.iter(f"{SVG}image")).get("href").removeprefix("data:image/png;base64,")
+    with Image.open(io.BytesIO(base64.b64decode(inside))) as image:
+        assert not np.asarray(image).any()
+    assert pixels(drawing).any()
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
+def test_deep_and_grey_photos_are_drawn(dtype):
+    grey = Subject("deep.png", textured_photo(channels=1, dtype=dtype), (oval_face(),))
+    made = figures(grey, PAPER, 240)
+    assert all(drawing.pixels.dtype == np.uint8 for drawing in made)
+    assert made[0].pixels.std() > 5

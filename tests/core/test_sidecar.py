@@ -1,0 +1,113 @@
+"""A project beside a photo does the same again, also at another resolution of the photo."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+
+from kogao_core import sidecar
+from kogao_core.pipeline import render
+from kogao_core.project import Original, Project, Sheet, load, save
+from kogao_core.protection import Protection
+from kogao_core.recipe import Recipe
+from kogao_core.strict import BadFile
+
+WIDTH, HEIGHT = 900, 680
+HASH = "a" * 64
+
+
+def project(**changes):
+    faces = (
+        dataclasses.replace(oval_face(center=(240.3, 330.7)), recipe=Recipe(percent=8.0)),
+        oval_face(center=(640, 330), size=0.9).with_target(10, (645.0, 450.0)),
+        oval_face(center=(450, 600), size=0.3),
+    )
+    protection = Protection().with_stroke(np.array([[420.0, 80.0], [430.0, 620.0]]), 5.0, 9.0)
+    automatic = Sheet(faces, frozenset({2}), Recipe(percent=6.0, interpolation="bilinear"))
+    manual = Sheet((oval_face(center=(241, 330)),), recipe=Recipe(percent=3.0))
+    original = Original("portrait.png", HASH, WIDTH, HEIGHT)
+    made = Project(original, "automatic", automatic, manual, protection)
+    return dataclasses.replace(made, **changes)
+
+
+def rendered(applied, pixels):
+    return render(pixels, applied.faces, applied.recipe, protection=applied.protection)
+
+
+def test_it_lies_beside_the_photo_under_its_whole_name():
+    assert sidecar.sidecar_of("a/b.jpg") == Path("a/b.jpg.kogao.json")
+    assert sidecar.sidecar_of("a/b.jpg") != sidecar.sidecar_of("a/b.png")
+
+
+def test_the_very_photo_gets_identical_pixels_without_a_word(tmp_path):
+    pixels, made = textured_photo(WIDTH, HEIGHT), project()
+    save(made, tmp_path / "p.kogao.json")
+    applied = sidecar.apply(load(tmp_path / "p.kogao.json"), HASH, pixels)
+    assert applied.note == ""
+    assert len(applied.faces) == 2
+    sheet = made.automatic
+    first = render(pixels, sheet.active, sheet.recipe, protection=made.protection).pixels
+    np.testing.assert_array_equal(rendered(applied, pixels).pixels, first)
+    assert (first != pixels).any()
+
+
+@pytest.mark.parametrize("scale", [0.35, 0.5, 1.7])
+def test_at_another_resolution_everything_lands_within_a_pixel(scale):
+    size = round(WIDTH * scale), round(HEIGHT * scale)
+    pixels = cv2.GaussianBlur(textured_photo(WIDTH, HEIGHT), (0, 0), 3.0)
+    resized = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
+    here = sidecar.apply(project(), HASH, pixels)
+    there = sidecar.apply(project(), "b" * 64, resized)
+    assert "has been scaled" in there.note
+    full, other = rendered(here, pixels), rendered(there, resized)
+    # Where pixels come from, in px of the larger of the two.
+    grid = np.stack(np.meshgrid(np.arange(0, WIDTH, 7.0), np.arange(0, HEIGHT, 7.0)), -1)
+    ratio = np.array([size[0] / WIDTH, size[1] / HEIGHT])
+    points = grid.reshape(-1, 2)
+    same_points = (points + 0.5) * ratio - 0.5
+    pulls = full.field.at(points), other.field.at(same_points) / ratio
+    assert np.abs(pulls[0]).max() > 4.0
+    assert np.linalg.norm(pulls[0] - pulls[1], axis=1).max() * max(1.0, scale) < 1.0
+    # And what is seen is the same picture, resized.
+    expected = cv2.resize(full.pixels, size, interpolation=cv2.INTER_AREA).astype(float)
+    error = np.abs(other.pixels - expected).mean()
+    assert error < 0.25 * np.abs(resized - expected).mean()
+
+
+def test_other_bytes_of_the_same_size_are_told():
+    pixels = textured_photo(WIDTH, HEIGHT)
+    assert "another file of the same size" in sidecar.apply(project(), "b" * 64, pixels).note
+
+
+def test_another_shape_is_refused_in_a_sentence():
+    with pytest.raises(BadFile, match="another shape") as refused:
+        sidecar.apply(project(), HASH, textured_photo(WIDTH, HEIGHT - 40))
+    assert "\n" not in str(refused.value)
+
+
+def test_the_mode_decides_whose_faces_count():
+    pixels = textured_photo(WIDTH, HEIGHT)
+    applied = sidecar.apply(project(mode="manual"), HASH, pixels)
+    assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
+    assert applied.what == "1 face made smaller: 3 % towards centre 2"
+
+
+def test_names_that_are_no_text_are_written_as_text(tmp_path):
+    pixels = textured_photo(WIDTH, HEIGHT)
+    original = sidecar.original(Path("secret/folder/a\nb\x1b\udcff.jpg"), HASH, pixels)
+    save(project(original=original), tmp_path / "p.json")
+    assert load(tmp_path / "p.json").original == Original("a?b??.jpg", HASH, WIDTH, HEIGHT)
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("no pipes with names here")
+    os.mkfifo(tmp_path / "p.json")
+    with pytest.raises(BadFile, match="no ordinary file"):
+        load(tmp_path / "p.json")

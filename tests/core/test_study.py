@@ -1,0 +1,487 @@
+"""A study says nothing of its pictures, loses no answer, and counts them as they were given."""
+
+import io
+import itertools
+import json
+import math
+import os
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from scenes import oval_face, textured_photo
+
+from kogao_core.experiments.report import Made
+from kogao_core.experiments.study import making, page, pictures, plan, report, results
+from kogao_core.experiments.study.plan import Study, order
+from kogao_core.experiments.study.results import Log
+from kogao_core.experiments.study.session import Record, Session
+from kogao_core.experiments.study.statistics import Grades, Share
+from kogao_core.experiments.study.tally import tally
+from kogao_core.experiments.study.variants import LATTICES, Variant, variants
+from kogao_core.experiments.subjects import Subject
+from kogao_core.naturalness import DISTANCES, UNNATURAL
+from kogao_core.photo import Photo
+from kogao_core.pipeline import render
+from kogao_core.recipe import PAPER
+from kogao_core.strict import BadFile
+
+NAMES = tuple(f"{number:016x}.jpg" for number in range(30))
+STUDY = Study("a-study", NAMES[:25], NAMES[25:])
+
+
+def subject(seed=7):
+    return Subject(
+        f"person-{seed}.png", textured_photo(240, 320, seed=seed), (oval_face(240, 320),)
+    )
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A study of two made-up faces, and its folder."""
+    folder = tmp_path_factory.mktemp("studies") / "faces"
+    kinds = variants(control=True)
+    key = making.make([subject(1), subject(2)], folder, making.Choices(variants=kinds, seed="s"))
+    return key, folder
+
+
+# ---- the pictures ---------------------------------------------------------------------------
+
+
+def test_a_subject_has_the_grid_of_table_1_and_four_lattices():
+    made = variants()
+    grid = {(one.center, one.percent) for one in made if one.kind == "table1"}
+    assert grid == set(itertools.product((1, 2, 3, 4), DISTANCES))
+    assert len([one for one in made if one.kind == "table1"]) == 20
+    sizes = [one for one in made if one.kind == "figure11"]
+    assert [one.lattice for one in sizes] == list(LATTICES)
+    assert {(one.percent, one.center) for one in sizes} == {(4.0, 2)}
+    recipe = sizes[0].recipe(PAPER)
+    assert (recipe.lattice, recipe.percent, recipe.fit) == (LATTICES[0], 4.0, "approximation")
+
+
+def test_the_folder_holds_every_picture_and_the_key_lies_outside(made):
+    key, folder = made
+    study = plan.load_study(folder)
+    assert {*study.ratings, *study.satisfaction} == set(key.pictures)
+    assert len(study.ratings) == 2 * (20 + 4 + 1)
+    assert len(study.satisfaction) == 2
+    files = {path.name for path in folder.iterdir()}
+    assert files == {*key.pictures, plan.STUDY_FILE, making.PAGE_FILE}
+    assert plan.load_key(plan.key_path(folder)) == key
+    assert plan.key_path(folder).parent == folder.parent
+
+
+def test_nothing_in_the_folder_tells_what_a_picture_is(made):
+    key, folder = made
+    states = [path.stat() for path in folder.glob("*.jpg")]
+    assert len({state.st_size for state in states}) == 1
+    assert len({path.stat().st_mtime_ns for path in folder.iterdir()}) == 1
+    for path in folder.glob("*.jpg"):
+        assert re.fullmatch(r"[0-9a-f]{16}\.jpg", path.name)
+        with Image.open(path) as image:
+            assert not image.getexif()
+            assert set(image.info) <= {"jfif", "jfif_version", "jfif_unit", "jfif_density"}
+    said = (folder / plan.STUDY_FILE).read_text() + (folder / making.PAGE_FILE).read_text()
+    for word in (*key.subjects, "percent", "lattice", "table1", "figure11", "seed"):
+        assert word not in said
+
+
+def test_names_lie_in_no_order_of_the_variants(made):
+    key, folder = made
+    ranks = {name: place for place, name in enumerate(plan.load_study(folder).ratings)}
+    grid = [(m.variant.percent, ranks[n]) for n, m in key.pictures.items() if n in ranks]
+    percent, place = np.array(grid).T
+    # The seed is fixed; of chance orders one in 20 000 is so far from even.
+    assert abs(np.corrcoef(percent, place)[0, 1]) < 0.55
+
+
+def test_a_seed_brings_the_names_again_and_another_doesnt(made, tmp_path):
+    key, _ = made
+    kinds = variants(control=True)
+    names = {plan.picture_name("s", who, one) for who in (0, 1) for one in kinds}
+    assert names == set(key.pictures)
+    assert not names & {plan.picture_name("t", who, one) for who in (0, 1) for one in kinds}
+    again = making.make([subject(1)], tmp_path / "x")
+    assert len(again.seed) == 32
+
+
+def test_pictures_are_what_render_makes_at_the_papers_size():
+    photo = Photo(textured_photo(300, 400), path=Path("one.png"), format="PNG")
+    shown = pictures.subject(photo, oval_face(300, 400))
+    assert shown.size == (720, 960)
+    recipe = Variant("table1", 10.0, 1, 1.0).recipe(PAPER)
+    with Image.open(io.BytesIO(pictures.jpeg(shown, recipe))) as image:
+        decoded = np.asarray(image, int)
+    wanted = render(shown.pixels, shown.faces, recipe).pixels.astype(int)
+    assert np.abs(decoded - wanted).mean() < 2.0
+    moved = np.abs(wanted - shown.pixels.astype(int)).mean()
+    assert np.abs(decoded - shown.pixels.astype(int)).mean() > 0.5 * moved > 0.5
+
+
+def test_photos_with_odd_names_and_the_present_folder_make_a_study_that_can_be_read(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    odd = Subject("a\nb\udcff.png", textured_photo(240, 320), (oval_face(240, 320),))
+    kinds = variants()[:2]
+    key = making.make([odd], Path(), making.Choices(variants=kinds))
+    assert plan.key_path(Path()) == tmp_path / "here.key.json"
+    assert plan.load_key(plan.key_path(Path())) == key
+    assert key.subjects == ("a?b?.png",)
+
+
+def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):
+    _, folder = made
+    with pytest.raises(making.RefusedFolder, match="isn't empty"):
+        making.make([subject()], folder)
+    plan.key_path(tmp_path / "new").write_text("{}")
+    with pytest.raises(making.RefusedFolder, match="key of another study"):
+        making.make([subject()], tmp_path / "new")
+    with pytest.raises(making.RefusedFolder, match="doesn't exist"):
+        making.make([subject()], tmp_path / "no" / "new")
+    assert not (tmp_path / "new").exists()
+
+
+# ---- the order ------------------------------------------------------------------------------
+
+
+def test_every_rater_has_an_order_of_their_own_and_keeps_it():
+    first = order(NAMES, "rater-1")
+    assert sorted(first) == sorted(NAMES)
+    assert order(reversed(NAMES), "rater-1") == first
+    assert order(NAMES, "rater-2") != first
+
+
+def test_orders_are_even():
+    """Every picture comes first about equally often: chi square of 29 degrees, 1 in 10^4."""
+    first = [order(NAMES, f"r{number}")[0] for number in range(1500)]
+    counts = np.array([first.count(name) for name in NAMES])
+    assert ((counts - 50.0) ** 2 / 50.0).sum() < 66.2
+
+
+def test_the_page_lets_nothing_out_and_loads_nothing():
+    text = page.page(STUDY)
+    policy = re.search(r'Content-Security-Policy" content="([^"]+)"', text)[1]
+    assert policy.startswith("default-src 'none'; img-src 'self' file: data:;")
+    assert "unsafe" not in policy
+    assert not re.search(r"https?:|//[a-z]|@import|url\(|fetch|XMLHttp|sendBeacon", text)
+    assert "<!--" not in text
+
+
+# ---- sessions and their files ---------------------------------------------------------------
+
+
+def answered(count, study=STUDY, rater="r1", said=lambda k: "unnatural" if k % 3 else "natural"):
+    session = Session(study, rater)
+    for k in range(count):
+        if session.grading:
+            session.take(session.grade(10 * (k % 11), 5.0))
+        else:
+            session.take(session.answer(said(k), 5.0))
+    return session
+
+
+def test_a_session_asks_every_picture_once_and_grades_at_the_end():
+    session, asked = Session(STUDY, "r1"), []
+    while session.current is not None:
+        asked.append(session.current)
+        assert session.grading == (len(asked) > len(STUDY.ratings))
+        session.take(session.grade(50, 1.0) if session.grading else session.answer("natural", 1.0))
+    assert sorted(asked) == sorted(NAMES)
+    with pytest.raises(ValueError, match="every picture"):
+        session.answer("natural", 1.0)
+
+
+def test_an_answer_taken_back_is_asked_again_and_both_lines_stay():
+    session = answered(3)
+    last = session.answered[-1]
+    session.take(session.back())
+    assert session.current == last.picture
+    session.take(session.answer("natural", 1.0))
+    assert [record.back for record in session.records] == [False, False, False, True, False]
+    assert len(session.answered) == 3
+    for _ in range(3):
+        session.take(session.back())
+    assert session.back() is None
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        Record(3, NAMES[0], answer="natural"),
+        Record(1, "ffffffffffffffff.jpg", answer="natural"),
+        Record(1, NAMES[0], back=True),
+        Record(1, order(STUDY.ratings, "r1")[0], grade=50),
+    ],
+)
+def test_records_that_dont_follow_are_refused(record):
+    with pytest.raises(BadFile, match=f"line {min(record.number, 1)}"):
+        Session(STUDY, "r1", [record])
+
+
+def test_what_was_logged_is_read_again(tmp_path):
+    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    for record in answered(30).records[:-1]:
+        log.add(record)
+    log.add(log.session.grade(None, 7.4))
+    log.add(log.session.back())
+    held = results.load(log.path)
+    assert held.records == tuple(log.session.records)
+    assert (held.study, held.rater, held.torn) == ("a-study", "r1", 0)
+    assert Log(log.path, STUDY, "r1").session.records == log.session.records
+
+
+def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
+    whole = Log(tmp_path / "whole.jsonl", STUDY, "r1")
+    for record in answered(3).records:
+        whole.add(record)
+    data = whole.path.read_bytes()
+    start = data[:-1].rindex(b"\n") + 1
+    for end in range(start, len(data) + 1):
+        path = tmp_path / f"cut-{end}.jsonl"
+        path.write_bytes(data[:end])
+        log = Log(path, STUDY, "r1")
+        kept = len(log.session.answered)
+        # A line whose newline alone is missing is whole.
+        assert kept == (3 if end >= len(data) - 1 else 2)
+        log.add(log.session.answer("natural", 1.0))
+        assert path.read_bytes().startswith(data[:end])
+        again = results.load(path)
+        assert len(again.records) == kept + 1
+        assert again.torn == (start < end < len(data) - 1)
+
+
+def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
+    path = tmp_path / "r.jsonl"
+    path.write_bytes(b'{"format": "kogao-rat')
+    log = Log(path, STUDY, "r1")
+    log.add(log.session.answer("natural", 1.0))
+    held = results.load(path)
+    assert (len(held.records), held.torn) == (1, 1)
+
+
+@pytest.mark.parametrize("fails", ["write", "fsync"])
+def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeypatch, fails):
+    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    log.add(log.session.answer("natural", 1.0))
+    before, write = log.path.read_bytes(), os.write
+
+    def half(file, data):
+        return write(file, data[: len(data) // 2])
+
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(results.os, fails, half if fails == "write" else full)
+    with pytest.raises(OSError, match=r"part of the line|No space"):
+        log.add(log.session.answer("unnatural", 1.0))
+    monkeypatch.undo()
+    assert log.path.read_bytes() == before
+    assert len(log.session.answered) == 1
+    log.add(log.session.answer("unnatural", 1.0))
+    held = results.load(log.path)
+    assert [record.answer for record in held.records] == ["natural", "unnatural"]
+    assert held.torn == 0
+
+
+HEAD = json.dumps(results.header("a-study", "r1", "page")) + "\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "hello\n",
+        "\x00\xff\x12",
+        '{"format": "something else"}\n',
+        HEAD.replace('"version": 1', '"version": 2'),
+        HEAD.replace('"r1"', '"../r1"'),
+        HEAD + '{"n": 1, "picture": "x", "answer": "perhaps", "ms": 1}\n',
+        HEAD + '{"n": 1, "picture": "x", "answer": "natural", "ms": -1}\n',
+        HEAD + '{"n": 0, "picture": "x", "answer": "natural", "ms": 1}\n',
+        HEAD + '{"n": 1, "picture": "x", "grade": 101, "ms": 1}\n',
+        HEAD + '{"n": 1, "picture": "x", "grade": 1, "ms": 1, "name": "A. Person"}\n',
+        HEAD + "[]\n",
+    ],
+)
+def test_strange_files_of_ratings_are_refused_in_a_sentence(tmp_path, text):
+    path = tmp_path / "strange.jsonl"
+    path.write_text(text, encoding="latin-1")
+    with pytest.raises(BadFile) as refusal:
+        results.load(path)
+    assert str(path) in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_log_of_another_study_is_left_alone(tmp_path):
+    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    before = log.path.read_bytes()
+    with pytest.raises(BadFile, match="another study or rater"):
+        Log(log.path, STUDY, "r2")
+    assert log.path.read_bytes() == before
+
+
+@pytest.mark.parametrize("code", ["", "A", "a b", "-a", "../x", "ä", "x" * 33])
+def test_codes_that_could_be_paths_or_names_are_none(code):
+    assert not plan.is_rater(code)
+
+
+def test_a_study_file_cant_name_files_elsewhere(tmp_path):
+    study = {**STUDY.to_dict(), "ratings": ["../../secret.jpg"]}
+    (tmp_path / plan.STUDY_FILE).write_text(json.dumps(study))
+    with pytest.raises(BadFile, match="must name a picture"):
+        plan.load_study(tmp_path)
+    study = {**STUDY.to_dict(), "satisfaction": list(STUDY.ratings[:1])}
+    (tmp_path / plan.STUDY_FILE).write_text(json.dumps(study))
+    with pytest.raises(BadFile, match="rated, too"):
+        plan.load_study(tmp_path)
+    with pytest.raises(BadFile, match="holds no study"):
+        plan.load_study(tmp_path / "nowhere")
+
+
+# ---- counting -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("hits", "answers", "low", "high"),
+    [
+        # Newcombe, Statistics in Medicine 17 (1998) 857-872, table I, method 3.
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0000, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ],
+)
+def test_intervals_are_wilsons(hits, answers, low, high):
+    np.testing.assert_allclose(Share(hits, answers).interval, (low, high), atol=6e-5)
+
+
+def test_intervals_hold_their_share_and_mirror():
+    for answers in range(1, 40):
+        for hits in range(answers + 1):
+            low, high = Share(hits, answers).interval
+            assert 0.0 <= low <= hits / answers <= high <= 1.0
+            np.testing.assert_allclose(
+                Share(answers - hits, answers).interval, (1 - high, 1 - low), atol=1e-12
+            )
+    assert Share(0, 0).interval == (0.0, 1.0)
+    assert math.isnan(Share(0, 0).value)
+
+
+def test_grades_have_mean_and_sample_deviation():
+    assert Grades.of([90, 92, 94]) == Grades(3, 92.0, 2.0)
+    assert math.isnan(Grades.of([5]).deviation)
+    assert math.isnan(Grades.of([]).mean)
+
+
+def rated(folder, rater, judge, count=None, place=plan.RATINGS_FOLDER):
+    """Write made-up ratings into a copy of a study."""
+    study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))
+    log = Log(folder / place / f"{rater}.jsonl", study, rater)
+    while log.session.current is not None and len(log.session.answered) != count:
+        meaning = key.pictures[log.session.current]
+        if log.session.grading:
+            log.add(log.session.grade(judge(meaning), 1.0))
+        else:
+            log.add(log.session.answer("unnatural" if judge(meaning) else "natural", 1.0))
+    return log
+
+
+@pytest.fixture
+def copy(made, tmp_path):
+    _, folder = made
+    shutil.copytree(folder, tmp_path / "faces")
+    shutil.copy(plan.key_path(folder), plan.key_path(tmp_path / "faces"))
+    return tmp_path / "faces"
+
+
+def strict(meaning):
+    """A made-up rater: unnatural above 6 % and below R = 0.5."""
+    if meaning.variant.kind == "satisfaction":
+        return 80 + 10 * meaning.subject
+    return meaning.variant.percent > 6.0 or meaning.variant.lattice < 0.5
+
+
+def lenient(meaning):
+    return None if meaning.variant.kind == "satisfaction" else False
+
+
+def counted(copy, *others):
+    return tally([(copy, plan.key_path(copy))], others)
+
+
+def test_answers_are_counted_by_what_was_shown(copy):
+    rated(copy, "r1", strict)
+    rated(copy, "r2", lenient)
+    found = counted(copy)
+    assert (found.subjects, found.raters, found.torn) == (2, 2, 0)
+    for variant, share in found.shares.items():
+        if variant.kind != "satisfaction":
+            assert share.answers == 4
+            judged = variant.percent > 6.0 or variant.lattice < 0.5
+            assert share.hits == (2 if judged else 0)
+    assert found.satisfaction == Grades(2, 85.0, math.sqrt(50.0))
+    assert found.skipped == 2
+
+
+def test_a_copy_and_an_early_copy_count_once(copy):
+    log = rated(copy, "r1", strict)
+    lines = log.path.read_bytes().splitlines(keepends=True)
+    (copy / "ratings-r1.jsonl").write_bytes(b"".join(lines[:10]))
+    (copy / "ratings-r1 (1).jsonl").write_bytes(b"".join(lines))
+    assert counted(copy).shares == tally([(copy, plan.key_path(copy))]).shares
+    assert max(share.answers for share in counted(copy).shares.values()) == 2
+
+
+def test_two_files_that_contradict_each_other_are_refused(copy):
+    rated(copy, "r1", strict, 5)
+    other = rated(copy, "r1", lenient, 50, place="elsewhere")
+    with pytest.raises(BadFile, match="contradict"):
+        counted(copy, other.path)
+
+
+def test_answers_without_their_study_and_a_wrong_key_are_refused(copy, tmp_path):
+    Log(tmp_path / "other.jsonl", STUDY, "r1")
+    with pytest.raises(BadFile, match="belong to none"):
+        counted(copy, tmp_path / "other.jsonl")
+    making.make([subject(3)], tmp_path / "third")
+    with pytest.raises(BadFile, match="key of another study"):
+        tally([(copy, plan.key_path(tmp_path / "third"))])
+
+
+def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
+    rated(copy, "r1", strict)
+    found = counted(copy)
+    rows = report.table_1(found).rows
+    assert len(rows) == 8
+    assert all(len(row) == 6 for row in rows)
+    for center, (own, paper) in enumerate(zip(rows[::2], rows[1::2], strict=True)):
+        assert [float(cell.split()[0]) for cell in own[1:]] == [0, 0, 0, 100, 100]
+        assert [float(cell.split()[0]) for cell in paper[1:]] == list(UNNATURAL[center])
+    sizes = report.figure_11(found).rows
+    assert [row[0] for row in sizes] == [
+        "R = 0.25",
+        "R = 0.5",
+        "R = 1",
+        "R = 2",
+        "the photo as it is",
+    ]
+    assert sizes[0][1] == "100.0 % (34.2 to 100.0)"
+    document = json.loads(json.dumps(report.document(found), allow_nan=False))
+    assert len(document["variants"]) == 25
+    assert document["satisfaction"]["mean"] == 85.0
+    html = report.html(found, Made.now("a command"))
+    assert html.count("<svg") == 2
+    assert "34.2 to 100.0" in html
+
+
+def test_a_study_without_answers_has_a_report(copy):
+    found = counted(copy)
+    assert report.table_1(found).rows[0][1] == "\N{EN DASH}"
+    assert json.loads(json.dumps(report.document(found), allow_nan=False))["raters"] == 0
+    assert "<table" in report.html(found, Made.now("a command"))

@@ -1,0 +1,185 @@
+"""The experiments as commands: on the sample portrait, to files that anyone can read."""
+
+import csv
+import json
+import re
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import assets
+from kogao_core.cli import main
+from kogao_core.experiments.methods import METHODS, comparing
+from kogao_core.experiments.sessions import Session, append
+
+ONCE = {
+    "timing": ("--repeats", 1, "--warm-up", 0),
+    "domains": ("--repeats", 1),
+    "distortion": (),
+    "methods": ("--repeats", 1),
+}
+RECORDS = {"timing": 8, "domains": 8, "distortion": 24, "methods": len(METHODS)}
+PICTURES = {"timing": 0, "domains": 2, "distortion": 0, "methods": 3 * len(METHODS)}
+
+
+@pytest.fixture(scope="module")
+def portrait(tmp_path_factory):
+    """The sample portrait, small."""
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        sample = Image.open(assets.path("samples/average.jpg"))
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+    path = tmp_path_factory.mktemp("photos") / "small.png"
+    sample.resize((300, 300)).save(path)
+    return path
+
+
+@pytest.fixture
+def faceless(tmp_path):
+    path = tmp_path / "faceless.png"
+    Image.fromarray(np.full((120, 160, 3), 90, np.uint8)).save(path)
+    return path
+
+
+@pytest.fixture
+def cli(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ending:
+            main(["experiment", *map(str, arguments)])
+        return ending.value.code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_one_command_writes_everything(cli, portrait, tmp_path, name):
+    folder = tmp_path / "out"
+    code, said, err = cli(name, portrait, "-o", folder, *ONCE[name])
+    assert (code, err) == (0, "")
+    document = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+    assert document["experiment"] == name
+    assert document["made"]["command"].startswith(f"kogao-cli experiment {name} ")
+    assert document["made"]["machine"]["packages"]["numpy"] == np.__version__
+    with (folder / f"{name}.csv").open(encoding="utf-8", newline="") as lines:
+        records = list(csv.DictReader(lines))
+    assert len(records) == RECORDS[name]
+    assert {record["photo"] for record in records} == {"small.png"}
+    page = (folder / f"{name}.html").read_text(encoding="utf-8")
+    assert not re.search(r'(src|href)="(?!data:)', page)
+    assert "small.png" in said + page
+    assert len(list(folder.glob("*.png"))) == PICTURES[name]
+    again = cli(name, portrait, "-o", folder, *ONCE[name])
+    assert again[0] == 2
+    assert "--force replaces" in again[2]
+
+
+def test_masks_have_the_pixels_that_are_counted(cli, portrait, tmp_path):
+    cli("domains", portrait, "-o", tmp_path / "out", "--repeats", 1)
+    document = json.loads((tmp_path / "out" / "domains.json").read_text(encoding="utf-8"))
+    (photo,) = document["photos"]
+    for name in ("control-points", "threshold"):
+        mask = cv2.imread(str(tmp_path / "out" / f"small-png-{name}.png"), cv2.IMREAD_UNCHANGED)
+        assert mask.shape == (300, 300)
+        assert (mask == 255).sum() == photo["counts"][name]
+
+
+def test_single_files_and_printing(cli, portrait, tmp_path):
+    once = ONCE["timing"]
+    file = tmp_path / "figures.csv"
+    code, said, _ = cli("timing", portrait, *once, "--size", "own", "--csv", file, "--json", "-")
+    assert code == 0
+    assert len(json.loads(said)["timings"]) == 4
+    assert len(file.read_text(encoding="utf-8").splitlines()) == 1 + 4
+    code, out, err = cli("timing", portrait, *once, "--csv", file)
+    assert (code, out) == (2, "")
+    assert "--force replaces it" in err
+
+
+def test_sessions_give_manual_ways_a_total(cli, portrait, tmp_path):
+    file = tmp_path / "sessions.jsonl"
+    for seconds in (60.0, 80.0):
+        append(file, Session.now("small.png", (300, 300), [21], seconds))
+    options = ("--size", "own", "--setting-time", file, *ONCE["timing"])
+    code, said, _ = cli("timing", portrait, *options)
+    assert code == 0
+    row = next(line for line in said.splitlines() if line.startswith("Conventional"))
+    assert row.split()[2] == "70.0"
+    file.write_text('{"version": 1}\n', encoding="utf-8")
+    code, _, err = cli("timing", portrait, *options)
+    assert code == 2
+    assert re.fullmatch(r"kogao-cli: line 1 of .+\n", err)
+    assert cli("timing", portrait, "--setting-time", tmp_path / "none.jsonl")[0] == 3
+
+
+def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, faceless, tmp_path):
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    portrait_here = folder / "b.png"
+    portrait_here.write_bytes(portrait.read_bytes())
+    faceless.rename(folder / "a.png")
+    (folder / "c.jpg").write_bytes(b"no picture")
+    code, said, err = cli("domains", folder, "--repeats", 1, "--html", tmp_path / "r.html")
+    assert code == 5
+    assert "b.png" in said
+    assert re.search(r"no face in .*a\.png", err)
+    assert "c.jpg" in err
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Left out" in page
+    assert "a.png" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        ((), 2, "name photos"),
+        (("{photo}", "--sample"), 2, "name photos"),
+        (("{empty}",), 2, "there is no photo in"),
+        (("{faceless}",), 4, "no face in"),
+        (("missing.png",), 3, "missing.png"),
+        (("{photo}", "--percent", 20), 2, "leave --percent out"),
+        (("{photo}", "--recipe", "{photo}"), 2, "is not JSON"),
+        (("{photo}", "--face", 7), 2, "there is no face 7"),
+        (("{photo}", "--json", "{empty}/none/x.json"), 3, "there is no folder"),
+        (("{photo}", "-o", "{photo}/x"), 3, "there is no folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(
+    cli, portrait, faceless, tmp_path, arguments, code, words
+):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    names = {"photo": portrait, "faceless": faceless, "empty": empty}
+    before = sorted(tmp_path.rglob("*"))
+    found, out, err = cli("distortion", *(str(one).format(**names) for one in arguments))
+    assert (found, out) == (code, "")
+    assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
+    assert words in err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_an_absent_library_is_named(cli, portrait, tmp_path, monkeypatch):
+    monkeypatch.setattr(comparing, "find_spec", lambda _: None)
+    code, said, err = cli("methods", portrait, "--repeats", 1, "--html", tmp_path / "r.html")
+    assert code == 0
+    assert "Thin-plate" not in said
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    for library in ("scipy", "scikit-image"):
+        assert f"needs {library}, which is absent" in err
+        assert f"needs {library}, which is absent" in page
+
+
+def test_starting_the_program_loads_no_experiment():
+    probe = (
+        "import sys, kogao_core.cli; "
+        "loaded = [m for m in sys.modules if m.startswith('kogao_core.experiments') "
+        "or m in ('numpy', 'cv2', 'scipy', 'skimage')]; print(loaded); sys.exit(bool(loaded))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", probe], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,117 @@
+"""Landmarks out by one command and in by another."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import assets, interchange
+from kogao_core.cli import main
+
+
+@pytest.fixture(scope="module")
+def portrait():
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        return assets.path("samples/average.jpg")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+
+
+@pytest.fixture
+def cli(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ending:
+            main([str(argument) for argument in arguments])
+        return ending.value.code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.mark.parametrize("form", ["json", "tem"])
+def test_exported_points_warp_like_those_found(cli, portrait, tmp_path, form):
+    code, said, err = cli("landmarks", "export", portrait, "--format", form, "-o", tmp_path / "lm")
+    assert (code, err) == (0, "")
+    file = tmp_path / "lm" / f"average.{form}"
+    assert str(file) in said
+    cli("warp", portrait, "-o", tmp_path / "found.png")
+    code, _, err = cli("warp", portrait, "--points", file, "-o", tmp_path / "given.png")
+    assert (code, err) == (0, "")
+    found, given = (
+        np.asarray(Image.open(tmp_path / f"{name}.png"), int) for name in ("found", "given")
+    )
+    # Files other than JSON hold thousandths of a px.
+    assert np.abs(found - given).max() <= (0 if form == "json" else 2)
+
+
+def test_68_points_and_a_mapping_come_near(cli, portrait, tmp_path):
+    code, said, _ = cli("landmarks", "export", portrait, "--format", "pts", "-o", tmp_path)
+    assert code == 0
+    assert "45 of 68 points are a mean face's" in said
+    report = []
+    for options in ((), ("--points-map", "0-16/36,39,42,45/48,54")):
+        out = tmp_path / f"out{len(options)}.png"
+        found = ("--points", tmp_path / "average.pts", *options)
+        code, said, err = cli("warp", portrait, *found, "-o", out, "--json")
+        assert (code, err) == (0, "")
+        report.append(json.loads(said)["faces"])
+    assert report[0] == report[1]
+
+
+def test_what_cant_be_done_is_said_and_leaves_nothing(cli, portrait, tmp_path):
+    (tmp_path / "text.tem").write_text("hello")
+    (tmp_path / "average.csv").touch()
+    interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
+    before = sorted(tmp_path.rglob("*"))
+    export = ("landmarks", "export", portrait)
+    warp = ("warp", portrait, "-o", tmp_path / "out.png")
+    for wanted, words, *arguments in (
+        (2, "--force replaces", *export, "--format", "csv", "-o", tmp_path),
+        (
+            2,
+            "leave --template out",
+            *export,
+            "--format",
+            "json",
+            "--template",
+            "68",
+            "-o",
+            tmp_path,
+        ),
+        (2, "several photos", *export, portrait, "--format", "tem", "-o", tmp_path / "new"),
+        (3, "number of points", *warp, "--points", tmp_path / "text.tem"),
+        (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
+        (2, "needs --points", *warp, "--points-map", "0-16/36,39,42,45/48,54"),
+        (2, "such as 0-16", *warp, "--points", tmp_path / "text.tem", "--points-map", "x"),
+        (2, "--project holds", *warp, "--points", "x.tem", "--project", "x.kogao.json"),
+    ):
+        code, out, err = cli(*arguments)
+        assert (code, out) == (wanted, ""), err
+        assert words in err
+        assert re.fullmatch(r"kogao-cli: [^\n]+\n", err)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def _far(folder):
+    path = folder / "far.csv"
+    rows = [f"{9000 + 3 * k},{9000 + (k - 10) ** 2}" for k in range(27)]
+    path.write_text("\n".join(["x,y", *rows]))
+    return path
+
+
+def test_figures_are_drawn_and_not_over_others(cli, portrait, tmp_path):
+    arguments = ("experiment", "figures", portrait, "-o", tmp_path / "new", "--width", 300)
+    code, said, err = cli(*arguments, "--format", "both")
+    assert (code, err) == (0, "")
+    assert "average-landmarks.png" in said
+    assert len(list((tmp_path / "new").glob("average-*.svg"))) == 5
+    with Image.open(tmp_path / "new" / "average-lattice.png") as image:
+        assert image.size == (300, 225)
+    code, _, err = cli(*arguments)
+    assert code == 2
+    assert "--force" in err
+    code, _, err = cli("experiment", "figures", portrait, portrait, "-o", tmp_path / "x")
+    assert (code, (tmp_path / "x").exists()) == (2, False)
+    assert "draw them apart" in err

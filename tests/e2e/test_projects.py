@@ -1,0 +1,309 @@
+"""Projects and disclosure on the command line and in batches; nothing hostile comes through."""
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import assets, batch, photo
+from kogao_core.cli import main
+from kogao_core.recipe import Recipe
+from kogao_core.sidecar import sidecar_of
+
+needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
+
+
+@pytest.fixture(scope="module")
+def small_portrait(tmp_path_factory):
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        sample = assets.path("samples/average.jpg")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+    path = tmp_path_factory.mktemp("portrait") / "small.jpg"
+    Image.open(sample).resize((300, 300)).save(path, quality=92)
+    return path
+
+
+@pytest.fixture
+def cli(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ending:
+            main([str(argument) for argument in arguments])
+        return ending.value.code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def kept(cli, small_portrait, tmp_path):
+    """A portrait with a project beside it, and what `warp` made of it then."""
+    path = tmp_path / "in" / "a.jpg"
+    path.parent.mkdir()
+    shutil.copy(small_portrait, path)
+    code, said, err = cli(
+        "warp", path, "-o", tmp_path / "first.png", "--percent", 6, "--fit", "approximation",
+        "--protect", "20,20 20,280", "--protect-feather", 9, "--save-project",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert str(sidecar_of(path)) in said
+    return path
+
+
+def change(path, edit):
+    values = json.loads(path.read_text())
+    edit(values)
+    path.write_text(json.dumps(values))
+
+
+def one_line(code, err, expected, words):
+    assert code == expected
+    assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
+    assert re.search(words, err), err
+
+
+# ---- warp -----------------------------------------------------------------------------------
+
+
+def test_a_replayed_project_gives_the_same_file(cli, kept, tmp_path):
+    again, first = tmp_path / "again.png", tmp_path / "first.png"
+    code, said, err = cli("warp", kept, "-o", again, "--project", sidecar_of(kept))
+    assert (code, err) == (0, "")
+    assert "note      the project" not in said
+    assert again.read_bytes() == first.read_bytes()
+    assert json.loads(sidecar_of(kept).read_text())["photo"]["path"] == "a.jpg"
+
+
+def test_a_photo_written_over_leaves_a_project_about_the_photo_as_it_was(cli, kept):
+    before = kept.read_bytes()
+    code, _, err = cli("warp", kept, "-o", kept, "--save-project", "--force")
+    assert (code, err) == (0, "")
+    assert (kept.parent / "a.original.jpg").read_bytes() == before
+    known = json.loads(sidecar_of(kept).read_text())["photo"]["sha256"]
+    assert known == hashlib.sha256(before).hexdigest()
+    said = cli("warp", kept, "-o", kept.parent / "b.png", "--project", sidecar_of(kept))[1]
+    assert "another file of the same size; check" in said
+
+
+def test_faces_left_alone_are_kept_in_the_project(cli, kept, tmp_path):
+    change(sidecar_of(kept), lambda values: values["automatic"]["faces"][0].update(on=False))
+    code, said, _ = cli("warp", kept, "-o", tmp_path / "b.jpg", "--project", sidecar_of(kept))
+    assert code == 0
+    assert "0 faces" in said
+    assert (tmp_path / "b.jpg").read_bytes() == kept.read_bytes()
+
+
+def test_another_resolution_is_noted_and_kept_at_its_own_size(cli, kept, tmp_path):
+    large = tmp_path / "large.png"
+    Image.open(kept).resize((720, 720)).save(large)
+    code, said, _ = cli(
+        "warp", large, "-o", tmp_path / "out.png", "--project", sidecar_of(kept), "--save-project"
+    )
+    assert code == 0
+    assert "made at 300 x 300 px" in said
+    moved = Image.open(tmp_path / "out.png").resize((300, 300))
+    first, source = Image.open(tmp_path / "first.png"), Image.open(kept)
+    error, edit = (
+        np.abs(np.asarray(one, float) - np.asarray(first, float)).mean() for one in (moved, source)
+    )
+    assert error < edit
+    assert json.loads(sidecar_of(large).read_text())["photo"]["width"] == 720
+
+
+def test_projects_that_cannot_be_used_are_one_line(cli, kept, tmp_path):
+    out, side = tmp_path / "x.png", sidecar_of(kept)
+    Image.open(kept).crop((0, 0, 300, 240)).save(tmp_path / "cut.png")
+    bad = tmp_path / "bad.json"
+    bad.write_text('{"format": "kogao-project", "version": 99}')
+    for arguments, words in (
+        ((tmp_path / "cut.png", "--project", side), "another shape"),
+        ((kept, "--project", bad), "newer Kogao"),
+        ((kept, "--project", tmp_path / "none.json"), "can't be read"),
+        ((kept, "--project", side, "--percent", "3"), "leave out --percent"),
+        ((kept, "--project", side, "--face", "all"), "leave out --face"),
+        ((kept, "--save-project"), "exists; --force"),
+        (("--sample", "--save-project"), "the sample keeps no project"),
+        ((kept, "--label", "x" * 101), "label"),
+        ((kept, "--label", "x", "--label-font", bad), "font"),
+    ):
+        code, said, err = cli("warp", *arguments, "-o", out)
+        one_line(code, err, 2, words)
+        assert said == ""
+        assert not out.exists()
+
+
+OPENED = """
+import sys
+from pathlib import Path
+seen = []
+sys.addaudithook(lambda name, given: seen.append(str(given[0])) if name == "open" else None)
+from kogao_core.cli import main
+try:
+    main(sys.argv[1:])
+finally:
+    touched = [name for name in seen if "bait" in name]
+    print("touched", touched, file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize("how", ["warp", "batch"])
+def test_the_path_in_a_project_is_never_followed(kept, tmp_path, how):
+    bait = tmp_path / "bait.jpg"
+    shutil.copy(kept, bait)
+    before = bait.read_bytes()
+    change(sidecar_of(kept), lambda values: values["photo"].update(path=str(bait)))
+    arguments = {
+        "warp": ["warp", kept, "-o", tmp_path / "o.png", "--project", sidecar_of(kept)],
+        "batch": ["batch", kept.parent, "-o", tmp_path / "out", "--projects", "-j", "1"],
+    }[how]
+    done = subprocess.run(
+        [sys.executable, "-c", OPENED, *map(str, arguments)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "touched []" in done.stderr
+    assert bait.read_bytes() == before
+
+
+# ---- batch ----------------------------------------------------------------------------------
+
+
+def statuses(out):
+    lines = (out / "kogao-batch.jsonl").read_text().splitlines()
+    return {json.loads(line)["source"].rsplit(os.sep)[-1]: json.loads(line) for line in lines}
+
+
+def test_a_batch_does_what_projects_say_and_again_when_they_change(cli, kept, tmp_path):
+    inputs, out = kept.parent, tmp_path / "out"
+    for name in ("b.jpg", "c.jpg", "d.jpg"):
+        shutil.copy(kept, inputs / name)
+    sidecar_of(inputs / "c.jpg").write_text("[" * 5000)
+    shutil.copy(sidecar_of(kept), sidecar_of(inputs / "d.jpg"))
+    change(sidecar_of(inputs / "d.jpg"), lambda v: v["automatic"]["faces"][0].update(on=False))
+    call = ("batch", inputs, "-o", out, "--projects", "-j", 1)
+    code, _, err = cli(*call)
+    assert code == 5
+    assert "3 done, 1 failed" in err
+    report = statuses(out)
+    assert "nested too deeply" in report["c.jpg"]["reason"]
+    assert report["d.jpg"]["faces"] == 0
+    assert (out / "d.jpg").read_bytes() == (inputs / "d.jpg").read_bytes()
+    assert not (out / "c.jpg").exists()
+    # By its project, by the options, and by the same project on the command line.
+    assert (out / "a.jpg").read_bytes() != (out / "b.jpg").read_bytes()
+    cli("warp", kept, "-o", tmp_path / "a.jpg", "--project", sidecar_of(kept))
+    assert (out / "a.jpg").read_bytes() == (tmp_path / "a.jpg").read_bytes()
+
+    sidecar_of(inputs / "c.jpg").unlink()
+    assert "1 done, 3 skipped" in cli(*call)[2]
+    change(sidecar_of(kept), lambda values: values["automatic"]["recipe"].update(percent=3.0))
+    assert "1 done, 3 skipped" in cli(*call)[2]
+    shutil.copy(sidecar_of(kept), sidecar_of(inputs / "b.jpg"))
+    assert "1 done, 3 skipped" in cli(*call)[2]
+    assert "3 done, 1 skipped" in cli(*call[:4], "-j", 1)[2]  # c went by the options
+
+
+def test_results_never_go_over_photos_or_strangers(cli, kept, tmp_path):
+    inputs, out = kept.parent, tmp_path / "out"
+    before = kept.read_bytes()
+    code, _, err = cli("batch", inputs, "-o", inputs)
+    one_line(code, err, 2, "would be written over")
+    out.mkdir()
+    (out / "a.jpg").write_bytes(b"something of the user's")
+    code, _, err = cli("batch", inputs, "-o", out)
+    one_line(code, err, 2, "a file exists.*--force")
+    assert (out / "a.jpg").read_bytes() == b"something of the user's"
+    assert cli("batch", inputs, "-o", out, "--force", "-j", 1)[0] == 0
+    assert kept.read_bytes() == before
+
+
+@needs_links
+def test_links_lead_no_result_out_of_the_folder(kept, tmp_path):
+    inputs, out, elsewhere = kept.parent, tmp_path / "out", tmp_path / "elsewhere"
+    (inputs / "deeper").mkdir()
+    shutil.copy(kept, inputs / "deeper" / "b.jpg")
+    for folder in (out, elsewhere):
+        folder.mkdir()
+    (out / "deeper").symlink_to(elsewhere)
+    with pytest.raises(batch.NothingToDo, match="a link leads"):
+        batch.plan([inputs], out, Recipe())
+    (out / "deeper").unlink()
+    (out / "a.jpg").symlink_to(kept)
+    with pytest.raises(batch.NothingToDo, match="written over"):
+        batch.plan([inputs], out, Recipe())
+    (out / "a.jpg").unlink()
+    (out / "a.jpg").symlink_to(out / "a.jpg")
+    os.mkfifo(sidecar_of(inputs / "deeper" / "b.jpg"))
+    tasks = batch.plan([inputs], out, Recipe(), projects=True)
+    assert [bool(task.project) for task in tasks] == [True, False]
+    assert [batch.work(task).status for task in tasks] == ["failed", "done"]
+
+
+@needs_links
+def test_names_may_hold_anything(cli, kept, tmp_path):
+    inputs, out = kept.parent, tmp_path / "out"
+    for name in (b"\xff.jpg", b"a\n\x1b[2J.jpg", b"-rf.jpg", b"$(x) `y` 'z'.jpg", b"%s..jpg"):
+        shutil.copy(kept, inputs / os.fsdecode(name))
+    (inputs / "bad\x1b[31m\nname.jpg").write_bytes(b"no photo")
+    code, _, err = cli("batch", inputs, "-o", out, "-j", 1)
+    assert code == 5
+    assert "6 done, 1 failed" in err
+    assert "\x1b" not in err
+    assert err.count("\n") == 2
+    assert len(list(out.iterdir())) == 7
+    assert "6 skipped" in cli("batch", inputs, "-o", out, "-j", 1)[2]
+
+
+def test_a_report_that_was_cut_is_gone_on_with(cli, kept, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "kogao-batch.jsonl").write_text('{"source": "cut')
+    assert cli("batch", kept, "-o", out, "-j", 1)[0] == 0
+    assert "1 skipped" in cli("batch", kept, "-o", out, "-j", 1)[2]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
+def test_a_report_that_cannot_be_written_is_one_line(cli, kept, tmp_path):
+    code, said, err = cli("batch", kept, "-o", tmp_path / "out", "-j", 1, "--report", "/dev/full")
+    one_line(code, err, 3, "/dev/full can't be written.*what is done stays done")
+    assert said == ""
+    assert (tmp_path / "out" / "a.jpg").exists()
+
+
+# ---- disclosure -----------------------------------------------------------------------------
+
+
+def test_a_result_tells_only_when_asked(cli, kept, tmp_path):
+    plain, told = tmp_path / "plain.jpg", tmp_path / "told.jpg"
+    cli("warp", kept, "-o", plain)
+    code, _, err = cli("warp", kept, "-o", told, "--disclose", "--label", "Retouched")
+    assert (code, err) == (0, "")
+    assert photo.read(plain).xmp is None
+    xmp = photo.read(told).xmp
+    assert b"1 face made smaller: 4 % towards centre 2" in xmp
+    assert b"humanEdits" in xmp
+    before, after = (photo.read(path).pixels.astype(int) for path in (plain, told))
+    differs = np.abs(before - after).max(axis=2) > 0
+    assert differs[270:, 200:].any()
+    assert not differs[:256].any()
+    cli("warp", kept, "-o", tmp_path / "zero.jpg", "--percent", 0, "--disclose", "--label", "x")
+    assert (tmp_path / "zero.jpg").read_bytes() == kept.read_bytes()
+
+
+def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, kept, tmp_path):
+    call = ("batch", kept, "-o", tmp_path / "out", "-j", 1)
+    cli(*call)
+    assert "1 done" in cli(*call, "--disclose", "--label", "Retouched")[2]
+    assert b"humanEdits" in photo.read(tmp_path / "out" / "a.jpg").xmp
+    assert "1 skipped" in cli(*call, "--disclose", "--label", "Retouched")[2]
+    assert "1 done" in cli(*call, "--disclose")[2]
+    code, _, err = cli(*call, "--label", "two\nlines")
+    one_line(code, err, 2, "one line")

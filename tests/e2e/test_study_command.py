@@ -1,0 +1,132 @@
+"""A study from the command line: made, answered by made-up raters, reported."""
+
+import csv
+import json
+import os
+import re
+
+import pytest
+
+from kogao_core import assets
+from kogao_core.cli import main
+from kogao_core.experiments.study import plan
+from kogao_core.experiments.study.results import Log
+
+
+@pytest.fixture(scope="module")
+def portrait():
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        return assets.path("samples/average.jpg")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+
+
+@pytest.fixture
+def cli(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ending:
+            main([str(argument) for argument in ("experiment", "study", *arguments)])
+        return ending.value.code, *capsys.readouterr()
+
+    return run
+
+
+def answer_all(folder, rater):
+    """Rate everything by a rule: these are nobody's ratings."""
+    key = plan.load_key(plan.key_path(folder))
+    log = Log(folder / plan.RATINGS_FOLDER / f"{rater}.jsonl", plan.load_study(folder), rater)
+    while log.session.current is not None:
+        meaning = key.pictures[log.session.current]
+        if log.session.grading:
+            log.add(log.session.grade(92, 1.0))
+        else:
+            judged = "unnatural" if meaning.variant.percent > 6.0 else "natural"
+            log.add(log.session.answer(judged, 1.0))
+
+
+def test_a_study_is_made_answered_and_reported(cli, portrait, tmp_path):
+    folder = tmp_path / "study"
+    code, said, err = cli("make", portrait, "-o", folder, "--control", "--lattices", "0.5,1")
+    assert (code, err) == (0, "")
+    assert "24 pictures of 1 face" in said
+    if os.name == "posix":
+        assert plan.key_path(folder).stat().st_mode & 0o077 == 0
+    answer_all(folder, "synthetic-1")
+    answer_all(folder, "synthetic-2")
+    outputs = [tmp_path / f"report.{kind}" for kind in ("json", "csv", "html")]
+    files = zip(("--json", "--csv", "--html"), outputs, strict=True)
+    code, said, err = cli("report", folder, *(word for pair in files for word in pair))
+    assert (code, err) == (0, "")
+    assert re.search(r"candidate\s3 +0\.0 % \(0\.0 to 65\.8\)", said)
+    document = json.loads(outputs[0].read_text())
+    assert document["raters"] == 2
+    assert document["satisfaction"] == {
+        "grades": 2,
+        "mean": 92.0,
+        "standard_deviation": 0.0,
+        "skipped": 0,
+        "published_mean": 92,
+    }
+    rows = list(csv.DictReader(outputs[1].read_text().splitlines()))
+    ten = next(row for row in rows if (row["percent"], row["center"]) == ("10.0", "2"))
+    assert (ten["unnatural"], ten["answers"], ten["published"]) == ("2", "2", "0.7")
+    assert "http" not in re.sub(r'http-equiv|xmlns="[^"]*"', "", outputs[2].read_text())
+    code, _, err = cli("report", folder, "--json", outputs[0])
+    assert code == 2
+    assert "--force" in err
+
+
+def test_what_cant_be_done_is_said_and_leaves_nothing(cli, portrait, tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").touch()
+    (tmp_path / "text.jpg").write_text("no picture")
+    before = sorted(tmp_path.rglob("*"))
+    for wanted, words, *arguments in (
+        (2, "isn't empty", "make", portrait, "-o", tmp_path / "full"),
+        (2, "list such as", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,x"),
+        (2, "different sizes", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
+        (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
+        (3, "holds no study", "report", tmp_path / "full"),
+        (3, "holds no study", "rate", tmp_path / "full"),
+        (2, "64 printable letters", "make", portrait, "-o", tmp_path / "new", "--seed", "x" * 65),
+        (2, "one --key for each", "report", "a", "b", "--key", "c"),
+    ):
+        code, out, err = cli(*arguments)
+        assert (code, out) == (wanted, ""), err
+        assert words in err
+        assert re.fullmatch(r"kogao-cli: [^\n]+\n", err)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, monkeypatch):
+    from kogao_core.experiments.study import pictures
+
+    made = []
+
+    def full(*arguments):
+        made.append(arguments)
+        if len(made) == 5:
+            raise OSError(28, "No space left on device")
+        return b"no picture"
+
+    monkeypatch.setattr(pictures, "jpeg", full)
+    code, _, err = cli("make", portrait, "-o", tmp_path / "new")
+    assert code == 3
+    assert "No space left" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rate_starts_the_editor_with_the_session(cli, portrait, tmp_path, monkeypatch):
+    from kogao_core.cli import study
+
+    cli("make", portrait, "-o", tmp_path / "new")
+    started = []
+
+    class Done:
+        returncode = 0
+
+    monkeypatch.setattr(study.subprocess, "run", lambda words, **_: started.append(words) or Done)
+    code, _, err = cli("rate", tmp_path / "new")
+    assert (code, err) == (0, "")
+    assert started[0][1:] == ["-m", "kogao_app", "--rate", tmp_path / "new"]

@@ -1,0 +1,55 @@
+"""Short versions of the long trials in ``tests/benchmarks``, as their own programs."""
+
+import json
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from kogao_core import assets
+
+TRIALS = Path(__file__).parents[1] / "benchmarks"
+
+
+def run(name, *options):
+    done = subprocess.run(
+        [sys.executable, str(TRIALS / f"{name}.py"), *options],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def networks():
+    try:
+        assets.path("models/face_landmarks_detector.tflite")
+        assets.path("samples/average.jpg")
+    except assets.AssetMissing as missing:
+        pytest.skip(str(missing))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.usefixtures("networks")
+def test_programs_killed_while_saving_harm_nothing():
+    came_to = run("kills", "--kills", "20", "--photos", "6")
+    assert (came_to["killed while saving"], came_to["killed in a batch"]) == (18, 2)
+    assert came_to["harmed"] == 0
+
+
+@pytest.mark.skipif(
+    not all(map(find_spec, ("pi_heif", "pillow_heif", "rawpy"))), reason="needs [heic] and [raw]"
+)
+def test_damaged_files_are_read_or_refused():
+    came_to = run("hostile", "--inputs", "500", "--seed", "7")
+    assert came_to["read"] + came_to["refused"] == 500
+    assert came_to["left behind"] == 0
+
+
+@pytest.mark.usefixtures("networks")
+def test_a_batch_does_all_sound_photos_and_names_the_damaged_ones():
+    came_to = run("thousand", "--photos", "20", "--jobs", "2")
+    assert came_to["first run"] == {"done": 19, "failed": 1}
+    assert came_to["second run"] == {"skipped": 19, "failed": 1}
