@@ -59,9 +59,11 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     shot = None if options.screenshot is None else Screenshot(editor, options.screenshot, look)
     editor.window.show()
     if options.photo is not None:
-        editor.files.open(options.photo)
+        editor.dialogs.open(options.photo)
     elif options.sample:
         editor.files.open_sample()
+    elif options.rate is not None:
+        editor.rating.open(options.rate)
     else:
         editor.desk.begin(editor.files.welcome)
     editor.recovery.look()
@@ -74,6 +76,9 @@ def _parser() -> argparse.ArgumentParser:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("photo", nargs="?", type=Path, metavar="PHOTO", help="photo to open")
     what.add_argument("--sample", action="store_true", help="open the portrait that is built in")
+    what.add_argument(
+        "--rate", type=Path, metavar="FOLDER", help="rate the pictures of a study (docs/study.md)"
+    )
     parser.add_argument(
         "--screenshot",
         type=Path,

@@ -165,8 +165,12 @@ class Document(QObject):
 
     def start_with(self, faces: list[Face]) -> None:
         """Take what the detector found, below the first undo step."""
+        self.begin_with(self._committed.with_found(faces))
+
+    def begin_with(self, state: State) -> None:
+        """Take a state that counts as saved, below the first undo step."""
         self.undo.clear()
-        self.restore(self._committed.with_found(faces))
+        self.restore(state)
 
     def preview(self, state: State) -> None:
         """Show a state while a gesture lasts."""

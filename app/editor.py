@@ -16,14 +16,20 @@ from .controllers.files import Files
 from .controllers.live import Live
 from .controllers.recovery import Recovery
 from .document import Document
+from .garbage import Collector
 from .i18n import tr
 from .layers import ON_AT_FIRST, layers
+from .parts.batch import BatchPart
 from .parts.canvas import CanvasPart
 from .parts.desk import Desk
+from .parts.experiments import ExperimentsPart
+from .parts.interchange import InterchangePart
 from .parts.landmarks import LandmarksPart
 from .parts.manual import ManualPart
 from .parts.presets import PresetsPart
 from .parts.projects import ProjectsPart
+from .parts.rating import RatingPart
+from .parts.saving import SavingPart
 from .scene import Scene
 from .storage import Storage
 from .surfaces import Frame
@@ -55,6 +61,7 @@ class Editor(QObject):
         choice: theme.Choice = "system",
     ) -> None:
         super().__init__()
+        self._garbage = Collector(self)
         self._app, self._choice = app, choice
         self._pool = QThreadPool(self)
         self._pool.setMaxThreadCount(4)
@@ -87,6 +94,19 @@ class Editor(QObject):
         )
         self.by_hand.take_brush(self.on_canvas.protecting)
         self.landmarks = LandmarksPart(source, self.files, self.window, self)
+        self.saving = SavingPart(self.files, self.window, settings, self)
+        self.batch = BatchPart(self.document, self.landmarks, self.window, settings, self)
+        self.interchange = InterchangePart(self.document, self.editing, self.window, self)
+        self.experiments = ExperimentsPart(
+            self.document,
+            self.landmarks,
+            self.by_hand.manual,
+            storage.data,
+            self.window,
+            self._pool,
+            self,
+        )
+        self.rating = RatingPart(self.window, lambda: theme.current(app, choice), self)
         self._join_panels()
         self._join_messages()
         self._following = False
@@ -99,7 +119,7 @@ class Editor(QObject):
         """True while anything is under way."""
         parts = (
             *(self.files, self.live, self.on_canvas, self.by_hand, self.recovery, self.desk),
-            self.projects,
+            *(self.projects, self.batch, self.experiments),
         )
         return any(part.busy for part in parts)
 
@@ -112,9 +132,12 @@ class Editor(QObject):
         self.by_hand.stop()
         self.recovery.stop()
         self.projects.stop()
+        self.batch.stop()
+        self.experiments.stop()
         self.desk.stop()
         self.window.really_close()
         self._pool.waitForDone()
+        self._garbage.stop()
         self.recovery.clear()
 
     def _join_actions(self) -> None:
@@ -158,7 +181,9 @@ class Editor(QObject):
         canvas.hovered.connect(lambda _, x, y: window.status.show_cursor(x, y))
         canvas.view_changed.connect(self._show_zoom)
         window.original_held.connect(canvas.show_original)
-        window.asked_to_close.connect(lambda: self.dialogs.guard(self.close))
+        window.asked_to_close.connect(
+            lambda: self.batch.guard(lambda: self.dialogs.guard(self.close))
+        )
         self.editing.aborted.connect(canvas.let_go)
         self.editing.restyled.connect(canvas.redraw)
 
@@ -189,6 +214,9 @@ class Editor(QObject):
         self.editing.named.connect(window.status.name_point)
         self.choices.said.connect(window.bar.say)
         self.landmarks.said.connect(window.bar.say)
+        self.experiments.said.connect(window.bar.say)
+        self.rating.said.connect(window.bar.say)
+        self.interchange.said.connect(window.bar.say)
         self.live.failed.connect(lambda problem: window.bar.say(Message(str(problem))))
 
     def _follows_system(self, wanted: bool) -> None:

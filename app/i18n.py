@@ -9,3 +9,10 @@ def tr(text: str, **values: object) -> str:
     """Return `text` in the user's language, with ``{name}`` fields filled in afterwards."""
     translated = QCoreApplication.translate("kogao", text)
     return translated.format(**values) if values else translated
+
+
+def sentence(problem: Exception | str) -> str:
+    """Return a message with its own capital and full stop."""
+    text = str(problem) or type(problem).__name__
+    end = "" if text.endswith((".", "!", "?")) else "."
+    return text[0].upper() + text[1:] + end

@@ -2,10 +2,96 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from pathlib import Path, PureWindowsPath
+
+from kogao_core import sidecar
 from kogao_core.photo import Photo
-from kogao_core.project import Original, Project
+from kogao_core.photo.model import Stamp
+from kogao_core.project import Original, Project, load, sha256_of
+from kogao_core.strict import BadFile
 
 from .document import State
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """What was done to a photo before it was opened.
+
+    Parameters
+    ----------
+    project : Project
+        All of it.
+    file : Path, optional
+        The project file that it was saved to; None for what was kept aside and never saved.
+    note : str
+        How the photo differs from the one that the file is about; empty for the very same.
+    """
+
+    project: Project
+    file: Path | None = None
+    note: str = ""
+
+
+def is_project(path: Path) -> bool:
+    """Tell by its name whether a file is a project."""
+    return path.name.lower().endswith(sidecar.SUFFIX)
+
+
+def beside(photo: Photo) -> Work | None:
+    """Return what the project beside a photo holds.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read, or is about a photo of another shape.
+    """
+    file = sidecar.sidecar_of(photo.path)
+    return matched(Work(load(file), file), photo) if file.is_file() else None
+
+
+def matched(work: Work, photo: Photo) -> Work:
+    """Return work with a note on how the photo differs from the one it is about.
+
+    Raises
+    ------
+    BadFile
+        If the photo has another shape.
+    """
+    return replace(work, note=sidecar.apply(work.project, _hash_of(photo), photo.pixels).note)
+
+
+def to_keep_beside(state: State, photo: Photo) -> Project:
+    """Return what a file beside a photo is to hold: it names the photo, and no folder."""
+    digest = _hash_of(photo)
+    named = sidecar.original(photo.path, digest, photo.pixels)
+    return replace(project_of(state, photo, digest), original=named)
+
+
+def _hash_of(photo: Photo) -> str:
+    """Return the SHA-256 of the file that a photo was read from; empty when it is another now."""
+    try:
+        digest = sha256_of(photo.path)
+        return digest if Stamp.of(photo.path.stat()) == photo.stamp else ""
+    except OSError:
+        return ""
+
+
+def opened_with(file: Path) -> tuple[Project, Path | None]:
+    """Read a project file and find its photo beside it, by name; a path inside is never followed.
+
+    Raises
+    ------
+    BadFile
+        If it isn't a project.
+    """
+    if not file.is_file():
+        raise BadFile(f"{file} is not an ordinary file")
+    project = load(file)
+    # The name may have been written by any system: both kinds of slashes end a folder.
+    names = (file.name[: -len(sidecar.SUFFIX)], PureWindowsPath(project.original.path).name)
+    photos = (file.with_name(name) for name in names if name)
+    return project, next((photo for photo in photos if photo.is_file()), None)
 
 
 def project_of(state: State, photo: Photo, sha256: str) -> Project:

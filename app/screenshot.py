@@ -70,6 +70,9 @@ class Screenshot(QObject):
         self._code, self._line = 0, ""
         self._show(SEE_THROUGH if look.show is None else look.show)
         editor.files.unreadable.connect(self._give_up)
+        editor.projects.projects.wants_photo.connect(
+            lambda file, _: self._give_up(f"the photo of {file} isn't beside it; put it there")
+        )
         editor.files.found.connect(self._arrive)
         editor.live.settled.connect(self._take)
         editor.on_canvas.bending.measured.connect(self._take)

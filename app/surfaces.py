@@ -29,7 +29,7 @@ class Frame:
     rendering : Rendering
         In px of its own: a level of the photo, or a part of one.
     levels : sequence of uint8 arrays
-        The picture and, for a whole photo, its halvings.
+        The picture and, for a whole photo, its halvings, in the screen's colours.
     to_photo : Affine
         From px of `rendering` to px of the photo.
     took_ms : float
@@ -66,34 +66,32 @@ class _Job:
 
 
 class _Buffer:
-    """A canvas over one picture and the halvings of its result."""
+    """A canvas over one picture, and the result with its halvings."""
 
-    def __init__(self, source: Rgb8, *, reduced: bool) -> None:
-        self._canvas = Canvas(source)
-        self._result = Pyramid(self._canvas.pixels) if reduced else None
+    def __init__(self, source: Pyramid) -> None:
+        self._canvas = Canvas(source.levels[0])
+        self._result = source.over(self._canvas.pixels)
 
     def render(self, job: _Job) -> tuple[Rendering, Sequence[Rgb8]]:
         canvas, protection = self._canvas, job.protection
         rendering = render(
             canvas.source, job.faces, job.recipe, protection=protection, canvas=canvas
         )
-        if self._result is None:
-            return rendering, [rendering.pixels]
         self._result.refresh(rendering.changed)
-        return rendering, self._result.levels
+        return rendering, self._result.shown
 
 
 class _Pair:
     """Two buffers over one picture: one on screen, one to write to."""
 
-    def __init__(self, source: Rgb8, *, reduced: bool) -> None:
-        self._source, self._reduced = source, reduced
+    def __init__(self, source: Pyramid) -> None:
+        self._source = source
         self._front: _Buffer | None = None
         self._back: _Buffer | None = None
 
     def render(self, job: _Job) -> tuple[Rendering, Sequence[Rgb8]]:
         if self._back is None:
-            self._back = _Buffer(self._source, reduced=self._reduced)
+            self._back = _Buffer(self._source)
         return self._back.render(job)
 
     def swap(self) -> None:
@@ -112,7 +110,7 @@ class FullSurface:
     """
 
     def __init__(self, photo: Pyramid) -> None:
-        self._pair = _Pair(photo.levels[0], reduced=True)
+        self._pair = _Pair(photo)
 
     def render(self, revision: int, state: State) -> Frame:
         """Return a frame in the buffer off screen."""
@@ -144,9 +142,7 @@ class PreviewSurface:
         """Return a frame of `view`, sampled bilinearly, in the buffer off screen."""
         start = time.perf_counter()
         if self._pair is None or self._view != view:
-            rows, columns = view.box.slices
-            part = self._photo.levels[view.level][rows, columns]
-            self._pair, self._view = _Pair(part, reduced=False), view
+            self._pair, self._view = _Pair(self._photo.part(view.level, view.box)), view
             self._protection = self._mapped = NOTHING
         back = to_photo(view.level, (view.box.left, view.box.top))
         rendering, levels = self._pair.render(self._quick(state, back.inverse))

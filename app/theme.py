@@ -157,6 +157,9 @@ def _sheet(theme: Theme) -> str:
     QFrame[bar="wrong"] {{ border-left: 4px solid {theme.warning}; }}
     QFrame[bar="hint"] {{ border-left: 4px solid {theme.accent}; }}
     QScrollArea, QListWidget {{ border: none; background: {theme.window}; }}
+    QListWidget[framed="true"] {{
+        background: {theme.raised}; border: 1px solid {theme.line}; border-radius: 4px;
+    }}
     QListWidget::item {{
         padding: 4px; border-radius: 4px; border-left: 4px solid transparent;
     }}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -10,23 +9,20 @@ from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
-from kogao_core.geometry import Image
 from kogao_core.landmarks import template_face
-from kogao_core.landmarks.pixels import rgb8
-from kogao_core.photo import FORMATS, Photo, read, write
-from kogao_core.pipeline import render
-from kogao_core.project import Project
+from kogao_core.photo import FORMATS, CannotDisclose, Photo
+from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
 from kogao_core.strict import BadFile
 
-from ..document import Document, State
-from ..i18n import tr
-from ..projects import state_of
+from .. import photos, points
+from ..document import Document
+from ..i18n import sentence, tr
+from ..projects import Work, state_of
 from ..pyramid import Pyramid
 from ..views.bar import Message, Step
 from ..workers import Lane
 from .editing import Editing
 
-SAMPLE = "samples/average.jpg"
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
 
 
@@ -41,7 +37,7 @@ class Files(QObject):
         What is under way, or what can be done next.
     quiet
         Earlier messages no longer hold.
-    wants_open, wants_save
+    wants_open, wants_save, wants_options
         A dialog is needed.
     found(int)
         The search for faces is over, with so many.
@@ -49,8 +45,8 @@ class Files(QObject):
         The photo that was asked for can't be opened, and why.
     saved(Path)
         A copy has been written.
-    restored(Project)
-        What this project holds has been taken over.
+    restored(Work)
+        What this holds has been taken over.
     """
 
     said = Signal(object)
@@ -58,6 +54,7 @@ class Files(QObject):
     quiet = Signal()
     wants_open = Signal()
     wants_save = Signal()
+    wants_options = Signal()
     found = Signal(int)
     unreadable = Signal(str)
     saved = Signal(object)
@@ -75,6 +72,7 @@ class Files(QObject):
         self._document, self._editing, self._source = document, editing, source
         # What table 2 calls the setting time of the automatic method.
         self.finding_s: float | None = None
+        self._told = NOTHING_TOLD
         self._reading, self._finding, self._writing = (Lane(pool, self) for _ in range(3))
         self._reading.done.connect(self._opened)
         self._reading.failed.connect(self._not_opened)
@@ -95,18 +93,28 @@ class Files(QObject):
 
     # -- opening ---------------------------------------------------------------------------------
 
-    def open(self, path: Path, project: Project | None = None) -> None:
-        """Read a photo and look for faces in it, or go on with what a project holds."""
+    def open(self, path: Path, work: Work | None = None, *, afresh: bool = False) -> None:
+        """Read a photo and go on with what was done to it, or look for faces in it.
+
+        Parameters
+        ----------
+        path : Path
+            The photo.
+        work : Work, optional
+            What to go on with; what the project beside the photo holds when absent.
+        afresh : bool
+            Leave that project alone.
+        """
         self.quiet.emit()
         self._finding.drop()
         self._reading.drop()
         self.working.emit(tr("Opening {name}…", name=path.name))
-        self._reading.submit(lambda: (*_read(path), project))
+        self._reading.submit(lambda: photos.opened(path, work, afresh))
 
     def open_sample(self) -> bool:
         """Open the portrait that travels with the program; return whether it is there."""
         try:
-            path = assets.path(SAMPLE)
+            path = assets.path(photos.SAMPLE)
         except assets.AssetMissing as problem:
             self._not_opened(problem)
             return False
@@ -123,30 +131,32 @@ class Files(QObject):
             )
             self.said.emit(Message("\n".join(lines), (self._open_step(),), wrong=False))
 
-    def _opened(self, opened: tuple[Photo, Pyramid, Project | None]) -> None:
-        photo, pyramid, project = opened
+    def _opened(self, opened: tuple[Photo, Pyramid, Work | BadFile | None]) -> None:
+        photo, pyramid, work = opened
         self.finding_s = None
         self._document.open(photo, pyramid)
-        if project is None:
-            self.find()
-        else:
-            self._go_on_with(project, photo)
-
-    def _go_on_with(self, project: Project, photo: Photo) -> None:
-        try:
-            state = state_of(project.at_size(photo.width, photo.height))
-        except BadFile as problem:
-            self.said.emit(Message(_sentence(problem)))
-            self.find()
+        if isinstance(work, Work):
+            self._go_on_with(work, photo)
             return
-        self._editing.step(state, tr("Restore"))
-        self.working.emit(tr("The unsaved changes are back"))
-        self.restored.emit(project)
+        if work is not None:
+            text = tr("The photo starts afresh, its project can't be used: {problem}", problem=work)
+            self.said.emit(Message(sentence(text)))
+        self.find()
+
+    def _go_on_with(self, work: Work, photo: Photo) -> None:
+        state = state_of(work.project.at_size(photo.width, photo.height))
+        if work.file is None:
+            self._editing.step(state, tr("Restore"))
+            self.working.emit(tr("The unsaved changes are back"))
+        else:
+            self._document.begin_with(state)
+            self.working.emit(tr("Drag a point to correct it") if state.faces else "")
+        self.restored.emit(work)
         self.found.emit(len(state.faces))
 
     def _not_opened(self, problem: Exception) -> None:
         self.working.emit("")
-        self.said.emit(Message(_sentence(problem), (self._open_step(),)))
+        self.said.emit(Message(sentence(problem), (self._open_step(),)))
         self.unreadable.emit(str(problem))
 
     # -- faces -----------------------------------------------------------------------------------
@@ -162,7 +172,7 @@ class Files(QObject):
         if photo is not None:
             self._finding.drop()
             self.working.emit(tr("Looking for faces…"))
-            self._finding.submit(lambda: _found(self._source, photo))
+            self._finding.submit(lambda: photos.found(self._source, photo))
 
     def _take_faces(self, found: tuple[list[Face], float]) -> None:
         faces, self.finding_s = found
@@ -172,11 +182,11 @@ class Files(QObject):
             self._editing.replace_faces(faces)
         else:
             self._document.start_with(faces)
-        self.working.emit(tr("Drag a point to correct it") if faces else "")
+        self.working.emit(points.hint(self._document.state))
         self.found.emit(len(faces))
 
     def _not_found(self, problem: Exception) -> None:
-        self._offer_placing(_sentence(problem))
+        self._offer_placing(sentence(problem))
         self.working.emit("")
         self.found.emit(0)
 
@@ -208,6 +218,10 @@ class Files(QObject):
         suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
         return path.with_name(f"{path.stem}_kogao{suffix}")
 
+    def tell(self, told: Disclosure) -> None:
+        """Let saved copies tell this of themselves."""
+        self._told = told
+
     def save(self, path: Path) -> None:
         """Render the photo at its own depth and write it; the original is refused."""
         photo, original = self._document.photo, self._document.path
@@ -217,51 +231,33 @@ class Files(QObject):
             self._refuse(tr("That is the original; it is never written over."))
             return
         self._editing.commit()
-        state, step = self._document.state, self._document.undo.index()
+        state, step, told = self._document.state, self._document.undo.index(), self._told
 
-        def job() -> tuple[Path, int]:
-            # The dialog has asked before replacing a file.
-            write(photo, _rendered(photo, state), path, force=True)
-            return path, step
+        def job() -> tuple[Path, int, str]:
+            return path, step, photos.saved(photo, state, told, path)
 
         self.working.emit(tr("Saving {name}…", name=path.name))
         self._writing.submit(job)
 
-    def _written(self, written: tuple[Path, int]) -> None:
-        path, step = written
+    def _written(self, written: tuple[Path, int, str]) -> None:
+        path, step, said = written
         if self._document.undo.index() == step:
             self._document.undo.setClean()
-        self.working.emit(tr("Saved {name}", name=path.name))
+        text = tr("Saved {name}", name=path.name)
+        self.working.emit(text)
+        self.said.emit(Message(f"{sentence(text)} {said}".strip(), wrong=False))
         self.saved.emit(path)
 
     def _not_written(self, problem: Exception) -> None:
         self.working.emit("")
-        self._refuse(_sentence(problem))
+        if isinstance(problem, CannotDisclose):
+            options = Step(tr("Save options…"), self.wants_options.emit)
+            self.said.emit(Message(sentence(problem), (options,)))
+        else:
+            self._refuse(sentence(problem))
 
     def _refuse(self, text: str) -> None:
         self.said.emit(Message(text, (Step(tr("Choose another name…"), self.wants_save.emit),)))
 
     def _open_step(self) -> Step:
         return Step(tr("Open a photo…"), self.wants_open.emit)
-
-
-def _read(path: Path) -> tuple[Photo, Pyramid]:
-    photo = read(path)
-    return photo, Pyramid(rgb8(photo.pixels))
-
-
-def _found(source: LandmarkSource, photo: Photo) -> tuple[list[Face], float]:
-    start = time.perf_counter()
-    return source.find(photo.pixels), time.perf_counter() - start
-
-
-def _rendered(photo: Photo, state: State) -> Image:
-    recipe, protection = state.recipe, state.protection
-    return render(photo.pixels, state.active, recipe, protection=protection).pixels
-
-
-def _sentence(problem: Exception) -> str:
-    """Return a message with its own capital and full stop."""
-    text = str(problem) or type(problem).__name__
-    end = "" if text.endswith((".", "!", "?")) else "."
-    return text[0].upper() + text[1:] + end

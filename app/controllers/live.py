@@ -115,8 +115,8 @@ class Live(QObject):
     def _show_preview(self, frame: Frame) -> None:
         if self._preview is not None:
             self._preview.shown()
-        self._canvas.photo.show_preview(frame)
-        self._show(frame)
+        if self._canvas.photo.show_preview(frame):
+            self._show(frame)
 
     def _show_full(self, frame: Frame) -> None:
         if self._full is not None:

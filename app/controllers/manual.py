@@ -24,10 +24,13 @@ class Manual(QObject):
         Another mode or tool is in hand, or the clock was stopped or set going.
     hinted(str)
         What to do next.
+    applied
+        Everything is set, and the clock has stopped.
     """
 
     changed = Signal()
     hinted = Signal(str)
+    applied = Signal()
 
     def __init__(
         self, document: Document, scene: Scene, editing: Editing, parent: QObject | None = None
@@ -68,9 +71,12 @@ class Manual(QObject):
     def apply(self) -> None:
         """Stop the clock: everything is set."""
         self._editing.commit()
+        if self.clock.applied:
+            return
         self._applied = self._document.state
         self.clock.apply(True)
         self.changed.emit()
+        self.applied.emit()
 
     # -- a press marks a landmark, the drag its target --------------------------------------------
 

@@ -16,7 +16,7 @@ from kogao_core.project import Mode, Sheet
 
 from ..clock import SettingClock
 from ..document import Document, State
-from ..pyramid import Rgb8
+from ..pyramid import Pyramid, Rgb8
 from ..workers import Lane
 from .files import Files
 
@@ -82,17 +82,16 @@ class Modes(QObject):
         if pyramid is None:
             return
         times = self._clock.elapsed_s or None, self._files.finding_s
-        pixels = pyramid.levels[0]
-        self._lane.submit(lambda: compared(pixels, state, times))
+        self._lane.submit(lambda: compared(pyramid, state, times))
 
 
-def compared(pixels: Rgb8, state: State, times: tuple[float | None, float | None]) -> Comparison:
+def compared(photo: Pyramid, state: State, times: tuple[float | None, float | None]) -> Comparison:
     """Render both modes of `state`; `times` are the setting times, manual first, s."""
     manual, automatic = state.sheet("manual"), state.sheet("automatic")
-    box = _round_faces(manual, automatic, Box.of(pixels))
+    box = _round_faces(manual, automatic, Box.of(photo.levels[0]))
     sides = (
-        _side("manual", manual, state, pixels, box, times[0]),
-        _side("automatic", automatic, state, pixels, box, times[1]),
+        _side("manual", manual, state, photo, box, times[0]),
+        _side("automatic", automatic, state, photo, box, times[1]),
     )
     faces = []
     for index, face in enumerate(manual.faces):
@@ -105,11 +104,11 @@ def compared(pixels: Rgb8, state: State, times: tuple[float | None, float | None
 
 
 def _side(
-    mode: Mode, sheet: Sheet, state: State, pixels: Rgb8, box: Box, setting_s: float | None
+    mode: Mode, sheet: Sheet, state: State, photo: Pyramid, box: Box, setting_s: float | None
 ) -> Side:
-    rendering = render(pixels, sheet.active, sheet.recipe, protection=state.protection)
+    rendering = render(photo.levels[0], sheet.active, sheet.recipe, protection=state.protection)
     rows, columns = box.slices
-    seen = _reduced(rendering.pixels[rows, columns])
+    seen = Pyramid(_reduced(rendering.pixels[rows, columns]), photo.show).shown[0]
     computing_s = sum(rendering.timings_ms.values()) / 1e3
     return Side(mode, len(sheet.active), seen, setting_s, computing_s)
 

@@ -17,7 +17,7 @@ from kogao_core.strict import BadFile
 
 from ..document import Document, State
 from ..i18n import tr
-from ..projects import project_of
+from ..projects import Work, project_of
 from ..views.bar import Message, Step
 from ..workers import Lane
 from .files import Files
@@ -172,13 +172,14 @@ class Recovery(QObject):
         self.said.emit(Message(text, steps, wrong=False))
 
     def _restore(self, orphan: Orphan) -> None:
-        self._files.open(Path(orphan.project.original.path), orphan.project)
+        self._files.open(Path(orphan.project.original.path), Work(orphan.project))
 
     def _discard(self, orphan: Orphan) -> None:
         orphan.delete()
         self._offer(self._orphans[1:])
 
-    def _take_over(self, project: Project) -> None:
+    def _take_over(self, work: Work) -> None:
+        project = work.project
         for orphan in self._orphans:
             if orphan.project is project:
                 self._taken_over = orphan

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, QObject, QSize, Qt, QThreadPool, QTimer, Signal
-from PySide6.QtGui import QImage, QImageReader
+from PySide6.QtGui import QColorSpace, QImage, QImageReader
 
-from kogao_core.photo import FORMATS
+from kogao_core.photo import READABLE
 
 from ..panels.strip import THUMBNAIL_PX, FilmStrip
 from ..workers import Lane
@@ -95,7 +95,7 @@ def photos_in(places: Sequence[Path]) -> list[Path]:
             inside = sorted(place.iterdir()) if place.is_dir() else [place]
         except OSError:  # a folder that can't be read has nothing to show
             continue
-        found += [path for path in inside if path.suffix.lower() in FORMATS and path.is_file()]
+        found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
     return list(dict.fromkeys(found))[:_MOST]
 
 
@@ -107,4 +107,7 @@ def thumbnail(path: Path) -> QImage:
     if size.isValid():
         room = QSize(2 * THUMBNAIL_PX, 2 * THUMBNAIL_PX)
         reader.setScaledSize(size.scaled(room, Qt.AspectRatioMode.KeepAspectRatio))
-    return reader.read()
+    picture = reader.read()
+    if picture.colorSpace().isValid():
+        picture.convertToColorSpace(QColorSpace(QColorSpace.NamedColorSpace.SRgb))
+    return picture

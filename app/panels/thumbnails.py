@@ -17,7 +17,7 @@ def face_icon(photo: Pyramid, face: Face, size_px: int, ratio: float) -> QIcon:
     left, top, width, height = face.box
     side = max(width, height)
     level = photo.level_for(size_px / max(side, 1.0))
-    pixels = photo.levels[level]
+    pixels = photo.shown[level]
     corner = np.array([left + (width - side) / 2, top + (height - side) / 2]) / 2**level
     x, y = np.round(corner).astype(int).tolist()
     length = max(1, round(side / 2**level))

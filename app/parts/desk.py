@@ -7,14 +7,12 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, QThreadPool
 
-from kogao_core import assets
-
 from .. import actions, recent
 from ..controllers.dialogs import Dialogs
-from ..controllers.files import SAMPLE
 from ..controllers.strip import Strip
 from ..document import Document
 from ..i18n import tr
+from ..photos import is_sample
 from ..views import shortcuts
 from ..views.palette import Palette
 from ..views.window import Window
@@ -110,7 +108,7 @@ class Desk(QObject):
 
     def _follow(self) -> None:
         path = self._document.path
-        if path is not None and not _is_sample(path):
+        if path is not None and not is_sample(path):
             recent.add(self._settings, path)
             self._window.empty.show_recent(recent.paths(self._settings))
         self._window.strip.mark(path)
@@ -136,10 +134,3 @@ class Desk(QObject):
     def _show_keys(self) -> None:
         named = self._window.actions_by_name
         shortcuts.ShortcutsDialog(named, self._settings, self._window).open()
-
-
-def _is_sample(path: Path) -> bool:
-    try:
-        return path == assets.path(SAMPLE)
-    except assets.AssetMissing:
-        return False

@@ -9,7 +9,7 @@ from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QFileDialog
 
 from kogao_core.face import LandmarkSource
-from kogao_core.landmarks import ModelRefused, source
+from kogao_core.landmarks import CHOICES, ModelRefused, source
 
 from .. import actions
 from ..controllers.files import Files
@@ -34,6 +34,8 @@ class LandmarksPart(QObject):
     ) -> None:
         super().__init__(parent)
         self._files, self._window = files, window
+        # As `source` takes it; None for what it gives by itself.
+        self.wanted = first.name if first.name in {choice.name for choice in CHOICES} else None
         named = window.actions_by_name
         self._group = QActionGroup(self)
         for name in ("mesh", "aam", "file"):
@@ -57,6 +59,7 @@ class LandmarksPart(QObject):
             self._now.setChecked(True)
             self.said.emit(Message(str(refusal)))
             return
+        self.wanted = wanted
         self._now = self._group.checkedAction()
         self._files.use(chosen)
 

@@ -39,10 +39,12 @@ class PhotoItem(pg.GraphicsObject):
         self.pictures.take_full(frame)
         self.update()
 
-    def show_preview(self, frame: Frame) -> None:
-        """Show a gesture's preview, unless a newer whole result is here."""
-        if self.pictures.take_preview(frame):
+    def show_preview(self, frame: Frame) -> bool:
+        """Show a gesture's preview; return False when a newer whole result is here."""
+        taken = self.pictures.take_preview(frame)
+        if taken:
             self.update()
+        return taken
 
     def boundingRect(self) -> QRectF:
         """Return the photo's rectangle."""

@@ -49,12 +49,12 @@ class Pictures:
     @property
     def area(self) -> QRectF:
         """The photo's rectangle; pixel centres lie at whole numbers."""
-        return QRectF() if self.photo is None else _rect(self.photo.levels[0], 1.0)
+        return QRectF() if self.photo is None else _rect(self.photo.shown[0], 1.0)
 
     def draw_original(self, painter: QPainter) -> None:
         """Paint the photo as it was, from the level that fits the zoom."""
         if self.photo is not None:
-            self._draw_level(painter, self.photo.levels)
+            self._draw_level(painter, self.photo.shown)
 
     def draw_result(self, painter: QPainter) -> None:
         """Paint the newest result."""
@@ -63,9 +63,7 @@ class Pictures:
         preview, photo = self._preview, self.area
         seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
         if preview is None or not _area(preview).contains(seen):
-            self._draw_level(
-                painter, self.photo.levels if self._full is None else self._full.levels
-            )
+            self._draw_level(painter, self.photo.shown if self._full is None else self._full.levels)
         if preview is not None:
             _smooth(painter)
             painter.drawImage(_area(preview), _image(preview.levels[0]))
@@ -77,13 +75,13 @@ class Pictures:
         painter.fillRect(self.area, QColor(0, 0, 0))
         if self._full is not None:
             level = self.photo.level_for(_zoom(painter))
-            before, after = self.photo.levels[level], self._full.levels[level]
+            before, after = self.photo.shown[level], self._full.levels[level]
             box = _visible(painter, before, 2.0**level)
             _draw_difference(painter, before, after, box, box, 2.0**level)
         preview = self._preview
         if preview is not None:
             level = round(np.log2(preview.scale))
-            before, after = self.photo.levels[level], preview.levels[0]
+            before, after = self.photo.shown[level], preview.levels[0]
             left, top = (preview.to_photo([-0.5, -0.5]) + 0.5) / preview.scale
             inside = Box.of(after)
             x, y = round(float(left)), round(float(top))

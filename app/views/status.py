@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QLabel, QStatusBar
 
 from kogao_core.photo import Photo
 
+from ..colour import way_of
 from ..i18n import tr
 
 
@@ -45,9 +46,13 @@ class StatusLine(QStatusBar):
         self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
 
     def show_photo(self, photo: Photo) -> None:
-        """Show size, depth and what reading it changed."""
+        """Show size, depth, colour space and what reading it changed."""
         size = f"{photo.width} × {photo.height}"  # noqa: RUF001
         parts = [size, tr("{n}-bit", n=photo.bits)]
+        way = way_of(photo)
+        if photo.icc_profile is not None:
+            unusable = tr("colour profile can't be used")
+            parts.append((way.name or tr("colour profile")) if way.usable else unusable)
         if photo.notes:
             parts.append(tr("notes: {n}", n=len(photo.notes)))
         self._photo.setText(" · ".join(parts))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -138,6 +139,8 @@ def start(
     for editor in editors:
         editor.close()
         editor.window.deleteLater()
+    # Here, not on a worker of the next test.
+    gc.collect()
 
 
 @pytest.fixture

@@ -316,7 +316,7 @@ def test_the_comparison_shows_differences_and_both_times(manual):
 def test_differences_are_the_distances_between_the_points(manual):
     mark_face(manual, points=range(21))
     state = manual.state
-    comparison = compared(manual.editor.document.pyramid.levels[0], state, (12.0, None))
+    comparison = compared(manual.editor.document.pyramid, state, (12.0, None))
     ((mine, theirs, apart),) = comparison.faces
     hand, found = state.sheet("manual").faces[mine], state.sheet("automatic").faces[theirs]
     expected = np.linalg.norm(hand.outline - found.outline, axis=1)

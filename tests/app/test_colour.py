@@ -1,0 +1,195 @@
+"""Photos are shown in the screen's colours; their own colours stay as they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from colours import (
+    SPACES,
+    delta_e_2000,
+    expected_srgb,
+    lab_of_srgb,
+    profile,
+)
+from kogao_app.colour import way_of
+from kogao_app.controllers.strip import thumbnail
+from kogao_app.document import State
+from kogao_app.overlays.pixels import FROM_ZOOM
+from kogao_app.pyramid import Pyramid
+from kogao_app.surfaces import PreviewSurface, View
+from PIL import ImageCms
+from PySide6.QtCore import QPointF
+from scenes import oval_face, textured_photo
+from test_overlays import at, hide_marks, pixels_of
+
+from kogao_core.geometry import Box
+from kogao_core.landmarks.pixels import rgb8
+from kogao_core.photo import Photo, read, write
+from kogao_core.pipeline import render
+
+CHART_PX = 6  # side of a patch
+
+
+def chart(dtype, channels: int = 3) -> np.ndarray:
+    """Return patches of 9 x 9 x 9 colours, or 256 steps of grey."""
+    most = np.iinfo(dtype).max
+    if channels == 1:
+        flat = np.linspace(0, most, 256).round().astype(dtype).reshape(16, 16)
+    else:
+        steps = np.linspace(0, most, 9).round().astype(dtype)
+        flat = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(27, 27, 3)
+    return np.repeat(np.repeat(flat, CHART_PX, axis=0), CHART_PX, axis=1)
+
+
+def with_profile(pixels: np.ndarray, icc: bytes | None) -> Photo:
+    return Photo(pixels, Path("chart.png"), "PNG", icc_profile=icc)
+
+
+def on_screen(photo: Photo) -> np.ndarray:
+    return Pyramid(rgb8(photo.pixels), way_of(photo).show).shown[0]
+
+
+def apart(shown: np.ndarray, pixels: np.ndarray, name: str) -> np.ndarray:
+    """Return the colour difference between what is shown and what an exact conversion gives."""
+    wanted = expected_srgb(pixels / np.iinfo(pixels.dtype).max, name)
+    return delta_e_2000(lab_of_srgb(shown / 255.0), lab_of_srgb(wanted))
+
+
+# Sharma, Wu, Dalal: The CIEDE2000 color-difference formula, 2005, table 1.
+PUBLISHED = [
+    ((50, 2.6772, -79.7751), (50, 0, -82.7485), 2.0425),
+    ((50, -1.3802, -84.2814), (50, 0, -82.7485), 1.0000),
+    ((50, 0, 0), (50, -1, 2), 2.3669),
+    ((50, 2.4900, -0.0010), (50, -2.4900, 0.0009), 7.1792),
+    ((50, 2.4900, -0.0010), (50, -2.4900, 0.0011), 7.2195),
+    ((50, 2.5, 0), (73, 25, -18), 27.1492),
+    ((50, 2.5, 0), (58, 24, 15), 19.4535),
+    ((60.2574, -34.0099, 36.2677), (60.4626, -34.1751, 39.4387), 1.2644),
+    ((22.7233, 20.0904, -46.6940), (23.0331, 14.9730, -42.5619), 2.0373),
+    ((90.8027, -2.0831, 1.4410), (91.1528, -1.6435, 0.0447), 1.4441),
+    ((2.0776, 0.0795, -1.1350), (0.9033, -0.0636, -0.5514), 0.9082),
+]
+
+
+def test_the_measure_of_difference_is_the_published_one():
+    first, second, wanted = (np.array(column, float) for column in zip(*PUBLISHED, strict=True))
+    np.testing.assert_allclose(delta_e_2000(first, second), wanted, atol=1e-4)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("name", list(SPACES))
+def test_wide_gamut_charts_are_shown_as_an_exact_conversion_would(name, dtype):
+    pixels = chart(dtype)
+    photo = with_profile(pixels, profile(name))
+    assert way_of(photo).name == name
+    difference = apart(on_screen(photo), pixels, name)
+    assert difference.max() < 1.0
+    # Without the conversion they would be plainly wrong.
+    assert apart(on_screen(with_profile(pixels, None)), pixels, name).max() > 4.0
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_grey_goes_by_its_own_profile(dtype):
+    pixels = chart(dtype, 1)
+    shown = on_screen(with_profile(pixels, profile("grey")))
+    assert shown.shape == (*pixels.shape, 3)
+    assert apart(shown, pixels, "grey").max() < 1.0
+    alpha = np.full_like(pixels, np.iinfo(dtype).max)
+    with_alpha = with_profile(np.dstack([pixels, alpha]), profile("grey"))
+    np.testing.assert_array_equal(on_screen(with_alpha), shown)
+
+
+def test_transparency_is_no_colour():
+    pixels = chart(np.uint8)
+    photo = with_profile(pixels, profile("Display P3"))
+    seen_through = with_profile(np.dstack([pixels, pixels[..., 0]]), photo.icc_profile)
+    np.testing.assert_array_equal(on_screen(seen_through), on_screen(photo))
+
+
+def test_srgb_stays_byte_for_byte_and_costs_nothing():
+    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    pixels = chart(np.uint8)
+    assert on_screen(with_profile(pixels, srgb)) is pixels
+
+
+@pytest.mark.parametrize("icc", [b"", b"nonsense", profile("Display P3")[:200], profile("grey")])
+def test_a_profile_that_cannot_be_used_leaves_the_colours_alone(icc):
+    pixels = chart(np.uint8)
+    photo = with_profile(pixels, icc)
+    assert not way_of(photo).usable
+    assert on_screen(photo) is pixels
+
+
+@pytest.fixture
+def wide(tmp_path):
+    """A photo in a wide space, and its file."""
+    pixels = textured_photo()
+    path = tmp_path / "wide.png"
+    write(with_profile(pixels, profile("Adobe RGB")), pixels, path)
+    return path, pixels
+
+
+def test_before_and_after_are_shown_alike_and_saved_as_they_were(empty, wide, tmp_path):
+    path, pixels = wide
+    empty.open(path)
+    hide_marks(empty)
+    photo = empty.editor.document.pyramid
+    before, after = photo.shown[0], empty.editor.scene.frame.levels[0]
+    assert apart(before, pixels, "Adobe RGB").max() < 1.0
+    state = empty.state
+    result = render(pixels, state.active, state.recipe).pixels
+    assert apart(after, result, "Adobe RGB").max() < 1.0
+    # Where nothing moves the two are the same on every level, so the difference is black there.
+    changed = (result != pixels).any(axis=-1)
+    assert changed.any()
+    np.testing.assert_array_equal(before[~changed], after[~changed])
+    # What is painted is that very picture, before and after.
+    spot = QPointF(empty.canvas.to_screen(np.array([240.0, 280.0])))
+    empty.canvas.zoom_to(FROM_ZOOM - 1, spot)
+    empty.settle()
+    x, y = np.round(empty.canvas.to_photo(spot)).astype(int).tolist()
+    seen = at(empty, x, y)
+    np.testing.assert_array_equal(pixels_of(empty)[seen], after[y, x])
+    empty.window.original_held.emit(True)
+    np.testing.assert_array_equal(pixels_of(empty)[seen], before[y, x])
+    empty.window.original_held.emit(False)
+    # Saving knows nothing of the screen.
+    empty.editor.files.save(tmp_path / "copy.png")
+    empty.settle()
+    copy = read(tmp_path / "copy.png")
+    np.testing.assert_array_equal(copy.pixels, result)
+    assert copy.icc_profile == profile("Adobe RGB")
+
+
+def test_a_gestures_preview_is_shown_alike():
+    pixels = textured_photo(1500, 1100)
+    wide = with_profile(pixels, profile("wide"))
+    photo = Pyramid(pixels, way_of(wide).show)
+    view = View(1, Box(100, 50, 700, 500))
+    frame = PreviewSurface(photo).render(1, State(faces=(oval_face(1500, 1100),)), view)
+    stays = (frame.rendering.pixels == photo.levels[1][view.box.slices]).all(axis=-1)
+    assert 0.1 < stays.mean() < 0.9
+    np.testing.assert_array_equal(frame.levels[0][stays], photo.shown[1][view.box.slices][stays])
+    assert apart(frame.levels[0], frame.rendering.pixels, "wide").max() < 1.0
+
+
+def test_the_status_line_names_the_space(empty, wide, tmp_path):
+    empty.open(wide[0])
+    assert "Adobe RGB" in empty.window.status._photo.text()
+    pixels = textured_photo()
+    broken = tmp_path / "broken.png"
+    write(with_profile(pixels, b"nonsense"), pixels, broken)
+    empty.open(broken)
+    assert "can't be used" in empty.window.status._photo.text()
+    np.testing.assert_array_equal(empty.editor.document.pyramid.levels[0], pixels)
+
+
+def test_thumbnails_are_shown_alike(tmp_path):
+    pixels = np.full((40, 40, 3), (0, 200, 40), np.uint8)
+    path = tmp_path / "green.png"
+    write(with_profile(pixels, profile("Adobe RGB")), pixels, path)
+    picture = thumbnail(path).pixelColor(20, 20)
+    shown = np.array([[picture.red(), picture.green(), picture.blue()]])
+    assert apart(shown, pixels[:1, 0], "Adobe RGB").max() < 1.5

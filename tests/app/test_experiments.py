@@ -1,0 +1,95 @@
+"""The Experiments menu: keys to windows with tables, pictures and a report."""
+
+from __future__ import annotations
+
+import pytest
+from kogao_app.parts.experiments import SESSIONS
+from kogao_app.views.experiment import ExperimentDialog
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
+from test_files import save_as
+from test_manual import manual, mark_face  # noqa: F401
+
+from kogao_core.experiments import sessions
+from kogao_core.experiments.methods import METHODS
+
+
+@pytest.fixture(autouse=True)
+def _known_faces(source, monkeypatch):
+    """Find the made-up face automatically, too."""
+    monkeypatch.setattr("kogao_app.parts.experiments.source", lambda _: source)
+
+
+KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
+
+
+def window_of(driver) -> ExperimentDialog:
+    return next(d for d in driver.window.findChildren(ExperimentDialog) if d.isVisible())
+
+
+def text(table, row, column):
+    return table.item(row, column).text()
+
+
+def test_a_photo_is_needed(empty):
+    empty.key(KEYS.Key_1, CONTROL)
+    assert "needs a photo" in empty.say()
+
+
+def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
+    opened.key(KEYS.Key_1, CONTROL)
+    shown = window_of(opened)
+    assert not shown.to_file.isEnabled()
+    opened.settle()
+    times = shown.tables[0]
+    assert text(times, 0, 0) == "Conventional method"
+    assert len(shown.tables[0].findItems("Dual method", Qt.MatchFlag.MatchStartsWith)) == 1
+    QTest.mouseClick(shown.to_file, Qt.MouseButton.LeftButton)
+    save_as(opened, tmp_path / "times.html")
+    page = (tmp_path / "times.html").read_text(encoding="utf-8")
+    assert "Table 2" in page
+    assert "portrait.png" in page
+
+
+def test_closing_the_window_stops_the_experiment(opened):
+    opened.key(KEYS.Key_3, CONTROL)
+    shown = window_of(opened)
+    QTest.keyClick(shown, KEYS.Key_Escape)
+    opened.settle()
+    assert not [d for d in opened.window.findChildren(ExperimentDialog) if d.isVisible()]
+    opened.window.actions_by_name["experiment-domains"].trigger()
+    opened.settle()
+    assert text(window_of(opened).tables[0], 0, 0) == "portrait.png", "another can begin"
+
+
+def test_methods_hang_side_by_side(opened):
+    opened.key(KEYS.Key_4, CONTROL)
+    shown = window_of(opened)
+    opened.settle()
+    hung = [method.title for method in METHODS if method.title not in shown.state.text()]
+    labels = (label for label in shown.findChildren(QLabel) if not label.pixmap().isNull())
+    pictures = {label.accessibleName() for label in labels}
+    assert {f"Result: {name}" for name in hung} < pictures
+    shown.kinds.setCurrentIndex(1)
+    assert shown.kinds.currentText().startswith("Difference")
+
+
+def test_a_failure_is_told_in_its_window(opened, storage):
+    storage.data.mkdir(parents=True, exist_ok=True)
+    (storage.data / SESSIONS).write_text('{"version": 9}\n')
+    opened.key(KEYS.Key_1, CONTROL)
+    shown = window_of(opened)
+    opened.settle()
+    assert "line 1" in shown.state.text()
+    assert not shown.to_file.isEnabled()
+
+
+def test_applied_work_is_a_session_once(manual, storage):  # noqa: F811
+    mark_face(manual)
+    manual.key(KEYS.Key_Return, CONTROL)
+    manual.key(KEYS.Key_Return, CONTROL)
+    (session,) = sessions.read(storage.data / SESSIONS)
+    assert session.photo == "portrait.png"
+    assert (session.faces, session.landmarks) == (1, 11)
+    assert session.setting_s == pytest.approx(manual.editor.by_hand.manual.clock.elapsed_s)

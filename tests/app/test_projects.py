@@ -1,0 +1,235 @@
+"""Projects: saved beside the photo, taken up with it, opened by themselves."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import cv2
+import numpy as np
+import pytest
+from kogao_app.__main__ import main
+from kogao_app.points import Handle
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+from scenes import textured_photo
+from test_desk import change_something, dialog, drop
+
+from kogao_core.project import load, sha256_of
+from kogao_core.sidecar import sidecar_of
+
+KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+
+
+def save_project(driver):
+    driver.key(KEYS.Key_P, CONTROL, ALT)
+    driver.settle()
+
+
+def button(box, words):
+    return next(one for one in box.buttons() if words in one.text().replace("&", ""))
+
+
+@pytest.fixture
+def worked(start, photo):
+    """A photo with its project beside it: a slider moved, a point dragged, a line protected."""
+    driver = start()
+    driver.open(photo)
+    change_something(driver)
+    driver.drag(driver.on_screen(Handle("outline", 0, 10)), QPoint(6, 9))
+    state = driver.state
+    driver.editor.editing.step(
+        state.__class__(
+            state.faces,
+            recipe=state.recipe,
+            protection=state.protection.with_stroke([(40.0, 20.0), (40.0, 300.0)], 6.0),
+        ),
+        "Protect",
+    )
+    driver.settle()
+    save_project(driver)
+    return driver
+
+
+def test_a_project_comes_back_with_its_photo(worked, start, photo):
+    file = sidecar_of(photo)
+    assert not worked.window.isWindowModified()
+    project = load(file)
+    assert project.original.path == photo.name, "no folder of this machine leaves it"
+    assert project.original.sha256 == sha256_of(photo)
+    other = start()
+    other.open(photo)
+    assert "back" in other.say()
+    assert not other.window.isWindowModified()
+    assert not other.editor.document.undo.canUndo()
+    np.testing.assert_array_equal(other.shown, worked.shown)
+    change_something(other)
+    assert other.window.isWindowModified()
+    save_project(other)
+    assert load(file).automatic.recipe.percent == other.state.recipe.percent
+    assert not other.window.isWindowModified()
+
+
+@pytest.mark.usefixtures("worked")
+def test_one_can_start_afresh_and_the_project_stays(start, photo):
+    file = sidecar_of(photo)
+    before = file.read_bytes()
+    other = start()
+    other.open(photo)
+    other.take_step("Start afresh")
+    other.settle()
+    assert other.state.recipe.percent == 4.0
+    assert other.state.protection.strokes == ()
+    save_project(other)
+    assert "another project" in other.say()
+    assert file.read_bytes() == before
+    other.take_step("Replace it")
+    other.settle()
+    assert load(file).automatic.recipe.percent == 4.0
+
+
+def test_a_resized_photo_takes_its_project_along_and_says_so(worked, start, photo):
+    outline = worked.state.faces[0].outline
+    larger = cv2.resize(cv2.imread(str(photo)), None, fx=2, fy=2)
+    assert cv2.imwrite(str(photo), larger)
+    other = start()
+    other.open(photo)
+    assert "made at 480 x 360 px" in other.say()
+    np.testing.assert_allclose(other.state.faces[0].outline, 2.0 * outline + 0.5)
+
+
+@pytest.mark.usefixtures("worked")
+def test_another_shape_starts_afresh_and_says_why(start, photo):
+    before = sidecar_of(photo).read_bytes()
+    assert cv2.imwrite(str(photo), textured_photo(300, 400)[..., ::-1])
+    other = start()
+    other.open(photo)
+    assert "another shape" in other.say()
+    assert other.state.recipe.percent == 4.0
+    assert sidecar_of(photo).read_bytes() == before
+
+
+def test_a_dropped_project_opens_the_photo_beside_it(worked, empty, photo):
+    drop(empty, sidecar_of(photo))
+    assert empty.editor.document.path == photo
+    np.testing.assert_array_equal(empty.shown, worked.shown)
+
+
+def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_path):
+    seen = worked.shown.copy()
+    worked.editor.close()
+    secret = tmp_path / "elsewhere" / "secret.png"
+    secret.parent.mkdir()
+    photo.rename(secret)
+    alone = tmp_path / "moved" / "work.kogao.json"
+    alone.parent.mkdir()
+    values = json.loads(sidecar_of(photo).read_text())
+    values["photo"]["path"] = str(secret)
+    alone.write_text(json.dumps(values))
+    empty.editor.dialogs.open(alone)
+    empty.settle()
+    assert empty.editor.document.photo is None
+    asked = dialog(empty, QFileDialog)
+    assert "work.kogao.json" in asked.windowTitle()
+    asked.fileSelected.emit(str(secret))
+    asked.reject()
+    empty.settle()
+    assert empty.editor.document.path == secret
+    np.testing.assert_array_equal(empty.shown, seen)
+    # It goes back where it came from, although that isn't beside the photo.
+    change_something(empty)
+    empty.window.actions_by_name["save-project"].trigger()
+    empty.settle()
+    assert load(alone).automatic.recipe.percent == empty.state.recipe.percent
+    assert not sidecar_of(secret).exists()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["nonsense", "[" * 9999, '{"format": "kogao-project", "version": 99}', '{"format": 3}', ""],
+)
+def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text):
+    file = sidecar_of(photo)
+    file.write_text(text)
+    driver = start()
+    driver.open(photo)
+    assert driver.say().count("\n") == 0
+    assert driver.say().startswith("The photo starts afresh")
+    assert len(driver.state.faces) == 1
+    change_something(driver)
+    save_project(driver)
+    assert "another project" in driver.say()
+    assert file.read_text() == text
+    driver.editor.projects.projects.open(file)
+    driver.settle()
+    assert driver.say()
+    assert driver.editor.document.path == photo
+    assert driver.window.isWindowModified(), "the open photo and its changes are still here"
+
+
+def test_closing_can_save_the_project_first(opened, photo):
+    change_something(opened)
+    opened.window.close()
+    box = dialog(opened, QMessageBox)
+    QTest.mouseClick(button(box, "Save project"), Qt.MouseButton.LeftButton)
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 5.0
+
+
+def test_where_nothing_can_be_written_another_place_is_asked_for(opened, tmp_path, monkeypatch):
+    from kogao_app.controllers import projects
+
+    write = projects.save
+
+    def read_only(project, path):
+        if path.parent == tmp_path:
+            raise PermissionError(13, "Permission denied")
+        write(project, path)
+
+    monkeypatch.setattr(projects, "save", read_only)
+    change_something(opened)
+    save_project(opened)
+    assert "Permission denied" in opened.say()
+    assert opened.window.isWindowModified()
+    opened.take_step("another place")
+    asked = dialog(opened, QFileDialog)
+    (tmp_path / "mine").mkdir()
+    # A name without the ending gets it, so that no photo can be written over.
+    asked.fileSelected.emit(str(tmp_path / "mine" / "portrait.png"))
+    asked.reject()
+    opened.settle()
+    assert [one.name for one in (tmp_path / "mine").iterdir()] == ["portrait.png.kogao.json"]
+    assert not opened.window.isWindowModified()
+
+
+def test_the_built_in_sample_is_never_written_beside(empty):
+    empty.editor.files.open_sample()
+    empty.settle()
+    save_project(empty)
+    asked = dialog(empty, QFileDialog)
+    assert asked.selectedFiles()[0].endswith("average.jpg.kogao.json")
+    assert not sidecar_of(empty.editor.document.path).exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_in_place_of_a_project_stalls_nothing(start, photo):
+    os.mkfifo(sidecar_of(photo))
+    driver = start()
+    driver.open(photo)
+    assert len(driver.state.faces) == 1
+    driver.editor.projects.projects.open(sidecar_of(photo))
+    driver.settle()
+    assert "not an ordinary file" in driver.say()
+
+
+def test_the_command_opens_a_project_and_gives_up_without_its_photo(
+    worked, photo, tmp_path, source, capsys
+):
+    worked.editor.close()
+    file, picture = sidecar_of(photo), tmp_path / "shot.png"
+    assert main([str(file), "--screenshot", str(picture)], source) == 0
+    assert picture.is_file()
+    photo.unlink()
+    assert main([str(file), "--screenshot", str(picture)], source) == 3
+    assert "isn't beside it" in capsys.readouterr().err

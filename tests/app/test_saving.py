@@ -1,0 +1,110 @@
+"""What saving says it kept, and what saved copies tell of themselves."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from kogao_app.views.saving import SavingDialog
+from PIL import Image
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialogButtonBox
+from scenes import oval_face, textured_photo
+from test_desk import change_something, dialog
+
+from kogao_core.photo import read
+
+CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+
+
+@pytest.fixture
+def jpeg(tmp_path):
+    path = tmp_path / "portrait.jpg"
+    Image.fromarray(textured_photo()).save(path, quality=90)
+    return path
+
+
+def save(driver, path):
+    driver.editor.files.save(path)
+    driver.settle()
+
+
+def options(driver):
+    driver.key(Qt.Key.Key_O, CONTROL, ALT)
+    return dialog(driver, SavingDialog)
+
+
+def accept(box):
+    ok = box.buttons.button(QDialogButtonBox.StandardButton.Ok)
+    QTest.mouseClick(ok, Qt.MouseButton.LeftButton)
+
+
+def test_saving_says_what_was_kept_of_a_jpeg(empty, jpeg, tmp_path):
+    empty.open(jpeg)
+    save(empty, tmp_path / "copy.jpg")
+    assert empty.say().startswith("Saved copy.jpg. ")
+    assert "blocks" in empty.say()
+    save(empty, tmp_path / "copy.png")
+    assert empty.say() == "Saved copy.png."
+
+
+def test_nothing_is_told_unless_it_is_wanted(empty, jpeg, tmp_path):
+    empty.open(jpeg)
+    box = options(empty)
+    assert not box.record.isChecked()
+    assert not box.labelled.isChecked()
+    box.reject()
+    save(empty, tmp_path / "copy.png")
+    copy = read(tmp_path / "copy.png")
+    assert copy.xmp is None
+    np.testing.assert_array_equal(copy.pixels, empty.shown)
+
+
+def test_a_record_and_a_label_are_told_and_remembered(empty, start, jpeg, tmp_path):
+    empty.open(jpeg)
+    box = options(empty)
+    QTest.keyClick(box.record, Qt.Key.Key_Space)
+    QTest.keyClick(box.labelled, Qt.Key.Key_Space)
+    box.label.setText("retouched by hand")
+    accept(box)
+    change_something(empty)
+    save(empty, tmp_path / "copy.png")
+    copy = read(tmp_path / "copy.png")
+    assert b"Kogao" in copy.xmp
+    changed = np.argwhere((copy.pixels != empty.shown).any(axis=-1))
+    assert len(changed)
+    top, left = changed.min(axis=0)
+    assert top > 0.9 * empty.shown.shape[0]
+    assert left > 0
+    other = start()
+    box = options(other)
+    assert box.record.isChecked()
+    assert box.label.text() == "retouched by hand"
+
+
+def test_a_label_that_cannot_be_drawn_is_said_at_once(empty):
+    box = options(empty)
+    QTest.keyClick(box.labelled, Qt.Key.Key_Space)
+    box.label.setText("加工")
+    accept(box)
+    assert box.isVisible()
+    assert box.note.text()
+    box.label.setText("retouched")
+    accept(box)
+    assert not box.isVisible()
+
+
+def test_a_photo_too_small_for_its_label_leads_to_the_options(empty, source, tmp_path):
+    source.faces = [oval_face(120, 90)]
+    box = options(empty)
+    QTest.keyClick(box.labelled, Qt.Key.Key_Space)
+    box.label.setText("x" * 100)
+    accept(box)
+    path = tmp_path / "portrait.png"
+    assert cv2.imwrite(str(path), textured_photo(120, 90)[..., ::-1])
+    empty.open(path)
+    save(empty, tmp_path / "copy.png")
+    assert not (tmp_path / "copy.png").exists()
+    empty.take_step("Save options")
+    assert dialog(empty, SavingDialog).isVisible()
