@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from kogao_core.experiments import (
     distortion,
@@ -17,8 +17,9 @@ from kogao_core.experiments import (
     timing_report,
 )
 from kogao_core.experiments.methods import comparing, telling
-from kogao_core.experiments.report import Made, Table
+from kogao_core.experiments.report import Made, Table, reduced
 from kogao_core.experiments.subjects import Subject, Told
+from kogao_core.experiments.telling import texts
 from kogao_core.face import LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
@@ -67,8 +68,8 @@ class Outcome:
         By kind: captions and RGB pictures of one size, to look at in one place.
     left_out : list of str
         What couldn't be measured, and why.
-    html : str
-        The report, one file.
+    texts : dict of str to str
+        The report by kind of file: html, json and csv.
     """
 
     name: ExperimentName
@@ -76,7 +77,14 @@ class Outcome:
     tables: list[Table]
     pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
-    html: str = ""
+    texts: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    result: object
+    left_out: list[str] = field(default_factory=list)
+    pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
 
 
 def title(name: ExperimentName) -> str:
@@ -91,55 +99,52 @@ def title(name: ExperimentName) -> str:
 
 def run(name: ExperimentName, task: Task, told: Told) -> Outcome:
     """Run an experiment; `told` hears how far it is, and ends it by raising."""
-    runs = {"timing": _timing, "domains": _domains, "distortion": _distortion, "methods": _methods}
-    return runs[name](task, told)
+    return _outcome(name, task, _RUNS[name](task, told))
 
 
-def _made(task: Task, left_out: list[str]) -> Made:
-    return Made.now(tr("the editor, {photo}", photo=task.subject.name), left_out)
+def _outcome(name: ExperimentName, task: Task, found: _Found) -> Outcome:
+    made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
+    tells = _TELLING[name]
+    return Outcome(
+        name,
+        tells.LEAD,
+        tells.tables(found.result),
+        found.pictures,
+        found.left_out,
+        {kind: text() for kind, text in texts(found.result, tells, made).items()},
+    )
 
 
-def _timing(task: Task, told: Told) -> Outcome:
+def _timing(task: Task, told: Told) -> _Found:
     known = tuple(sessions.read(task.sessions)) if task.sessions.exists() else ()
     warm_up, repeats = 1, _REPEATS["timing"]
     found, left_out = timing.measure(
         task.subject, task.source(), task.recipe, repeats=repeats, warm_up=warm_up, told=told
     )
-    result = timing.Result(tuple(found), known, task.recipe, repeats, warm_up)
-    page = timing_report.html(result, _made(task, left_out))
-    tables = timing_report.tables(result)
-    return Outcome("timing", timing_report.LEAD, tables, left_out=left_out, html=page)
+    return _Found(timing.Result(tuple(found), known, task.recipe, repeats, warm_up), left_out)
 
 
-def _domains(task: Task, told: Told) -> Outcome:
+def _domains(task: Task, told: Told) -> _Found:
     photo = domains.measure(task.subject, task.recipe, repeats=_REPEATS["domains"], told=told)
+    names = {
+        "image": tr("Whole image"),
+        "control-points": tr("Control points"),
+        "threshold": tr("Threshold"),
+    }
+    masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
     result = domains.Result((photo,), task.recipe)
-    return Outcome(
-        "domains",
-        domains_report.LEAD,
-        domains_report.tables(result),
-        html=domains_report.html(result, _made(task, [])),
-    )
+    return _Found(result, pictures={tr("Domains"): masks})
 
 
-def _distortion(task: Task, told: Told) -> Outcome:
-    result = distortion.Result(
-        tuple(distortion.measure(task.subject, task.recipe, told=told)), task.recipe
-    )
-    return Outcome(
-        "distortion",
-        distortion_report.LEAD,
-        distortion_report.tables(result),
-        html=distortion_report.html(result, _made(task, [])),
-    )
+def _distortion(task: Task, told: Told) -> _Found:
+    found = distortion.measure(task.subject, task.recipe, told=told)
+    return _Found(distortion.Result(tuple(found), task.recipe))
 
 
-def _methods(task: Task, told: Told) -> Outcome:
+def _methods(task: Task, told: Told) -> _Found:
     repeats, absent = _REPEATS["methods"], comparing.missing()
     compared, failed = comparing.measure(task.subject, task.recipe, repeats=repeats, told=told)
     seen = compared.views()
-    result = comparing.Result((seen,), task.recipe, repeats)
-    left_out = [*absent, *failed]
     kinds = {
         "result": tr("Result"),
         "difference": tr("Difference to the photo, amplified"),
@@ -150,5 +155,19 @@ def _methods(task: Task, told: Told) -> Outcome:
         for kind, words in kinds.items()
     }
     pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))
-    page = telling.html(result, _made(task, left_out))
-    return Outcome("methods", telling.LEAD, telling.tables(result), pictures, left_out, page)
+    result = comparing.Result((seen,), task.recipe, repeats)
+    return _Found(result, [*absent, *failed], pictures)
+
+
+_RUNS: Final[dict[ExperimentName, Callable[[Task, Told], _Found]]] = {
+    "timing": _timing,
+    "domains": _domains,
+    "distortion": _distortion,
+    "methods": _methods,
+}
+_TELLING: Final[dict[ExperimentName, Any]] = {
+    "timing": timing_report,
+    "domains": domains_report,
+    "distortion": distortion_report,
+    "methods": telling,
+}

@@ -165,8 +165,12 @@ class ExperimentsPart(QObject):
             return
         dialog = QFileDialog(self._dialog, tr("Save the report"))
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setNameFilter(tr("Reports (*.html)"))
+        kinds = {"html": tr("Report"), "json": tr("All figures"), "csv": tr("Table")}
+        dialog.setNameFilters([f"{words} (*.{kind})" for kind, words in kinds.items()])
         dialog.setDefaultSuffix("html")
+        dialog.filterSelected.connect(
+            lambda chosen: dialog.setDefaultSuffix(chosen.rstrip(")").rpartition(".")[2])
+        )
         dialog.selectFile(f"{self._outcome.name}.html")
         dialog.fileSelected.connect(lambda name: self._save(Path(name)))
         dialog.open()
@@ -175,7 +179,9 @@ class ExperimentsPart(QObject):
         if self._outcome is None or self._dialog is None:
             return False
         try:
-            atomic.put(self._outcome.html.encode(), file)
+            kind = file.suffix.lower().lstrip(".")
+            texts = self._outcome.texts
+            atomic.put(texts.get(kind, texts["html"]).encode(), file)
         except OSError as problem:
             self._dialog.state.setText(
                 tr("{file} can't be written ({why}).", file=file, why=problem.strerror)

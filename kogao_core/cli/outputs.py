@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import click
 
 from kogao_core.cli import common
 
 if TYPE_CHECKING:
-    from kogao_core.experiments.report import Made, Table
+    from kogao_core.experiments.report import Made
+    from kogao_core.experiments.telling import Telling
     from kogao_core.geometry import Image
 
 KINDS: Final = ("json", "csv", "html")
 STDOUT: Final = Path("-")
-
-
-class Telling(Protocol):
-    """A module that tells what an experiment found: to read, to compute with, to look at."""
-
-    @property
-    def tables(self) -> Callable[[Any], list[Table]]: ...  # noqa: D102
-    @property
-    def records(self) -> Callable[[Any], list[dict[str, object]]]: ...  # noqa: D102
-    @property
-    def document(self) -> Callable[[Any], dict[str, object]]: ...  # noqa: D102
-    @property
-    def html(self) -> Callable[[Any, Made], str]: ...  # noqa: D102
 
 
 class Outputs:
@@ -82,18 +67,16 @@ class Outputs:
 
     def write(self, result: object, telling: Telling, made: Made) -> None:
         """Write the files, and print the tables unless a file is printed."""
-        makers: dict[str, Callable[[], str]] = {
-            "json": lambda: _json({**telling.document(result), "made": made.to_dict()}),
-            "csv": lambda: _csv(telling.records(result)),
-            "html": lambda: telling.html(result, made),
-        }
+        from kogao_core.experiments.telling import texts
+
+        text_of = texts(result, telling, made)
         if STDOUT not in self._files.values():
             click.echo("\n\n".join(map(str, telling.tables(result))))
         with common.stopping(OSError, common.UNREADABLE):
             if self._folder is not None:
                 self._folder.mkdir(parents=True, exist_ok=True)
             for kind, file in self._files.items():
-                _put(file, makers[kind]())
+                _put(file, text_of[kind]())
 
 
 def _check_folder(folder: Path, *, made: bool) -> None:
@@ -103,18 +86,6 @@ def _check_folder(folder: Path, *, made: bool) -> None:
         raise common.Stop(f"there is no folder {folder}", common.UNREADABLE)
     if not os.access(nearest, os.W_OK):
         raise common.Stop(f"{nearest} may not be written to", common.UNREADABLE)
-
-
-def _json(document: Mapping[str, object]) -> str:
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
-
-
-def _csv(records: list[dict[str, object]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(records)
-    return text.getvalue()
 
 
 def _put(file: Path, text: str) -> None:

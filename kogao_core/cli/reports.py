@@ -14,6 +14,7 @@ from kogao_core.cli import common, options, outputs
 
 if TYPE_CHECKING:
     from kogao_core.experiments.subjects import Subject
+    from kogao_core.experiments.telling import Telling
     from kogao_core.face import LandmarkSource
     from kogao_core.geometry import Image
     from kogao_core.recipe import Recipe
@@ -140,7 +141,7 @@ class Work:
         """Write pictures, with their files' names, where a folder was asked for."""
         self._outputs.keep(pictures)
 
-    def deliver(self, result: object, telling: outputs.Telling) -> int:
+    def deliver(self, result: object, telling: Telling) -> int:
         """Print the tables, write the files that were asked for, and return the exit code."""
         from kogao_core.experiments.report import Made
 

@@ -50,6 +50,11 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     page = (tmp_path / "times.html").read_text(encoding="utf-8")
     assert "Table 2" in page
     assert "portrait.png" in page
+    QTest.mouseClick(shown.to_file, Qt.MouseButton.LeftButton)
+    save_as(opened, tmp_path / "times.csv")
+    head, *rows = (tmp_path / "times.csv").read_text(encoding="utf-8").splitlines()
+    assert head.startswith("photo,")
+    assert len(rows) == 8, "four ways at two sizes"
 
 
 def test_closing_the_window_stops_the_experiment(opened):
