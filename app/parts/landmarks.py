@@ -9,7 +9,7 @@ from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QFileDialog
 
 from kogao_core.face import LandmarkSource
-from kogao_core.landmarks import CHOICES, ModelRefused, source
+from kogao_core.landmarks import CHOICES, ModelRefused, networks_are_here, source
 
 from .. import actions
 from ..controllers.files import Files
@@ -36,6 +36,8 @@ class LandmarksPart(QObject):
         self._files, self._window = files, window
         # As `source` takes it; None for what it gives by itself.
         self.wanted = first.name if first.name in {choice.name for choice in CHOICES} else None
+        if self.wanted == "aam" and not networks_are_here():
+            files.found.connect(self._tell_of_fallback)
         named = window.actions_by_name
         self._group = QActionGroup(self)
         for name in ("mesh", "aam", "file"):
@@ -71,3 +73,14 @@ class LandmarksPart(QObject):
         dialog.fileSelected.connect(lambda name: self.use(str(Path(name))))
         dialog.rejected.connect(lambda: self._now.setChecked(True))
         dialog.open()
+
+    def _tell_of_fallback(self) -> None:
+        self._files.found.disconnect(self._tell_of_fallback)
+        self.said.emit(
+            Message(
+                tr(
+                    "The networks are missing, so landmarks come from the AAM, which is less "
+                    "exact. kogao-cli doctor says how to get them."
+                )
+            )
+        )

@@ -44,3 +44,19 @@ def test_a_file_that_is_no_model_changes_nothing(opened, tmp_path):
     assert "no landmark model" in opened.window.bar.text.text()
     still = [name for name, one in opened.window.actions_by_name.items() if one.isChecked()]
     assert still == checked
+
+
+def test_without_the_networks_it_is_said_once_that_the_aam_stands_in(source, start, monkeypatch):
+    monkeypatch.setattr("kogao_app.parts.landmarks.networks_are_here", lambda: False)
+    source.name = "aam"
+    driver = start()
+    for _ in range(2):
+        driver.editor.files.open_sample()
+        driver.settle()
+        said = driver.say()
+        driver.window.bar.clear()
+    assert said == ""
+    driver = start()
+    driver.editor.files.open_sample()
+    driver.settle()
+    assert "networks are missing" in driver.say()
