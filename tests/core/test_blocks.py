@@ -150,3 +150,45 @@ def test_rare_subsampling_is_compressed_again_at_full_colour_and_says_so(tmp_pat
     with Image.open(tmp_path / "out.jpg") as seen:
         assert [layer[1:3] for layer in seen.layer] == [(1, 1)] * 3
     assert np.abs(photo.read(tmp_path / "out.jpg").pixels.astype(int) - pixels).mean() < 4.0
+
+
+def test_an_rgb_jpeg_keeps_its_colours(tmp_path):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120), keep_rgb=True)
+    source = photo.read(path)
+    pixels = edited(source)
+    said = photo.write(source, pixels, tmp_path / "out.jpg")
+    assert "compressed again: its colours are coded in another way" in said
+    assert np.abs(photo.read(tmp_path / "out.jpg").pixels.astype(int) - pixels).mean() < 8.0
+
+
+def test_a_converted_photo_says_that_its_colours_were(tmp_path):
+    Image.fromarray(textured_photo(160, 120)).convert("CMYK").save(tmp_path / "in.jpg")
+    source = photo.read(tmp_path / "in.jpg")
+    said = photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "compressed again: its colours were converted to RGB" in said
+
+
+def test_coarse_tables_of_16_bits_give_a_file_that_opens(tmp_path):
+    table = [40 * (1 + k // 8) for k in range(64)]
+    assert max(table) > 255
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120), qtables=[table, table])
+    source = photo.read(path)
+    said = photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "source's own" in said
+    with Image.open(path) as first, Image.open(tmp_path / "out.jpg") as seen:
+        assert seen.layer == first.layer
+    again = photo.read(tmp_path / "out.jpg").pixels
+    np.testing.assert_array_equal(again[-8:], source.pixels[-8:])
+
+
+def test_a_grey_jpeg_keeps_its_blocks_whatever_factors_it_names(tmp_path):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(161, 119, 3)[..., 0].copy())
+    data = path.read_bytes()
+    at = data.index(b"\xff\xc0") + 11
+    assert data[at] == 0x11
+    path.write_bytes(data[:at] + b"\x22" + data[at + 1 :])
+    source = photo.read(path)
+    said = photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "source's own" in said
+    ((before, _),), ((after, _),) = components(path), components(tmp_path / "out.jpg")
+    np.testing.assert_array_equal(after[8:], before[8:])
