@@ -12,8 +12,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core import batch
-from kogao_core.batch import Outcome, Workers
-from kogao_core.cli.batch import REPORT
+from kogao_core.batch import REPORT, Outcome, Workers
 from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
 from kogao_core.recipe import Recipe
 
@@ -184,8 +183,7 @@ def _work(
         raise batch.NothingToDo(tr("{file} exists; choose another folder", file=taken))
     planned(len(tasks))
     try:
-        report.parent.mkdir(parents=True, exist_ok=True)
-        lines = report.open("a", encoding="utf-8")
+        batch.record(batch.run(tasks, Workers.processes(order.jobs), stop), report, went)
     except OSError as error:
         text = tr(
             "{folder} can't be written to ({reason}); choose another folder",
@@ -193,8 +191,3 @@ def _work(
             reason=error.strerror or error,
         )
         raise batch.NothingToDo(text) from error
-    with lines:
-        for outcome in batch.run(tasks, Workers.processes(order.jobs), stop):
-            lines.write(outcome.to_json() + "\n")
-            lines.flush()
-            went(outcome)

@@ -1,7 +1,19 @@
 """Many photos through one recipe: in other processes, one bad file never stops the rest."""
 
 from kogao_core.batch.planning import NothingToDo, check_free, plan
+from kogao_core.batch.report import REPORT, record
 from kogao_core.batch.tasks import Outcome, Task, work
 from kogao_core.batch.workers import Workers, run
 
-__all__ = ["NothingToDo", "Outcome", "Task", "Workers", "check_free", "plan", "run", "work"]
+__all__ = [
+    "REPORT",
+    "NothingToDo",
+    "Outcome",
+    "Task",
+    "Workers",
+    "check_free",
+    "plan",
+    "record",
+    "run",
+    "work",
+]

@@ -7,7 +7,7 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,8 +15,6 @@ from kogao_core.cli import common, options
 
 if TYPE_CHECKING:
     from kogao_core.batch import Outcome, Workers
-
-REPORT: Final = "kogao-batch.jsonl"
 
 
 @click.command("batch")
@@ -32,7 +30,7 @@ REPORT: Final = "kogao-batch.jsonl"
 )  # fmt: skip
 @click.option(
     "--report", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-    help=f"JSON lines, one a photo; what it lists as done is skipped [OUTPUT/{REPORT}].",
+    help="JSON lines, one a photo; what it lists as done is skipped [OUTPUT/kogao-batch.jsonl].",
 )  # fmt: skip
 @click.option(
     "--projects", is_flag=True,
@@ -77,7 +75,7 @@ def command(
 
     recipe = options.recipe_of(recipe_file, choices)
     disclosure = options.disclosure_of(record, label, font)
-    report = report or folder / REPORT
+    report = report or folder / batch.REPORT
     with common.stopping(batch.NothingToDo, common.USAGE):
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
@@ -92,11 +90,7 @@ def command(
     workers = _workers(dask, jobs)
     progress = _Progress(len(tasks))
     try:
-        with _appended(report) as lines:
-            for outcome in batch.run(tasks, workers):
-                lines.write(outcome.to_json() + "\n")
-                lines.flush()
-                progress.add(outcome)
+        batch.record(batch.run(tasks, workers), report, progress.add)
     except OSError as error:
         raise common.Stop(
             f"the report {report} can't be written ({error.strerror or error}); make room or "
@@ -120,18 +114,6 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
             raise common.Stop(f"nothing matches {path}", common.USAGE)
         paths += found
     return paths
-
-
-def _appended(report: Path) -> TextIO:
-    """Open a report to go on with, on a line of its own."""
-    report.parent.mkdir(parents=True, exist_ok=True)
-    was_cut = (
-        report.is_file() and report.stat().st_size > 0 and not report.read_bytes().endswith(b"\n")
-    )
-    lines = report.open("a", encoding="utf-8")
-    if was_cut:
-        lines.write("\n")
-    return lines
 
 
 def _workers(dask: str | None, jobs: int) -> Workers:
