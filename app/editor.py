@@ -6,7 +6,6 @@ from PySide6.QtCore import QObject, QThreadPool
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.face import LandmarkSource
-from kogao_core.pipeline import Rendering
 
 from . import actions, menus, theme
 from .controllers.choices import Choices
@@ -17,11 +16,11 @@ from .controllers.live import Live
 from .controllers.recovery import Recovery
 from .document import Document
 from .garbage import Collector
-from .i18n import tr
 from .layers import ON_AT_FIRST, layers
 from .parts.batch import BatchPart
 from .parts.canvas import CanvasPart
 from .parts.desk import Desk
+from .parts.display import DisplayPart
 from .parts.experiments import ExperimentsPart
 from .parts.interchange import InterchangePart
 from .parts.landmarks import LandmarksPart
@@ -32,7 +31,6 @@ from .parts.rating import RatingPart
 from .parts.saving import SavingPart
 from .scene import Scene
 from .storage import Storage
-from .surfaces import Frame
 from .views.about import about_box
 from .views.bar import Message
 from .views.window import Window
@@ -112,7 +110,9 @@ class Editor(QObject):
         self._following = False
         self._follows_system(True)
         self._dress()
-        self._show_document()
+        self.display = DisplayPart(
+            self.document, self.scene, self.choices, self.live, self.window, self
+        )
 
     @property
     def busy(self) -> bool:
@@ -179,7 +179,6 @@ class Editor(QObject):
         canvas.nudge_ended.connect(self.editing.commit)
         canvas.hovered.connect(self.editing.hover)
         canvas.hovered.connect(lambda _, x, y: window.status.show_cursor(x, y))
-        canvas.view_changed.connect(self._show_zoom)
         window.original_held.connect(canvas.show_original)
         window.asked_to_close.connect(
             lambda: self.batch.guard(lambda: self.dialogs.guard(self.close))
@@ -192,24 +191,18 @@ class Editor(QObject):
         window.recipe.edited.connect(self.choices.set_field)
         window.recipe.follow.connect(self.choices.follow_photo)
         window.faces.chosen.connect(self.choices.choose)
-        self.choices.chosen.connect(self._show_document)
         self.choices.chosen.connect(window.canvas.redraw)
         window.recipe.rested.connect(self.editing.commit)
         window.faces.switched.connect(self.editing.switch_face)
         self.editing.aborted.connect(window.recipe.abort)
-        self.document.opened.connect(self._show_photo)
-        self.document.changed.connect(self._show_document)
-        self.document.undo.cleanChanged.connect(self._show_title)
-        self.document.undo.indexChanged.connect(self._show_history)
-        self.live.drawn.connect(self._show_frame)
         self.live.drawn.connect(self.by_hand.manual.clock.show_photo)
-        self.live.measured.connect(self._show_measures)
 
     def _join_messages(self) -> None:
         window = self.window
         self.files.said.connect(window.bar.say)
         self.recovery.said.connect(window.bar.say)
         self.files.quiet.connect(window.bar.clear)
+        self.files.unreadable.connect(lambda _: self.desk.pass_over())
         self.files.working.connect(window.status.hint)
         self.editing.named.connect(window.status.name_point)
         self.choices.said.connect(window.bar.say)
@@ -231,48 +224,3 @@ class Editor(QObject):
 
     def _dress(self) -> None:
         self.window.dress(theme.apply(self._app, self._choice))
-
-    def _show_photo(self) -> None:
-        if self.document.photo is not None and self.document.pyramid is not None:
-            self.window.faces.open(self.document.pyramid)
-            self.window.status.show_photo(self.document.photo)
-
-    def _show_document(self) -> None:
-        self.window.recipe.show_state(self.document.state, self.scene.face)
-        self.window.faces.show_state(self.document.state, self.scene.face)
-        self._show_title()
-        self._show_history()
-
-    def _show_zoom(self) -> None:
-        if self.document.photo is not None:
-            self.window.status.show_zoom(self.window.canvas.zoom)
-
-    def _show_title(self) -> None:
-        path = self.document.path
-        self.window.show_title(
-            path.name if path else "", dirty=self.document.in_gesture or self._dirty
-        )
-
-    @property
-    def _dirty(self) -> bool:
-        return not self.document.undo.isClean()
-
-    def _show_history(self) -> None:
-        stack, named = self.document.undo, self.window.actions_by_name
-        opened = self.document.photo is not None
-        named["undo"].setEnabled(stack.canUndo() or self.document.in_gesture)
-        named["redo"].setEnabled(stack.canRedo())
-        named["undo"].setText(tr("&Undo {what}", what=stack.undoText()))
-        named["redo"].setText(tr("&Redo {what}", what=stack.redoText()))
-        for name in ("undo", "redo"):
-            named[name].setIconText(tr("Undo") if name == "undo" else tr("Redo"))
-        for name in ("save", "fit", "actual", "closer", "farther", "find", "place"):
-            named[name].setEnabled(opened)
-
-    def _show_frame(self, frame: Frame) -> None:
-        self.window.recipe.show_frame(frame)
-        self.window.status.show_speed(frame.took_ms)
-
-    def _show_measures(self, rendering: Rendering) -> None:
-        self.window.readings.timings.show_laps(rendering.timings_ms)
-        self.window.readings.domains.show_counts(rendering.pixel_counts)
