@@ -135,6 +135,7 @@ class Editor(QObject):
         self.batch.stop()
         self.experiments.stop()
         self.desk.stop()
+        self.display.stop()
         self.window.really_close()
         self._pool.waitForDone()
         self._garbage.stop()

@@ -39,6 +39,10 @@ class DisplayPart(QObject):
         live.measured.connect(self._show_measures)
         self._show_document()
 
+    def stop(self) -> None:
+        """Follow no more: a stack of undo steps tells of its own end, too."""
+        self._document.undo.blockSignals(True)
+
     def _show_photo(self) -> None:
         if self._document.photo is not None and self._document.pyramid is not None:
             self._window.faces.open(self._document.pyramid)
