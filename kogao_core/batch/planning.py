@@ -148,7 +148,7 @@ def _keys(report: Path | None) -> dict[str, str]:
         try:
             entry = json.loads(line)
             output, status, key = entry["output"], entry["status"], entry["key"]
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             continue
         if status in ("done", "skipped") and isinstance(output, str) and isinstance(key, str):
             keys[output] = key

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final, TextIO
@@ -10,6 +11,7 @@ from kogao_core.batch.tasks import Outcome
 
 REPORT: Final = "kogao-batch.jsonl"
 """Its name, in the folder of the results."""
+_START: Final = b'{"s'  # ource, the first field of a line
 
 
 def record(
@@ -29,7 +31,7 @@ def record(
     Raises
     ------
     OSError
-        If the report can't be written.
+        If the report can't be written, or the file is something else.
     """
     with _appended(report) as lines:
         for outcome in outcomes:
@@ -41,6 +43,10 @@ def record(
 def _appended(report: Path) -> TextIO:
     """Open a report to go on with, on a line of its own."""
     report.parent.mkdir(parents=True, exist_ok=True)
+    if report.is_file():
+        with report.open("rb") as file:
+            if not _START.startswith(file.read(len(_START))):
+                raise FileExistsError(errno.EEXIST, "it is no report of a batch", str(report))
     was_cut = (
         report.is_file() and report.stat().st_size > 0 and not report.read_bytes().endswith(b"\n")
     )

@@ -6,10 +6,12 @@ import concurrent.futures
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from typing import Final
 
 from kogao_core.batch.tasks import Outcome, Task, work
@@ -72,7 +74,8 @@ class Workers:
             if self._executor is None:
                 self._executor = self._make()
             try:
-                return self._executor.submit(work, task)
+                with _uninterrupted():
+                    return self._executor.submit(work, task)
             except BrokenProcessPool:
                 self._executor = None
         raise RuntimeError("workers can't be started on this machine")
@@ -150,6 +153,19 @@ def _result(future: Future[Outcome]) -> Outcome | None:
         return future.result()
     except Exception:
         return None
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let processes that start meanwhile see no interrupt, not even before they have settled."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _settle() -> None:

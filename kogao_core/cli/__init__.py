@@ -12,7 +12,7 @@ import click
 
 import kogao_core
 from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, warp
-from kogao_core.cli.common import USAGE, Stop
+from kogao_core.cli.common import UNREADABLE, USAGE, Stop
 
 PROGRAM = "kogao-cli"
 INTERRUPTED = 130
@@ -28,6 +28,7 @@ Exit codes:
      folder, no permission, disk full)
   4  no face found
   5  some photos of a batch weren't done; its report says why
+  130  interrupted; a batch goes on where it stopped when started again
 
 Errors are one line on stderr; nothing half-written is left behind.
 """
@@ -57,18 +58,29 @@ def _run(arguments: Sequence[str] | None) -> int:
         given = list(sys.argv[1:] if arguments is None else arguments)
         command_line = shlex.join([PROGRAM, *given])  # reports tell it
         code = program.main(given, prog_name=PROGRAM, standalone_mode=False, obj=command_line)
-        sys.stdout.flush()
+        if sys.stdout:  # there is none where a program was started without
+            sys.stdout.flush()
     except Stop as stop:
         return _say(_sentence(stop), stop.code)
     except click.UsageError as error:
         return _say(f"{_sentence(error)} (see {_path(error)} --help)", USAGE)
     except click.Abort:
         return _say("interrupted", INTERRUPTED)
-    except BrokenPipeError:
-        # The reader has had enough (| head); Python would complain again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader has had enough (| head)
+        _drop_the_rest()
         return 0
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        _drop_the_rest()
+        reason = error.strerror or error
+        return _say(f"what was done can't be printed ({reason}); print it elsewhere", UNREADABLE)
     return code if isinstance(code, int) else 0
+
+
+def _drop_the_rest() -> None:
+    # Python would complain again at exit.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _sentence(error: click.ClickException) -> str:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command("batch")
-@click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=common.PHOTO)
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
     help="Folder for the results; made if need be.",
@@ -60,7 +60,7 @@ def command(
     report: Path | None,
     projects: bool,
     record: bool,
-    label: str,
+    label: str | None,
     font: str | None,
     force: bool,
     suffix: str,

@@ -20,6 +20,8 @@ NO_FACE: Final = 4
 SOME_FAILED: Final = 5
 
 SAMPLE: Final = "samples/average.jpg"
+# Whether it may be read is found, and said, by whoever reads it.
+PHOTO: Final = click.Path(path_type=Path, readable=False)
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
@@ -59,9 +61,7 @@ chooses_landmarks = click.option(
 def takes_photo(command: _Command) -> _Command:
     """Add the input argument, ``--sample`` and what it takes to read and search a photo."""
     sample = click.option("--sample", is_flag=True, help="Use the built-in portrait as IN.")
-    photo = click.argument(
-        "source", metavar="[IN]", required=False, type=click.Path(path_type=Path)
-    )
+    photo = click.argument("source", metavar="[IN]", required=False, type=PHOTO)
     return photo(sample(limits_megapixels(chooses_landmarks(command))))
 
 

@@ -54,7 +54,12 @@ LIBRARIES: Final = {
 _QT: Final = ("pyqtgraph", "PySide6-Essentials")
 _IN_THE_WAY: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-headless")
 # What is lacking here is nothing to mend: most photos need none of them.
-_EXTRAS: Final = {"heic": "pi-heif", "raw": "rawpy", "cluster": "distributed"}
+_EXTRAS: Final = {
+    "heic": "pi-heif",
+    "raw": "rawpy",
+    "experiments": "scikit-image",
+    "cluster": "distributed",
+}
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
 
 

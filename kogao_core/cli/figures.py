@@ -20,7 +20,7 @@ _KINDS: Final = ("png", "svg")
 
 
 @click.command("figures")
-@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("photos", nargs=-1, required=True, type=common.PHOTO)
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
     help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",

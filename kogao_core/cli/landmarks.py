@@ -27,7 +27,7 @@ def command() -> None:
 
 
 @command.command("export")
-@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("photos", nargs=-1, required=True, type=common.PHOTO)
 @click.option(
     "--format", "form", type=click.Choice(_FORMATS), required=True,
     help="WebMorph, iBUG, a table, or what detect --json prints.",

@@ -102,7 +102,6 @@ _TELLING: Final = (
     ),
     click.option(
         "--label",
-        default="",
         metavar="TEXT",
         help="Draw TEXT into the bottom right corner; only its rectangle changes.",
     ),
@@ -122,16 +121,16 @@ def tells(command: _Command) -> _Command:
     return command
 
 
-def disclosure_of(record: bool, label: str, font: str | None) -> Disclosure:
+def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosure:
     """Return what is to be told, after checking that the label can be drawn at all."""
     from kogao_core.photo import CannotDisclose
     from kogao_core.photo.disclosure import Disclosure
     from kogao_core.photo.label import check_label
 
-    if label:
+    if label is not None:
         with common.stopping(CannotDisclose, common.USAGE):
             check_label(label, font)
-    return Disclosure(record, label, font)
+    return Disclosure(record, label or "", font)
 
 
 def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:
@@ -146,7 +145,7 @@ def _saved_recipe(file: Path) -> Recipe:
         return Recipe.from_dict(json.loads(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise ValueError(f"the recipe {file} can't be read ({error.strerror})") from error
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise ValueError(f"the recipe {file} is not JSON ({error})") from error
     except ValueError as error:
         raise ValueError(f"the recipe {file} can't be used: {error}") from error

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -35,11 +36,14 @@ class Outputs:
     Raises
     ------
     Stop
-        If a file or folder is in the way, or there is no folder for a file.
+        If a file or folder is in the way, there is no folder for a file, or two files are to be
+        printed.
     """
 
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder
+        if list(files.values()).count(STDOUT) > 1:
+            raise common.Stop("only one of the files can be printed; name the others", common.USAGE)
         for file in files.values():
             if file != STDOUT and file.exists() and not force:
                 raise common.Stop(f"{file} exists; --force replaces it", common.USAGE)
@@ -60,23 +64,41 @@ class Outputs:
 
         if self._folder is None:
             return
-        with common.stopping(OSError, common.UNREADABLE):
+        with _writing(self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
             for name, pixels in pictures:
                 atomic.put(png(pixels), self._folder / name)
 
     def write(self, result: object, telling: Telling, made: Made) -> None:
         """Write the files, and print the tables unless a file is printed."""
+        from kogao_core import atomic
         from kogao_core.experiments.telling import texts
 
         text_of = texts(result, telling, made)
         if STDOUT not in self._files.values():
             click.echo("\n\n".join(map(str, telling.tables(result))))
-        with common.stopping(OSError, common.UNREADABLE):
-            if self._folder is not None:
+        if self._folder is not None:
+            with _writing(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)
-            for kind, file in self._files.items():
-                _put(file, text_of[kind]())
+        for kind, file in self._files.items():
+            text = text_of[kind]()
+            if file == STDOUT:
+                click.echo(text, nl=False)
+            else:
+                with _writing(file):
+                    atomic.put(text.encode(), file)
+
+
+@contextmanager
+def _writing(place: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise common.Stop(
+            f"{place} can't be written ({reason}); choose another folder or make room",
+            common.UNREADABLE,
+        ) from error
 
 
 def _check_folder(folder: Path, *, made: bool) -> None:
@@ -86,12 +108,3 @@ def _check_folder(folder: Path, *, made: bool) -> None:
         raise common.Stop(f"there is no folder {folder}", common.UNREADABLE)
     if not os.access(nearest, os.W_OK):
         raise common.Stop(f"{nearest} may not be written to", common.UNREADABLE)
-
-
-def _put(file: Path, text: str) -> None:
-    from kogao_core import atomic
-
-    if file == STDOUT:
-        click.echo(text, nl=False)
-    else:
-        atomic.put(text.encode(), file)

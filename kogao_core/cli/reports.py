@@ -23,7 +23,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 _file = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 _OPTIONS: Final = (
-    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=click.Path(path_type=Path)),
+    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=common.PHOTO),
     click.option("--sample", is_flag=True, help="Use the built-in portrait."),
     click.option("--percent", type=float, help="Warp distance in % of D [4]."),
     click.option(

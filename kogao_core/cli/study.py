@@ -45,7 +45,7 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
 
 
 @command.command("make")
-@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("photos", nargs=-1, required=True, type=common.PHOTO)
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
     help="A new folder for the raters; the key is written beside it.",
@@ -170,6 +170,8 @@ def report(
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with common.stopping(BadFile, common.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
+    if counted.torn:
+        click.echo(f"kogao-cli: torn lines of ratings that were left out: {counted.torn}", err=True)
     to.write(counted, report, Made.now(told))
 
 

@@ -84,7 +84,7 @@ def command(
     project_file: Path | None,
     save_project: bool,
     record: bool,
-    label: str,
+    label: str | None,
     font: str | None,
     as_json: bool,
     force: bool,

@@ -16,7 +16,7 @@ from kogao_core.geometry import Image
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 
 _BLOCK_PX: Final = 8
-_SEQUENTIAL_FRAME: Final = 0xC0
+_SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
 Mask = npt.NDArray[np.bool_]
 
@@ -89,11 +89,12 @@ def _read(path: Path) -> jpeglib.DCTJPEG:
 
 
 def _check_alike(old: jpeglib.DCTJPEG, new: jpeglib.DCTJPEG) -> None:
-    if old.jpeg_color_space != new.jpeg_color_space:
+    # jpeglib's own comparison finds RGB and YCbCr equal.
+    if old.jpeg_color_space.value != new.jpeg_color_space.value:
         raise CannotKeepBlocks("its colours are coded in another way")
     if (old.height, old.width) != (new.height, new.width):
         raise CannotKeepBlocks("its size has changed")
-    if not np.array_equal(old.samp_factor, new.samp_factor):
+    if not np.array_equal(_factors(old), _factors(new)):
         raise CannotKeepBlocks("its chroma is subsampled in a rare way")
     if not np.array_equal(_tables(old), _tables(new)):
         raise CannotKeepBlocks("its quantisation tables can't be written again")
@@ -136,7 +137,8 @@ def _with_headers_of(headers: bytes, body: bytes) -> bytes:
 
 def _renumbered(code: int, segment: bytes) -> bytes:
     """Count components from 1, as JFIF demands; jpeglib counts from 0."""
-    starts = {_SEQUENTIAL_FRAME: (9, 3), START_OF_SCAN: (4, 2)}  # of the count; bytes each
+    # Of the count; bytes each.
+    starts = {**dict.fromkeys(_SEQUENTIAL_FRAMES, (9, 3)), START_OF_SCAN: (4, 2)}
     if code not in starts:
         return segment
     at, step = starts[code]

@@ -6,13 +6,15 @@ import math
 import os
 import struct
 from collections.abc import Iterator
-from typing import IO, Any
+from typing import IO, Any, Final
 
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin
 
 from kogao_core.photo import chunks, metadata, segments
 from kogao_core.photo.model import JpegCoding
+
+_RARE_FRAMES: Final = (0xC3, *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
 
 
 def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
@@ -23,6 +25,11 @@ def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
     # -1 is grey or a sampling that Pillow can't write: keep all the colour there is.
     subsampling = max(0, JpegImagePlugin.get_sampling(image))
     return JpegCoding(tables, subsampling, bool(image.info.get("progressive")))
+
+
+def is_rare_jpeg(file: IO[bytes]) -> bool:
+    """Tell whether an open JPEG file is lossless, hierarchical or arithmetically coded."""
+    return any(code in _RARE_FRAMES for code, _ in segments.segments(file))
 
 
 def blocks(image: Pillow.Image, file: IO[bytes]) -> dict[str, Any]:

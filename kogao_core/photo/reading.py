@@ -135,7 +135,15 @@ def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
         deep_png = deep.is_16_bit_png(image, file)
         if deep_png:
             deep.verify_png(file)
-        image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
+        try:
+            image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
+        except OSError:
+            if jpeg is not None and contents.is_rare_jpeg(file):
+                raise UnreadablePhoto(
+                    f"{path} is a JPEG that is coded in a rare way (arithmetic or lossless); save "
+                    "it as an ordinary JPEG or as PNG first"
+                ) from None
+            raise
         notes: tuple[str, ...] = ()
         if deep_png:
             pixels = deep.decode(_all_of(file))

@@ -30,6 +30,8 @@ _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
 _HEADER_BYTES: Final = 8
 _IPTC, _PHOTOSHOP = 33723, 34377
+_LONG: Final = 4
+_IPTC_START: Final = b"\x1c"
 _EXIF_DIRECTORY, _GPS_DIRECTORY, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 # What a TIFF directory says about the picture rather than about its storage: names, description,
 # make, model, software, date, artist, computer, ratings, copyright, and Windows' texts.
@@ -59,6 +61,7 @@ class TiffTags:
     """The first directory of a TIFF file; Pillow can't open all of those that OpenCV decodes."""
 
     tags: Pillow.Exif
+    iptc: bytes | None = None
 
     @staticmethod
     def read(file: IO[bytes]) -> TiffTags:
@@ -73,7 +76,7 @@ class TiffTags:
         tags.load_from_fp(file)
         if _WIDTH not in tags or _HEIGHT not in tags:
             raise ValueError("a directory without a picture")
-        return TiffTags(tags)
+        return TiffTags(tags, _iptc(file))
 
     def _first(self, tag: int, default: int) -> int:
         value = self.tags.get(tag, default)
@@ -165,8 +168,10 @@ class TiffTags:
     @property
     def photoshop(self) -> bytes | None:
         """Photoshop resources; an IPTC record that stands alone is put into some."""
-        iptc = _as_bytes(self.tags.get(_IPTC))
-        return _as_bytes(self.tags.get(_PHOTOSHOP)) or (iptc and photoshop.holding(iptc))
+        resources = _as_bytes(self.tags.get(_PHOTOSHOP))
+        if self.iptc is None or (resources and photoshop.iptc_of(resources)):
+            return resources
+        return (resources or b"") + photoshop.holding(self.iptc)
 
     @property
     def dpi(self) -> tuple[Any, Any] | None:
@@ -195,6 +200,38 @@ def _as_bytes(value: object) -> bytes | None:
     if isinstance(value, tuple):  # a wrong type in the file: numbers for bytes
         value = bytes(value)
     return value if isinstance(value, bytes) and value else None
+
+
+def _iptc(file: IO[bytes]) -> bytes | None:
+    """Return the IPTC record of an open file; most programs store it as numbers of 32 bits.
+
+    Pillow keeps only the first of those numbers.
+    """
+    file.seek(0)
+    order = ">" if file.read(_HEADER_BYTES // 2) == HEADS[1] else "<"
+    try:
+        (at,) = struct.unpack(order + "I", file.read(4))
+        file.seek(at)
+        (entries,) = struct.unpack(order + "H", file.read(2))
+        for _ in range(entries):
+            tag, kind, count = struct.unpack(order + "HHI", file.read(8))
+            place = file.read(4)
+            if tag == _IPTC:
+                size = count * (4 if kind == _LONG else 1)
+                if size > len(place):
+                    file.seek(struct.unpack(order + "I", place)[0])
+                    place = file.read(size)
+                return _in_order(place[:size]) or None
+    except struct.error:
+        pass  # a damaged directory, not worth the photo
+    return None
+
+
+def _in_order(iptc: bytes) -> bytes:
+    """Undo the byte order of numbers that some programs write the record in."""
+    if iptc[:1] != _IPTC_START and iptc[3:4] == _IPTC_START and len(iptc) % 4 == 0:
+        return np.frombuffer(iptc, np.uint32).byteswap().tobytes()
+    return iptc
 
 
 def with_metadata(
@@ -250,10 +287,24 @@ def with_metadata(
 def _telling(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
     for tag in _TELLING:
         if tag in tags:
-            yield tag, tags[tag]
+            yield tag, _kept(tags[tag])
     for tag in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
         if tag in tags:
-            inner = dict(tags.get_ifd(tag))
+            inner = {name: _kept(value) for name, value in tags.get_ifd(tag).items()}
             if _INTEROPERABILITY in inner:
                 inner[_INTEROPERABILITY] = dict(tags.get_ifd(_INTEROPERABILITY))
             yield tag, inner
+
+
+class _Text(str):
+    """A text that is written byte for byte: Pillow reads Latin-1, but writes ASCII and "?"."""
+
+    __slots__ = ()
+
+    def encode(self, encoding: str = "latin-1", errors: str = "strict") -> bytes:
+        del encoding, errors
+        return super().encode("latin-1")
+
+
+def _kept(value: object) -> object:
+    return _Text(value) if isinstance(value, str) else value

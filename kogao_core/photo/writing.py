@@ -182,6 +182,8 @@ def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[byte
     reason = ""
     if photo.orientation != 1:
         reason = "the photo was turned upright"
+    elif photo.jpeg is None:
+        reason = "its colours were converted to RGB"
     elif pixels.shape != photo.pixels.shape:
         reason = "its size or its colours have changed"
     elif not _source_is_there(photo):
@@ -193,8 +195,8 @@ def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[byte
             reason = str(why)
         else:
             said = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
-            was_progressive = photo.jpeg is not None and photo.jpeg.progressive
-            return kept.data, said + was_progressive * ", in one scan instead of progressive ones"
+            more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
+            return kept.data, said + more
     return encoded, f"every block of the JPEG was compressed again: {reason}"
 
 

@@ -204,6 +204,38 @@ def test_an_iptc_record_that_stands_alone_in_a_tiff_is_kept_everywhere(tmp_path)
         assert photoshop.iptc_of(again.photoshop) == files.IPTC
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_an_iptc_record_in_numbers_of_32_bits_is_kept(tmp_path, monkeypatch, swapped):
+    """As ExifTool and libtiff write it, the latter in the byte order of the file."""
+    record = files.IPTC + bytes(-len(files.IPTC) % 4)
+    monkeypatch.setattr(files, "IPTC", record)
+    data = files.tiff(upright(8, 3)).replace(b"\x49\x86\x01\0", b"\x50\x86\x01\0")  # no 34377
+    entry = struct.pack("<HHI", 33723, 7, len(record))
+    assert data.count(entry) == 1
+    data = data.replace(entry, struct.pack("<HHI", 33723, 4, len(record) // 4))
+    if swapped:
+        data = data.replace(record, np.frombuffer(record, ">u4").astype("<u4").tobytes())
+    source, _ = rewritten(tmp_path, ".tif", data)
+    assert photoshop.iptc_of(source.photoshop) == record
+    assert photoshop.iptc_of(photo.read(tmp_path / "out.tif").photoshop) == record
+
+
+@pytest.mark.parametrize(("form", "texts"), [("JPEG", 3), ("TIFF", 2)])
+def test_letters_beyond_ascii_come_into_a_tiff_byte_for_byte(tmp_path, form, texts):
+    name = "Sølvi Åsen 小顔".encode()
+    tags = Image.Exif()
+    tags[0x013B] = tags[0x8298] = "?" * len(name)
+    tags.get_ifd(EXIF)[0xA433] = "?" * len(name)  # the lens's maker; into a TIFF Pillow has none
+    with io.BytesIO() as out:
+        Image.fromarray(upright(8, 3)).save(out, form, exif=tags)
+        stored = out.getvalue().replace(b"?" * len(name), name)
+    assert stored.count(name) == texts
+    (tmp_path / "in.any").write_bytes(stored)
+    source = photo.read(tmp_path / "in.any")
+    photo.write(source, source.pixels // 2, tmp_path / "out.tif")
+    assert (tmp_path / "out.tif").read_bytes().count(name) == texts
+
+
 def test_thumbnails_in_xmp_are_left_out_and_sizes_are_those_of_the_upright_photo(tmp_path):
     xmp = b'<a tiff:ImageWidth="40" exif:PixelYDimension="56">'
     xmp += b"<xmp:Thumbnails>old</xmp:Thumbnails></a>"

@@ -404,6 +404,14 @@ def assert_refused(path, words, **options):
     assert str(path) in message
 
 
+def test_a_jpeg_of_a_rare_kind_is_not_called_damaged(tmp_path, picture):
+    path = saved(tmp_path / "in.jpg", picture)
+    data = path.read_bytes()
+    assert data.count(b"\xff\xc0\0\x11") == 1
+    path.write_bytes(data.replace(b"\xff\xc0\0\x11", b"\xff\xc5\0\x11"))  # hierarchical
+    assert_refused(path, "coded in a rare way.*; save it as an ordinary JPEG")
+
+
 def test_what_cannot_be_read_says_what_to_do(tmp_path):
     assert_refused(tmp_path / "missing.jpg", "doesn't exist; check")
     assert_refused(tmp_path, "is a folder; name")

@@ -119,6 +119,21 @@ def test_results_inside_the_input_folder_are_not_inputs_the_next_time(folder):
     assert not any("small" in task.source for task in tasks)
 
 
+@pytest.mark.parametrize("kind", ["photo", "text"])
+def test_a_file_that_is_no_report_is_left_alone(capsys, small_portrait, tmp_path, kind):
+    source, other = tmp_path / "a.jpg", tmp_path / "notes.txt"
+    shutil.copy(small_portrait, source)
+    other.write_text("remember the milk")
+    report = source if kind == "photo" else other
+    before = report.read_bytes()
+    code, _, err = run(capsys, source, "-o", tmp_path / "out", "--report", report)
+    assert code == 3
+    assert "it is no report of a batch" in err
+    assert err.count("\n") == 1
+    assert report.read_bytes() == before
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_damaged_report_is_read_as_far_as_it_goes(folder, tmp_path):
     out = tmp_path / "out"
     report = tmp_path / "report.jsonl"

@@ -18,6 +18,30 @@ if __name__ == "__main__":
     time.sleep(60)
 """
 
+# Interrupts its worker, as Ctrl+C does, before that has come to anything.
+INTERRUPTED = """
+import os, signal
+from kogao_core.batch import Workers
+from kogao_core.batch.tasks import Task
+if __name__ == "__main__":
+    with Workers.processes(1) as workers:
+        outcome = workers.submit(Task("none.jpg", "out.jpg", {}))
+        for worker in workers._executor._processes:
+            os.kill(worker, signal.SIGINT)
+        print(outcome.result().reason)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_an_interrupt_while_workers_start_is_not_for_them(tmp_path):
+    script = tmp_path / "program.py"
+    script.write_text(INTERRUPTED)
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.stdout == "none.jpg doesn't exist; check the name and the folder\n"
+    assert done.stderr == ""
+
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 def test_an_idle_worker_ends_with_a_killed_program(tmp_path):

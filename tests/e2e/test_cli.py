@@ -273,6 +273,7 @@ def test_bad_values_are_usage(fails, tmp_path, arguments, words):
         ('{"fit": ["exact"]}', "fit must be one of"),
         ('{"strength": 4}', "unknown recipe field 'strength'"),
         ('{"version": 2}', "version"),
+        ("[" * 100_000, "is not JSON"),
     ],
 )
 def test_a_bad_recipe_file_is_usage(fails, tmp_path, content, words):
@@ -304,6 +305,15 @@ def bad_inputs(folder):
     data = b"IDAT" + zlib.compress(b"\0")
     png += struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
     yield "large.png", png, "40000 x 40000 px, 1600 megapixels; the limit is 300"
+
+
+@pytest.mark.skipif(
+    os.name == "nt" or os.geteuid() == 0, reason="permissions bind neither Windows nor root"
+)
+def test_a_photo_without_permission_is_one_that_cannot_be_read(fails, faceless, tmp_path):
+    faceless.chmod(0)
+    fails(3, "check its permissions", "warp", faceless, "-o", tmp_path / "out.png")
+    fails(3, "check its permissions", "detect", faceless)
 
 
 def test_unreadable_photos(fails, tmp_path):
@@ -433,6 +443,24 @@ def test_a_reader_that_leaves_is_no_error():
     assert done.stderr == ""
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
+@pytest.mark.parametrize("arguments", ["licenses", "doctor --json"])
+def test_a_full_disk_behind_the_output_gives_one_line(arguments):
+    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' {arguments}"
+    done = subprocess.run(
+        f"{command} > /dev/full", shell=True, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 3
+    assert re.fullmatch(r"kogao-cli: [^\n]+can't be printed[^\n]+\n", done.stderr)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX shells")
+def test_a_closed_output_is_no_error():
+    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' licenses >&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 # ---- doctor and licences --------------------------------------------------------------------
 
 
@@ -452,6 +480,10 @@ def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypat
         doctor, "_package", lambda name: {"version": ""} if name == "rawpy" else there(name)
     )
     assert "extra [raw]: not installed (pip install 'kogao[raw]')" in cli("doctor")[1]
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert set(doctor.examine()["extras"]) == (
+        set(declared["optional-dependencies"]) - {"test", "bench", "dev"}
+    )
     assert not any("raw" in command for command in doctor.examine()["mend"])
 
 

@@ -1,6 +1,7 @@
 """The experiments as commands: on the sample portrait, to files that anyone can read."""
 
 import csv
+import errno
 import json
 import re
 import subprocess
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import assets
+from kogao_core import assets, atomic
 from kogao_core.cli import main
 from kogao_core.experiments.methods import METHODS, comparing
 from kogao_core.experiments.sessions import Session, append
@@ -146,6 +147,7 @@ def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, 
         (("{photo}", "--face", 7), 2, "there is no face 7"),
         (("{photo}", "--json", "{empty}/none/x.json"), 3, "there is no folder"),
         (("{photo}", "-o", "{photo}/x"), 3, "there is no folder"),
+        (("{photo}", "--json", "-", "--csv", "-"), 2, "only one of the files can be printed"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(
@@ -160,6 +162,18 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
     assert words in err
     assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize("options", [("-o", "{folder}/out"), ("--json", "{folder}/out.json")])
+def test_a_full_disk_is_named_with_what_to_do(cli, portrait, tmp_path, monkeypatch, options):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(atomic, "put", full)
+    given = (str(option).format(folder=tmp_path) for option in options)
+    code, _, err = cli("domains", portrait, "--repeats", 1, *given)
+    assert code == 3
+    assert re.fullmatch(r"kogao-cli: .*out.* can't be written \(No space .+\); choose .+\n", err)
 
 
 def test_an_absent_library_is_named(cli, portrait, tmp_path, monkeypatch):

@@ -132,6 +132,7 @@ def test_projects_that_cannot_be_used_are_one_line(cli, kept, tmp_path):
         ((kept, "--save-project"), "exists; --force"),
         (("--sample", "--save-project"), "the sample keeps no project"),
         ((kept, "--label", "x" * 101), "label"),
+        ((kept, "--label", ""), "label"),
         ((kept, "--label", "x", "--label-font", bad), "font"),
     ):
         code, said, err = cli("warp", *arguments, "-o", out)

@@ -72,6 +72,11 @@ def test_a_study_is_made_answered_and_reported(cli, portrait, tmp_path):
     ten = next(row for row in rows if (row["percent"], row["center"]) == ("10.0", "2"))
     assert (ten["unnatural"], ten["answers"], ten["published"]) == ("2", "2", "0.7")
     assert "http" not in re.sub(r'http-equiv|xmlns="[^"]*"', "", outputs[2].read_text())
+    with (folder / plan.RATINGS_FOLDER / "synthetic-1.jsonl").open("a") as log:
+        log.write('{"n": 99, "pic')
+    code, again, err = cli("report", folder)
+    assert (code, again) == (0, said)
+    assert err == "kogao-cli: torn lines of ratings that were left out: 1\n"
     code, _, err = cli("report", folder, "--json", outputs[0])
     assert code == 2
     assert "--force" in err
