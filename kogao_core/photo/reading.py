@@ -119,12 +119,17 @@ def _own_limits() -> Iterator[None]:
             Pillow.MAX_IMAGE_PIXELS = limit
 
 
+def _rounded(megapixels: float) -> str:
+    return f"{megapixels:.0f}" if megapixels >= 1.0 else f"{megapixels:.2g}"
+
+
 def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> None:
     megapixels = width * height / 1e6
     if megapixels > max_megapixels:
         raise UnreadablePhoto(
-            f"{path} is {width} x {height} px, {megapixels:.0f} megapixels; the limit is "
-            f"{max_megapixels:g}: raise max-megapixels if it is genuine, or make it smaller"
+            f"{path} is {width} x {height} px, {_rounded(megapixels)} megapixels; the limit is "
+            f"{max_megapixels:g}: raise --max-megapixels on the command line if it is genuine, "
+            "or make it smaller"
         )
 
 

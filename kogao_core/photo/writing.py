@@ -148,7 +148,7 @@ def _shows_through(pixels: Image) -> bool:
 
 
 def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
-    if form != photo.format or photo.orientation != 1:
+    if form != photo.format:
         return False
     if pixels.dtype != photo.pixels.dtype or not np.array_equal(pixels, photo.pixels):
         return False

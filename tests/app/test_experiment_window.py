@@ -28,6 +28,11 @@ def window_of(driver) -> ExperimentDialog:
     return next(d for d in driver.window.findChildren(ExperimentDialog) if d.isVisible())
 
 
+def finish(driver):
+    """Wait for an experiment: some import large libraries first."""
+    driver.qtbot.waitUntil(lambda: not driver.editor.busy, timeout=120_000)
+
+
 def text(table, row, column):
     return table.item(row, column).text()
 
@@ -41,7 +46,7 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     opened.key(KEYS.Key_1, CONTROL)
     shown = window_of(opened)
     assert not shown.to_file.isEnabled()
-    opened.settle()
+    finish(opened)
     times = shown.tables[0]
     assert text(times, 0, 0) == "Conventional method"
     assert len(shown.tables[0].findItems("Dual method", Qt.MatchFlag.MatchStartsWith)) == 1
@@ -61,17 +66,17 @@ def test_closing_the_window_stops_the_experiment(opened):
     opened.key(KEYS.Key_3, CONTROL)
     shown = window_of(opened)
     QTest.keyClick(shown, KEYS.Key_Escape)
-    opened.settle()
+    finish(opened)
     assert not [d for d in opened.window.findChildren(ExperimentDialog) if d.isVisible()]
     opened.window.actions_by_name["experiment-domains"].trigger()
-    opened.settle()
+    finish(opened)
     assert text(window_of(opened).tables[0], 0, 0) == "portrait.png", "another can begin"
 
 
 def test_methods_hang_side_by_side(opened):
     opened.key(KEYS.Key_4, CONTROL)
     shown = window_of(opened)
-    opened.settle()
+    finish(opened)
     hung = [method.title for method in METHODS if method.title not in shown.state.text()]
     labels = (label for label in shown.findChildren(QLabel) if not label.pixmap().isNull())
     pictures = {label.accessibleName() for label in labels}
@@ -85,7 +90,7 @@ def test_a_failure_is_told_in_its_window(opened, storage):
     (storage.data / SESSIONS).write_text('{"version": 9}\n')
     opened.key(KEYS.Key_1, CONTROL)
     shown = window_of(opened)
-    opened.settle()
+    finish(opened)
     assert "line 1" in shown.state.text()
     assert not shown.to_file.isEnabled()
 

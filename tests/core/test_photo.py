@@ -358,12 +358,13 @@ def test_an_unchanged_photo_is_copied_to_the_byte(tmp_path, picture):
     assert (tmp_path / "out.png").read_bytes() != path.read_bytes()
 
 
-def test_an_unchanged_photo_that_was_turned_is_written_upright(tmp_path, picture):
-    source = photo.read(saved(tmp_path / "in.png", picture, exif=exif_block(6)))
-    photo.write(source, source.pixels, tmp_path / "out.png")
-    again = photo.read(tmp_path / "out.png")
-    assert again.orientation == 1
-    np.testing.assert_array_equal(again.pixels, source.pixels)
+@pytest.mark.parametrize("name", ["in.png", "in.jpg", "in.tif"])
+def test_an_unchanged_photo_is_copied_however_it_lies(tmp_path, picture, name):
+    path = saved(tmp_path / name, picture, exif=exif_block(6))
+    source = photo.read(path)
+    assert source.orientation == 6
+    photo.write(source, source.pixels, tmp_path / f"out{path.suffix}")
+    assert (tmp_path / f"out{path.suffix}").read_bytes() == path.read_bytes()
 
 
 def test_a_source_written_over_is_not_taken_for_the_original(tmp_path, picture):
@@ -453,10 +454,12 @@ def test_a_truncated_file_is_refused_without_noise(tmp_path, deep_picture, kind,
 def test_too_large_is_refused_before_decoding(tmp_path):
     path = tmp_path / "large.png"
     path.write_bytes(png_header(40_000, 40_000))
-    assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise max-mega")
+    assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise --max-mega")
     path.write_bytes(png_header(14_000, 14_000))  # beyond Pillow's own limit, within ours
     assert_refused(path, "damaged or incomplete")
     assert_refused(path, "the limit is 100", max_megapixels=100)
+    path.write_bytes(png_header(300, 200))
+    assert_refused(path, "0.06 megapixels; the limit is 0.01", max_megapixels=0.01)
 
 
 def test_reading_leaves_pillow_as_it_was(tmp_path, picture):
