@@ -176,10 +176,10 @@ def _pair(point: Array) -> tuple[float, float]:
 def next_hint(state: State) -> str:
     """Return what is to be marked next."""
     done = len(state.draft)
+    if state.faces and not done:
+        return tr("Press on the outline and drag to where it goes; drag any point to correct it")
     if done < CORNERS:
         kind, index = ("eye", done) if done < _EYES else ("mouth", done - _EYES)
         what = name(Handle(kind, 0, index), 0)  # type: ignore[arg-type]
         return tr("Click the {what} ({n} of {all})", what=what, n=done + 1, all=CORNERS)
-    if not state.faces or done:
-        return tr("Press on the outline, beginning at the left ear, and drag to where it goes")
-    return tr("Press on the outline and drag to where it goes; drag any point to correct it")
+    return tr("Press on the outline, beginning at the left ear, and drag to where it goes")

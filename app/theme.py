@@ -123,6 +123,7 @@ def _sheet(theme: Theme) -> str:
         background: {theme.raised}; border-color: {theme.line};
     }}
     QToolButton[snug="true"] {{ padding: 4px 2px; }}
+    QFileDialog QToolButton {{ padding: 0; min-height: 0; }}
     QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
     QToolButton:pressed, QPushButton:pressed {{ background: {theme.line}; }}
     QToolButton:checked {{

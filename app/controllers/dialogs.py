@@ -14,6 +14,7 @@ from kogao_core.sidecar import SUFFIX
 
 from ..document import Document
 from ..i18n import tr
+from ..photos import is_sample
 from ..projects import Work, is_project
 from .files import Files
 from .projects import Projects
@@ -38,7 +39,7 @@ class Dialogs(QObject):
         self._projects: Projects | None = None
         self._after_saving: Then | None = None
         files.wants_open.connect(self.ask_open)
-        files.wants_save.connect(self.ask_save)
+        files.wants_save.connect(self._ask_copy)
         files.saved.connect(self._go_on)
 
     def ask_open(self) -> None:
@@ -57,6 +58,8 @@ class Dialogs(QObject):
 
     def open(self, path: Path) -> None:
         """Open a photo or a project once unsaved changes are dealt with."""
+        # Recent files and recovery outlive the folder that this program was started in.
+        path = path.absolute()
         projects = self._projects
         if projects is not None and is_project(path):
             self.guard(lambda: projects.open(path))
@@ -69,6 +72,11 @@ class Dialogs(QObject):
 
     def ask_save(self) -> None:
         """Ask where the copy goes; a name beside the original is suggested."""
+        # An earlier save that failed may have stood in the way of closing; this one doesn't.
+        self._forget()
+        self._ask_copy()
+
+    def _ask_copy(self) -> None:
         suggested = self._files.suggested()
         if suggested is None:
             return
@@ -101,7 +109,6 @@ class Dialogs(QObject):
         dialog.selectFile(suggested.name)
         # The dialog has asked before replacing a file.
         dialog.fileSelected.connect(lambda name: projects.save_to(Path(name), replace=True))
-        dialog.rejected.connect(self._forget)
         dialog.rejected.connect(self._forget)
         dialog.open()
 
@@ -145,7 +152,7 @@ class Dialogs(QObject):
             then()
         elif answer == buttons.Save.value:
             self._after_saving = then
-            self.ask_save()
+            self._ask_copy()
 
     def _go_on(self) -> None:
         then, self._after_saving = self._after_saving, None
@@ -158,6 +165,9 @@ class Dialogs(QObject):
     def _dialog(self, title: str, *more: str, formats: Iterable[str] = READABLE) -> QFileDialog:
         dialog = QFileDialog(self._window, title)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        path = self._document.path
+        if path is not None and not is_sample(path):
+            dialog.setDirectory(str(path.parent))
         patterns = " ".join((*(f"*{suffix}" for suffix in formats), *more))
         dialog.setNameFilter(tr("Photos ({patterns})", patterns=patterns))
         return dialog

@@ -233,15 +233,15 @@ class Files(QObject):
         self._editing.commit()
         state, step, told = self._document.state, self._document.undo.index(), self._told
 
-        def job() -> tuple[Path, int, str]:
-            return path, step, photos.saved(photo, state, told, path)
+        def job() -> tuple[Path, int, Photo, str]:
+            return path, step, photo, photos.saved(photo, state, told, path)
 
         self.working.emit(tr("Saving {name}…", name=path.name))
         self._writing.submit(job)
 
-    def _written(self, written: tuple[Path, int, str]) -> None:
-        path, step, said = written
-        if self._document.undo.index() == step:
+    def _written(self, written: tuple[Path, int, Photo, str]) -> None:
+        path, step, photo, said = written
+        if self._document.photo is photo and self._document.undo.index() == step:
             self._document.undo.setClean()
         text = tr("Saved {name}", name=path.name)
         self.working.emit(text)

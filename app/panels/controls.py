@@ -7,12 +7,20 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ..theme import GRID_PX
 
-# Notches of a wheel that follow each other faster are one gesture.
-_WHEEL_REST_MS = 400
+# Notches of a wheel that follow each other faster are one gesture, and so is a double click.
+_REST_MS = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +65,10 @@ class GestureSlider(QSlider):
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._aborted = False
-        self._wheel_rest = QTimer(self, singleShot=True, interval=_WHEEL_REST_MS)
-        self._wheel_rest.timeout.connect(self.rested)
+        pause = max(_REST_MS, QApplication.doubleClickInterval())
+        self._rest = QTimer(self, singleShot=True, interval=pause)
+        self._rest.timeout.connect(self.rested)
+        self._dragged = False
         self.valueChanged.connect(self.edited)
 
     def abort(self) -> None:
@@ -67,25 +77,30 @@ class GestureSlider(QSlider):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a gesture."""
-        self._aborted = False
+        self._rest.stop()
+        self._aborted = self._dragged = False
         super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the mouse unless the gesture was aborted."""
+        self._dragged = self.isSliderDown()
         if not self._aborted:
             super().mouseMoveEvent(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the gesture."""
+        """End the gesture; that of a click may still become a double click."""
         with QSignalBlocker(self):
             super().mouseReleaseEvent(event)
-        if not self._aborted:
+        if not self._aborted and self._dragged:
             self.rested.emit()
+        elif not self._aborted:
+            self._rest.start()
         self._aborted = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Ask for the default."""
         event.accept()
+        self._rest.stop()
         self.reset.emit()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
@@ -97,6 +112,7 @@ class GestureSlider(QSlider):
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """End a gesture whose key is let go elsewhere."""
         super().focusOutEvent(event)
+        self._rest.stop()
         self.rested.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -105,7 +121,7 @@ class GestureSlider(QSlider):
             event.ignore()
             return
         super().wheelEvent(event)
-        self._wheel_rest.start()
+        self._rest.start()
 
 
 class ValueSlider(QWidget):

@@ -85,9 +85,9 @@ def _words(found: Naturalness) -> str:
     if found.percent <= 0.0:
         return tr("nothing moves")
     if found.percent < DISTANCES[0]:
-        return tr("{n:.1f} % or fewer found it unnatural", n=found.unnatural)
+        return tr("≤ {n:.1f} % found it unnatural", n=found.unnatural)
     if found.percent > DISTANCES[-1]:
-        return tr("⚠ {n:.0f} % or more found it unnatural", n=found.unnatural)
+        return tr("⚠ ≥ {n:.0f} % found it unnatural", n=found.unnatural)
     return tr("⚠ {words}", words=share) if found.warns else share
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from ..document import State
@@ -25,6 +26,7 @@ class OwnerLine(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.title, self.note = heading(""), muted_label()
+        self.note.setWordWrap(True)
         self.button = QPushButton(tr("&Use the photo's"))
         self.button.setToolTip(tr("Forget this face's own settings"))
         self.button.setAccessibleName(tr("Use the photo's settings"))
@@ -32,12 +34,15 @@ class OwnerLine(QWidget):
         row = QHBoxLayout()
         row.setSpacing(2 * GRID_PX)
         row.addWidget(self.title)
-        row.addWidget(self.note)
-        row.addStretch()
+        row.addWidget(self.note, 1)
         row.addWidget(self.button)
         column_of(self).addLayout(row)
-        # Nothing below may jump when the button comes and goes.
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Nothing below may jump when the button comes and goes: keep its height, as dressed."""
+        self.button.ensurePolished()
         self.setMinimumHeight(self.button.sizeHint().height())
+        super().showEvent(event)
 
     def show_state(self, state: State, chosen: int | None) -> None:
         """Show whose settings are edited and which faces have their own."""

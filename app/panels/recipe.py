@@ -52,6 +52,8 @@ class RecipePanel(QWidget):
         self.guard = QCheckBox(tr("&Guard: hold back what would fold"))
         self.guard.toggled.connect(lambda on: self._choose("guard", on))
         self.one_to_one, self.residual = muted_label(), muted_label()
+        for label in (self.one_to_one, self.residual):
+            label.setWordWrap(True)
         self.choices = {
             "fit": self._choice("fit", tr("Fit")),
             "domain": self._choice("domain", tr("Domain")),
@@ -183,8 +185,8 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
         cells = len(check.folded_cells)
         return tr("⚠ folds in {n} cells, J ≥ {det:.2f}", n=cells, det=det), False
     if not check.edges_proven:
-        return tr("⚠ thin folds at the threshold can't be ruled out, J ≥ {det:.2f}", det=det), False
+        return tr("⚠ thin folds at the threshold possible\nJ ≥ {det:.2f}", det=det), False
     if kept < 1.0:
-        text = tr("⚠ held back to {n:.0f} % of the move, J ≥ {det:.2f}", n=100 * kept, det=det)
+        text = tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det)
         return text, False
     return tr("one-to-one ✓ J ≥ {det:.2f}", det=det), True

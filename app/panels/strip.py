@@ -41,12 +41,14 @@ class FilmStrip(QListWidget):
         self.setGridSize(QSize(THUMBNAIL_PX + 24, THUMBNAIL_PX + 32))
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.setMinimumHeight(THUMBNAIL_PX + 52)
+        self._passed: int | None = None
         self.itemClicked.connect(self._tell)
         self.itemActivated.connect(self._tell)
 
     def show_paths(self, paths: Sequence[Path]) -> None:
         """Show these photos; their thumbnails come later."""
         self.clear()
+        self._passed = None
         for path in paths:
             item = QListWidgetItem(_blank(), path.name)
             item.setData(_PATH, str(path))
@@ -61,9 +63,14 @@ class FilmStrip(QListWidget):
 
     def mark(self, path: Path | None) -> None:
         """Select the photo that is open."""
+        self._passed = None
         with QSignalBlocker(self):
-            rows = [row for row in range(self.count()) if self.path(row) == path]
-            self.setCurrentRow(rows[0] if rows else -1)
+            row = self._row_of(path)
+            self.setCurrentRow(-1 if row is None else row)
+
+    def pass_over(self, path: Path | None) -> None:
+        """Let the next step begin at a photo that couldn't be opened."""
+        self._passed = self._row_of(path)
 
     def path(self, row: int) -> Path:
         """Return which photo stands in a row."""
@@ -71,9 +78,12 @@ class FilmStrip(QListWidget):
 
     def step(self, by: int) -> None:
         """Ask for the next or an earlier photo."""
-        row = self.currentRow() + by
+        row = (self.currentRow() if self._passed is None else self._passed) + by
         if 0 <= row < self.count():
             self.wanted.emit(self.path(row))
+
+    def _row_of(self, path: Path | None) -> int | None:
+        return next((row for row in range(self.count()) if self.path(row) == path), None)
 
     def _tell(self, item: QListWidgetItem) -> None:
         self.wanted.emit(self.path(self.row(item)))

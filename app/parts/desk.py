@@ -34,6 +34,7 @@ class Desk(QObject):
         self._document, self._dialogs, self._window = document, dialogs, window
         self._settings = settings
         self.strip = Strip(window.strip, pool, self)
+        self._wanted: Path | None = None
         shortcuts.restore(settings, window.actions_by_name)
         self.size_known = window.docks.restore(settings)
         window.history.setStack(document.undo)
@@ -58,6 +59,10 @@ class Desk(QObject):
         if not self._settings.value("welcomed", False, bool):
             self._settings.setValue("welcomed", True)
             welcome()
+
+    def pass_over(self) -> None:
+        """Go on along the strip after a photo that couldn't be opened."""
+        self._window.strip.pass_over(self._wanted)
 
     def _join_actions(self) -> None:
         window, named = self._window, self._window.actions_by_name
@@ -95,6 +100,7 @@ class Desk(QObject):
     def _show_strip(self, paths: list[Path]) -> None:
         self._window.docks.show("strip")
         if paths and self._document.path not in paths:
+            self._wanted = paths[0]
             self._dialogs.open(paths[0])
         elif not paths:
             self._window.status.hint(tr("There is no photo in that folder"))
@@ -102,11 +108,13 @@ class Desk(QObject):
 
     def _open(self, path: Path) -> None:
         if path != self._document.path:
+            self._wanted = path
             self._dialogs.open(path)
         # Until it is open, and should the user keep the other one, that one stays selected.
         self._window.strip.mark(self._document.path)
 
     def _follow(self) -> None:
+        self._wanted = None
         path = self._document.path
         if path is not None and not is_sample(path):
             recent.add(self._settings, path)

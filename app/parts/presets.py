@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QObject, QSettings
-from PySide6.QtWidgets import QInputDialog, QMenu
+from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
 from kogao_core.recipe import Recipe
 
@@ -66,6 +66,8 @@ class PresetsPart(QObject):
         dialog.setLabelText(tr("Name of the preset"))
         dialog.textValueSelected.connect(self._save)
         dialog.open()
+        for line in dialog.findChildren(QLineEdit):
+            line.setAccessibleName(dialog.labelText())
 
     def _save(self, name: str) -> None:
         if name.strip():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from ..i18n import tr
@@ -30,7 +30,15 @@ class Message:
 
 
 class MessageBar(QFrame):
-    """One message at a time."""
+    """One message at a time.
+
+    Signals
+    -------
+    left
+        The button that had the focus goes away.
+    """
+
+    left = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -60,6 +68,8 @@ class MessageBar(QFrame):
 
     def clear(self) -> None:
         """Say nothing."""
+        if any(button.hasFocus() for button in self.buttons):
+            self.left.emit()
         self.hide()
         for button in self.buttons:
             self._row.removeWidget(button)

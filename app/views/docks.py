@@ -6,7 +6,9 @@ from typing import Final
 
 from PySide6.QtCore import QByteArray, QObject, QSettings, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabWidget, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar, QTabWidget, QWidget
+
+from ..i18n import tr
 
 # A window saved with other docks than these is not restored.
 _VERSION: Final = 1
@@ -58,6 +60,8 @@ class Docks(QObject):
         if beside is not None:
             self._window.tabifyDockWidget(self._docks[beside], dock)
             self._docks[beside].raise_()
+            for tabs in self._window.findChildren(QTabBar):
+                tabs.setAccessibleName(tr("Panels"))
         dock.setVisible(shown)
         self._fix(dock, True)
 
@@ -81,9 +85,12 @@ class Docks(QObject):
             self._hidden = [dock for dock in self._docks.values() if not dock.isHidden()]
         for dock in self._hidden:
             dock.setHidden(hidden)
+        if not hidden:
+            self._hidden = []
 
     def save(self, settings: QSettings) -> None:
-        """Remember the window's size and its docks."""
+        """Remember the window's size and its docks; the next start shows those all hidden now."""
+        self.hide_all(False)
         settings.setValue("window/geometry", self._window.saveGeometry())
         settings.setValue("window/docks", self._window.saveState(_VERSION))
 

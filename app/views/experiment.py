@@ -155,6 +155,7 @@ def _scrolled(page: QVBoxLayout) -> QScrollArea:
     page.setContentsMargins(0, 0, 2 * GRID_PX, 0)
     area.setWidgetResizable(True)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setAccessibleName(tr("Results"))
     area.setWidget(inside)
     return area
 

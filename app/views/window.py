@@ -149,6 +149,7 @@ class Window(QMainWindow):
         over = QVBoxLayout()
         over.setContentsMargins(3 * GRID_PX, 3 * GRID_PX, 3 * GRID_PX, 0)
         over.addWidget(self.bar)
+        self.bar.left.connect(self.canvas.setFocus)
         grid.addWidget(self.empty, 0, 0, Qt.AlignmentFlag.AlignCenter)
         grid.addLayout(over, 0, 0, Qt.AlignmentFlag.AlignTop)
         return stage

@@ -223,6 +223,22 @@ def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, fold
     assert strip.currentRow() == 0
 
 
+def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
+    shutil.copy(folder / "0.png", folder / "last.png")
+    drop(empty, folder)
+    for _ in range(2):
+        empty.key(KEYS.Key_Right, CONTROL)
+        empty.settle()
+    assert empty.editor.document.path == folder / "2.png"
+    empty.key(KEYS.Key_Right, CONTROL)
+    empty.settle()
+    assert "broken.jpg" in empty.say()
+    assert empty.editor.document.path == folder / "2.png"
+    empty.key(KEYS.Key_Right, CONTROL)
+    empty.settle()
+    assert empty.editor.document.path == folder / "last.png"
+
+
 def test_a_folder_without_photos_is_said(empty, tmp_path):
     place = tmp_path / "none"
     place.mkdir()
@@ -357,6 +373,15 @@ def test_all_panels_go_and_come_back_with_one_key(opened):
     opened.key(KEYS.Key_F8)
     opened.qtbot.waitUntil(lambda: opened.canvas.width() == width)
     assert dock(opened, "strip").isHidden()
+
+
+def test_panels_that_are_all_hidden_are_there_next_time(opened, start):
+    choose(opened.window.panels, "Faces")
+    opened.key(KEYS.Key_F8)
+    opened.editor.close()
+    later = start()
+    assert not dock(later, "settings").isHidden()
+    assert dock(later, "faces").isHidden()
 
 
 def test_panels_can_be_moved_when_they_are_set_free(opened):

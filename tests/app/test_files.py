@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
+from kogao_app.views.bar import Message, Step
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 from scenes import textured_photo
 
 from kogao_core import assets
@@ -192,3 +195,59 @@ def test_a_missing_sample_is_said(empty, monkeypatch):
     empty.editor.files.welcome()
     assert "average.jpg is not in this installation" in empty.say()
     assert empty.editor.document.photo is None
+
+
+def test_a_copy_of_an_earlier_photo_does_not_make_the_next_one_saved(opened, photo, tmp_path):
+    other = tmp_path / "other.png"
+    assert cv2.imwrite(str(other), textured_photo(seed=5))
+    change_something(opened)
+    files, document = opened.editor.files, opened.editor.document
+    earlier, step = document.photo, document.undo.index()
+    files.open(other)
+    opened.settle()
+    change_something(opened)
+    assert document.undo.index() == step
+    files._writing.done.emit((photo.with_name("copy.png"), step, earlier, ""))
+    assert not document.undo.isClean()
+
+
+def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path):
+    change_something(opened)
+    opened.window.close()
+    box = dialog(opened, QMessageBox)
+    QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
+    save_as(opened, tmp_path / "copy.bmp")
+    opened.qtbot.waitUntil(lambda: "must end in" in opened.say())
+    opened.take_step("Dismiss")
+    opened.window.actions_by_name["save"].trigger()
+    save_as(opened, tmp_path / "copy.png")
+    opened.qtbot.waitUntil(lambda: not opened.window.isWindowModified(), timeout=10_000)
+    opened.settle()
+    assert opened.window.isVisible()
+
+
+def test_dialogs_begin_in_the_folder_of_the_photo(opened, photo):
+    opened.key(Qt.Key.Key_O, CONTROL)
+    assert dialog(opened, QFileDialog).directory().absolutePath() == str(photo.parent)
+
+
+def test_the_file_dialogs_buttons_have_room_for_their_icons(opened):
+    opened.key(Qt.Key.Key_O, CONTROL)
+    for button in dialog(opened, QFileDialog).findChildren(QToolButton):
+        if button.isVisible() and not button.icon().isNull():
+            assert button.width() >= button.minimumSizeHint().width()
+
+
+def test_after_a_step_of_the_bar_the_photo_has_the_keys(opened):
+    opened.editor.files.said.emit(Message("Something", (Step("Do it", lambda: None),)))
+    opened.window.recipe.percent.slider.setFocus()
+    opened.window.bar.buttons[-1].setFocus()
+    QTest.mouseClick(opened.window.bar.buttons[0], Qt.MouseButton.LeftButton)
+    opened.settle()
+    assert opened.window.focusWidget() is opened.canvas
+
+
+def test_a_photo_named_from_here_is_remembered_from_anywhere(empty, photo, monkeypatch):
+    monkeypatch.chdir(photo.parent)
+    empty.open(Path(photo.name))
+    assert empty.editor.document.path == photo

@@ -39,11 +39,11 @@ def test_it_follows_distance_and_centre_and_warns_above_six_percent(opened):
 
 def test_beyond_the_table_it_says_at_least_or_at_most(opened):
     press(opened, KEYS.Key_End)
-    assert gauge(opened).text.text() == "⚠ 70 % or more found it unnatural"
+    assert gauge(opened).text.text() == "⚠ ≥ 70 % found it unnatural"
     press(opened, KEYS.Key_Home)
     assert gauge(opened).text.text() == "nothing moves"
     press(opened, KEYS.Key_PageUp)
-    assert gauge(opened).text.text() == "0.6 % or fewer found it unnatural"
+    assert gauge(opened).text.text() == "≤ 0.6 % found it unnatural"
 
 
 def test_without_an_active_face_there_is_none(opened):

@@ -243,3 +243,24 @@ def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
     assert dataclasses.replace(frames[0].rendering.recipe, interpolation="cubic") == Recipe(
         percent=4.1
     )
+
+
+def test_a_double_click_beside_the_handle_is_one_step(opened):
+    handle = slider(opened)
+    handle.setFocus()
+    QTest.keyClick(handle, KEYS.Key_PageUp)
+    before = opened.state.recipe.percent
+    far = QPoint(handle.width() - 8, handle.height() // 2)
+    QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=far)
+    assert opened.state.recipe.percent > before
+    QTest.mouseDClick(handle, Qt.MouseButton.LeftButton, pos=far)
+    assert opened.state.recipe.percent == 4.0
+    opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert opened.state.recipe.percent == before
+
+
+def test_a_click_beside_the_handle_is_a_step_after_a_moment(opened):
+    handle = slider(opened)
+    far = QPoint(handle.width() - 8, handle.height() // 2)
+    QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=far)
+    opened.qtbot.waitUntil(lambda: opened.editor.document.undo.count() == 1)

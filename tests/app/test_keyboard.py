@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QInputDialog, QWidget
 
 KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -84,3 +85,26 @@ def test_a_corner_is_marked_by_keys_and_the_hint_goes_on(opened):
     opened.key(KEYS.Key_F2)
     opened.settle()
     assert opened.window.status.hint_text == "Drag a point to correct it"
+
+
+def nameless(root):
+    """The visible widgets that take the focus, and that a screen reader couldn't name."""
+    asked = [w for w in root.findChildren(QWidget) if w.focusPolicy() != Qt.FocusPolicy.NoFocus]
+    return [
+        widget
+        for widget in asked
+        if widget.isVisible()
+        and widget.focusProxy() is None
+        and widget.objectName() != "qt_scrollarea_viewport"
+        and not widget.accessibleName()
+        and not (isinstance(widget, QAbstractButton) and widget.text())
+    ]
+
+
+def test_whatever_takes_the_focus_has_a_name(opened):
+    opened.key(KEYS.Key_F3)
+    opened.key(KEYS.Key_B)
+    assert nameless(opened.window) == []
+    opened.window.actions_by_name["save-preset"].trigger()
+    asked = opened.window.findChild(QInputDialog)
+    assert nameless(asked) == []

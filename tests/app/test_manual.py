@@ -331,3 +331,8 @@ def test_the_empty_place_of_the_canvas_shows_a_cross_while_marking(manual):
     manual.canvas.handle_at(QPointF(5, 5))
     manual.move(QPoint(5, 5))
     assert manual.canvas.viewport().cursor().shape() == Qt.CursorShape.CrossCursor
+
+
+def test_after_a_face_the_hint_is_about_its_outline(manual):
+    mark_face(manual)
+    assert manual.window.status.hint_text.startswith("Press on the outline and drag")

@@ -8,7 +8,14 @@ from kogao_app.layers import layers
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractSlider, QApplication, QCheckBox, QComboBox, QListWidget
+from PySide6.QtWidgets import (
+    QAbstractSlider,
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QListWidget,
+    QScrollArea,
+)
 
 
 def picture(driver) -> np.ndarray:
@@ -157,3 +164,17 @@ def test_keys_are_given_once(opened):
     keys = [a.shortcut().toString() for a in opened.window.actions_by_name.values()]
     keys = [key for key in keys if key]
     assert len(keys) == len(set(keys))
+
+
+def test_the_side_panel_is_never_wider_than_its_place(opened):
+    panel, area = opened.window.recipe, opened.window.manual.window().findChild(QScrollArea)
+    assert area.isAncestorOf(panel)
+    for slider in (panel.lattice.slider, panel.percent.slider):
+        slider.setFocus()
+        QTest.keyClick(slider, Qt.Key.Key_Home)
+    QTest.keyClick(panel.percent.slider, Qt.Key.Key_End)
+    opened.settle()
+    assert "⚠" in panel.gauge.text.text()
+    assert "⚠" in panel.one_to_one.text()
+    room = area.width() - area.verticalScrollBar().sizeHint().width()
+    assert area.widget().minimumSizeHint().width() <= room
