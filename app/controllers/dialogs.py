@@ -40,6 +40,7 @@ class Dialogs(QObject):
         self._after_saving: Then | None = None
         files.wants_open.connect(self.ask_open)
         files.wants_save.connect(self._ask_copy)
+        files.wants_leave.connect(self.guard)
         files.saved.connect(self._go_on)
 
     def ask_open(self) -> None:

@@ -24,6 +24,7 @@ from ..workers import Lane
 from .editing import Editing
 
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
+_Opened = tuple[Photo, Pyramid, Work | BadFile | None]
 
 
 class Files(QObject):
@@ -45,6 +46,8 @@ class Files(QObject):
         The photo that was asked for can't be opened, and why.
     saved(Path)
         A copy has been written.
+    wants_leave(callable)
+        The old photo was changed while the next one was read: ask before going on so.
     restored(Work)
         What this holds has been taken over.
     """
@@ -58,6 +61,7 @@ class Files(QObject):
     found = Signal(int)
     unreadable = Signal(str)
     saved = Signal(object)
+    wants_leave = Signal(object)
     restored = Signal(object)
 
     def __init__(
@@ -73,6 +77,7 @@ class Files(QObject):
         # What table 2 calls the setting time of the automatic method.
         self.finding_s: float | None = None
         self._told = NOTHING_TOLD
+        self._left = document.state
         self._reading, self._finding, self._writing = (Lane(pool, self) for _ in range(3))
         self._reading.done.connect(self._opened)
         self._reading.failed.connect(self._not_opened)
@@ -108,6 +113,7 @@ class Files(QObject):
         self.quiet.emit()
         self._finding.drop()
         self._reading.drop()
+        self._left = self._document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
         self._reading.submit(lambda: photos.opened(path, work, afresh))
 
@@ -131,7 +137,15 @@ class Files(QObject):
             )
             self.said.emit(Message("\n".join(lines), (self._open_step(),), wrong=False))
 
-    def _opened(self, opened: tuple[Photo, Pyramid, Work | BadFile | None]) -> None:
+    def _opened(self, opened: _Opened) -> None:
+        # Whoever went on with the old photo meanwhile hasn't been asked about that.
+        if self._document.in_gesture or self._document.state is not self._left:
+            self.working.emit(points.hint(self._document.state))
+            self.wants_leave.emit(lambda: self._show(opened))
+        else:
+            self._show(opened)
+
+    def _show(self, opened: _Opened) -> None:
         photo, pyramid, work = opened
         self.finding_s = None
         self._document.open(photo, pyramid)

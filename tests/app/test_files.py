@@ -251,3 +251,17 @@ def test_a_photo_named_from_here_is_remembered_from_anywhere(empty, photo, monke
     monkeypatch.chdir(photo.parent)
     empty.open(Path(photo.name))
     assert empty.editor.document.path == photo
+
+
+def test_changes_made_while_the_next_photo_is_read_are_asked_about(opened, tmp_path):
+    other = tmp_path / "other.png"
+    assert cv2.imwrite(str(other), textured_photo(seed=9)[..., ::-1])
+    first = opened.editor.document.path
+    opened.editor.dialogs.open(other)
+    change_something(opened)
+    opened.settle()
+    asked = dialog(opened, QMessageBox)
+    assert opened.editor.document.path == first
+    QTest.mouseClick(asked.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+    opened.settle()
+    assert opened.editor.document.path == other
