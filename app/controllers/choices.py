@@ -51,7 +51,10 @@ class Choices(QObject):
             self.chosen.emit()
 
     def set_field(self, field: str, value: object) -> None:
-        """Preview another value of a field of the recipe."""
+        """Preview another value of a field of the recipe; the same one is no gesture."""
+        now = getattr(self._document.state.recipe_of(self._scene.face), field)
+        if value == now and not self._document.in_gesture:
+            return
         state = self._document.state.with_choices(self._scene.face, **{field: value})
         self._editing.preview(state, _gesture_name(field))
 

@@ -244,6 +244,9 @@ class Files(QObject):
         if path.exists() and original.exists() and path.samefile(original):
             self._refuse(tr("That is the original; it is never written over."))
             return
+        if self._writing.busy:
+            self._refuse(tr("Another copy is still being written; save again when it is done."))
+            return
         self._editing.commit()
         state, step, told = self._document.state, self._document.undo.index(), self._told
 

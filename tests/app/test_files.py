@@ -265,3 +265,12 @@ def test_changes_made_while_the_next_photo_is_read_are_asked_about(opened, tmp_p
     QTest.mouseClick(asked.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     opened.settle()
     assert opened.editor.document.path == other
+
+
+def test_a_copy_is_refused_while_another_is_written(opened, tmp_path):
+    opened.editor.files.save(tmp_path / "first.png")
+    opened.editor.files.save(tmp_path / "second.png")
+    assert "still being written" in opened.say()
+    opened.settle()
+    assert (tmp_path / "first.png").exists()
+    assert not (tmp_path / "second.png").exists()

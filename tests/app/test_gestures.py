@@ -9,6 +9,7 @@ import pytest
 from kogao_app.points import Handle, corners, position
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QStyle
 
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
@@ -264,3 +265,13 @@ def test_a_click_beside_the_handle_is_a_step_after_a_moment(opened):
     far = QPoint(handle.width() - 8, handle.height() // 2)
     QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=far)
     opened.qtbot.waitUntil(lambda: opened.editor.document.undo.count() == 1)
+
+
+def test_a_double_click_on_what_is_the_default_changes_nothing(opened):
+    handle = slider(opened)
+    span = handle.width() - 12
+    x = 6 + QStyle.sliderPositionFromValue(handle.minimum(), handle.maximum(), handle.value(), span)
+    QTest.mouseDClick(handle, Qt.MouseButton.LeftButton, pos=QPoint(x, handle.height() // 2))
+    opened.qtbot.wait(QApplication.doubleClickInterval() + 50)
+    opened.settle()
+    assert opened.editor.document.undo.count() == 0
