@@ -53,7 +53,7 @@ def _table_2(result: Result, size: Size) -> Table:
     if result.setting is None:
         note += "No session of setting by hand was given, so there is no total with one."
     else:
-        note += f"Setting by hand: {result.setting.count} recorded sessions."
+        note += f"Recorded sessions of setting by hand: {result.setting.count}."
     return Table(f"Table 2 at {_NAMES[size]}, measured here", header, rows, note)
 
 
