@@ -327,7 +327,7 @@ def test_unreadable_photos(fails, tmp_path):
 
 @pytest.mark.usefixtures("portrait")
 def test_the_size_limit_can_be_raised(fails, faceless):
-    fails(3, "the limit is 0.01: raise max-mega", "detect", faceless, "--max-megapixels", 0.01)
+    fails(3, "the limit is 0.01: raise --max-mega", "detect", faceless, "--max-megapixels", 0.01)
     fails(4, "no face", "detect", faceless, "--max-megapixels", 0.02)
 
 
