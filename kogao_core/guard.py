@@ -7,11 +7,15 @@ from typing import Final
 
 from kogao_core.field import Field
 from kogao_core.lattice import groups
-from kogao_core.one_to_one import certify, edges_are_safe, least_det, shield_slope
+from kogao_core.one_to_one import (
+    LEAST_MEASURED_DET,
+    certify,
+    edges_are_safe,
+    least_det,
+    shield_slope,
+)
 from kogao_core.shield import NO_SHIELD
 
-# Between samples det J can be a little smaller than at them, so measured fields keep a distance.
-LEAST_MEASURED_DET: Final = 0.05
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6
 

@@ -24,6 +24,8 @@ from kogao_core.shield import Shield
 INJECTIVE_BOUND: Final = 0.48
 SAMPLES_PER_CELL: Final = 8
 _HALVINGS: Final = 2
+# Between samples det J can be a little smaller than at them, so measured fields keep a distance.
+LEAST_MEASURED_DET: Final = 0.05
 # The fade f(|d|) d has slope (f I + f' |d| u u') D; f + f' |d| is largest at |d| = 1.64 T.
 _FADE_STRETCH: Final = 2.972
 
@@ -43,12 +45,16 @@ class OneToOne:
     edges_proven : bool
         False when the fade of a threshold or of a shield could fold in bands thinner than the
         samples: then positive samples say little. The guard lets no such field pass.
+    settled : bool
+        False when no sample folds but a fold between them can't be ruled out: a lattice that
+        stands alone isn't proven, or lattices that reach into each other come near a fold.
     """
 
     min_det: float
     certified: bool
     folded_cells: tuple[tuple[float, float, float, float], ...]
     edges_proven: bool = True
+    settled: bool = True
 
     @property
     def folds(self) -> bool:
@@ -67,7 +73,18 @@ def check_one_to_one(field: Field) -> OneToOne:
         for j, i in np.argwhere(det <= 0.0).tolist():
             folded.append((ox + h * (i0 + i), oy + h * (j0 + j), h, h))
     certified = lowest > 0.0 and certify(field)
-    return OneToOne(lowest, certified, tuple(folded), certified or edges_are_safe(field))
+    edges = certified or edges_are_safe(field)
+    settled = certified or (edges and _is_settled(field, lowest))
+    return OneToOne(lowest, certified, tuple(folded), edges, settled)
+
+
+def _is_settled(field: Field, lowest_det: float) -> bool:
+    """Return whether lattices alone are proven, and others as far from a fold as the guard asks."""
+    parts = groups(field.lattices)
+    alone = (field.lattices[group[0]] for group in parts if len(group) == 1)
+    measured = any(len(group) > 1 for group in parts)
+    far = not measured or lowest_det >= LEAST_MEASURED_DET
+    return far and all(_lattice_is_safe(lattice) for lattice in alone)
 
 
 def least_det(field: Field) -> float:

@@ -186,6 +186,8 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
         return tr("⚠ folds in {n} cells, J ≥ {det:.2f}", n=cells, det=det), False
     if not check.edges_proven:
         return tr("⚠ thin folds at the threshold possible\nJ ≥ {det:.2f}", det=det), False
+    if not check.settled:
+        return tr("⚠ small folds possible\nJ ≥ {det:.2f}", det=det), False
     if kept < 1.0:
         text = tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det)
         return text, False

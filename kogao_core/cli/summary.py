@@ -73,6 +73,8 @@ def as_text(
         lines.append(
             "warning   thin folds where the threshold fades in can't be ruled out: --guard"
         )
+    elif not sound.settled:
+        lines.append("warning   folds between the samples can't be ruled out: --guard")
     return "\n".join([*lines, *(f"note      {note}" for note in notes)])
 
 

@@ -113,7 +113,7 @@ def judge(rng: np.random.Generator) -> list[str]:
     report = check_one_to_one(field)
     if report.folds:
         seen.append("reported as folding")
-    elif not report.edges_proven:
+    elif not report.settled:
         seen.append("reported as not proven")
     elif guarded_folds if untouched else lowest_det(field, rng) <= 0.0:
         seen.append("folds certified" if report.certified else "folds not reported")

@@ -100,3 +100,23 @@ def test_identity_reports_one():
     assert report.min_det == 1.0
     assert report.certified
     assert check_one_to_one(Field(())).min_det == 1.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_fold_between_the_samples_is_never_called_settled(seed):
+    phi = np.random.default_rng(seed).normal(0.0, 40.0, (6, 6, 2))
+
+    def report_of(share):
+        return check_one_to_one(Field((Lattice(Grid((0.0, 0.0), 10.0), (0, 0), share * phi),)))
+
+    low, high = 0.0, 1.0
+    assert report_of(low).settled
+    assert report_of(high).folds
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if report_of(middle).folds else (middle, high)
+    # So near to a fold that samples show none where there is one.
+    report = report_of(low)
+    assert dense_det(Lattice(Grid((0.0, 0.0), 10.0), (0, 0), low * phi), 0.004).min() < 0.0
+    assert not report.folds
+    assert not report.settled
