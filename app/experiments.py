@@ -5,29 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
-from kogao_core.experiments import (
-    distortion,
-    distortion_report,
-    domains,
-    domains_report,
-    sessions,
-    timing,
-    timing_report,
-)
-from kogao_core.experiments.methods import comparing, telling
-from kogao_core.experiments.report import Made, Table, reduced
 from kogao_core.experiments.subjects import Subject, Told
-from kogao_core.experiments.telling import texts
 from kogao_core.face import LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
 
 from .i18n import tr
 
+if TYPE_CHECKING:
+    from kogao_core.experiments.report import Table
+
 ExperimentName = Literal["timing", "domains", "distortion", "methods"]
-_REPEATS: Final = {"timing": 5, "domains": 3, "methods": 2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +70,6 @@ class Outcome:
     texts: dict[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
-class _Found:
-    result: object
-    left_out: list[str] = field(default_factory=list)
-    pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
-
-
 def title(name: ExperimentName) -> str:
     """Return what an experiment is called."""
     return {
@@ -99,75 +82,7 @@ def title(name: ExperimentName) -> str:
 
 def run(name: ExperimentName, task: Task, told: Told) -> Outcome:
     """Run an experiment; `told` hears how far it is, and ends it by raising."""
-    return _outcome(name, task, _RUNS[name](task, told))
+    # Here, on a worker, and not when the editor starts.
+    from .measuring import measured
 
-
-def _outcome(name: ExperimentName, task: Task, found: _Found) -> Outcome:
-    made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
-    tells = _TELLING[name]
-    return Outcome(
-        name,
-        tells.LEAD,
-        tells.tables(found.result),
-        found.pictures,
-        found.left_out,
-        {kind: text() for kind, text in texts(found.result, tells, made).items()},
-    )
-
-
-def _timing(task: Task, told: Told) -> _Found:
-    known = tuple(sessions.read(task.sessions)) if task.sessions.exists() else ()
-    warm_up, repeats = 1, _REPEATS["timing"]
-    found, left_out = timing.measure(
-        task.subject, task.source(), task.recipe, repeats=repeats, warm_up=warm_up, told=told
-    )
-    return _Found(timing.Result(tuple(found), known, task.recipe, repeats, warm_up), left_out)
-
-
-def _domains(task: Task, told: Told) -> _Found:
-    photo = domains.measure(task.subject, task.recipe, repeats=_REPEATS["domains"], told=told)
-    names = {
-        "image": tr("Whole image"),
-        "control-points": tr("Control points"),
-        "threshold": tr("Threshold"),
-    }
-    masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
-    result = domains.Result((photo,), task.recipe)
-    return _Found(result, pictures={tr("Domains"): masks})
-
-
-def _distortion(task: Task, told: Told) -> _Found:
-    found = distortion.measure(task.subject, task.recipe, told=told)
-    return _Found(distortion.Result(tuple(found), task.recipe))
-
-
-def _methods(task: Task, told: Told) -> _Found:
-    repeats, absent = _REPEATS["methods"], comparing.missing()
-    compared, failed = comparing.measure(task.subject, task.recipe, repeats=repeats, told=told)
-    seen = compared.views()
-    kinds = {
-        "result": tr("Result"),
-        "difference": tr("Difference to the photo, amplified"),
-        "heat": tr("Displacement"),
-    }
-    pictures = {
-        words: [(one.method.title, one.pictures[kind]) for one in seen.methods]
-        for kind, words in kinds.items()
-    }
-    pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))
-    result = comparing.Result((seen,), task.recipe, repeats)
-    return _Found(result, [*absent, *failed], pictures)
-
-
-_RUNS: Final[dict[ExperimentName, Callable[[Task, Told], _Found]]] = {
-    "timing": _timing,
-    "domains": _domains,
-    "distortion": _distortion,
-    "methods": _methods,
-}
-_TELLING: Final[dict[ExperimentName, Any]] = {
-    "timing": timing_report,
-    "domains": domains_report,
-    "distortion": distortion_report,
-    "methods": telling,
-}
+    return measured(name, task, told)

@@ -6,6 +6,7 @@ move little (Choi and Lee, 2000).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from math import comb
@@ -72,19 +73,11 @@ def check_one_to_one(field: Field) -> OneToOne:
         i0, j0 = lattice.first_cell
         for j, i in np.argwhere(det <= 0.0).tolist():
             folded.append((ox + h * (i0 + i), oy + h * (j0 + j), h, h))
-    certified = lowest > 0.0 and certify(field)
-    edges = certified or edges_are_safe(field)
-    settled = certified or (edges and _is_settled(field, lowest))
+    edges, unproven = edges_are_safe(field), list(_unproven(field))
+    certified = lowest > 0.0 and edges and not unproven
+    # Without a proof, lattices that reach into each other keep the guard's distance from a fold.
+    settled = edges and all(len(g) > 1 and lowest >= LEAST_MEASURED_DET for g in unproven)
     return OneToOne(lowest, certified, tuple(folded), edges, settled)
-
-
-def _is_settled(field: Field, lowest_det: float) -> bool:
-    """Return whether lattices alone are proven, and others as far from a fold as the guard asks."""
-    parts = groups(field.lattices)
-    alone = (field.lattices[group[0]] for group in parts if len(group) == 1)
-    measured = any(len(group) > 1 for group in parts)
-    far = not measured or lowest_det >= LEAST_MEASURED_DET
-    return far and all(_lattice_is_safe(lattice) for lattice in alone)
 
 
 def least_det(field: Field) -> float:
@@ -110,15 +103,19 @@ def certify(field: Field) -> bool:
     Where faces' lattices reach into each other there is a proof only while all slopes together
     stay below 1.
     """
-    if not edges_are_safe(field):
-        return False
+    return edges_are_safe(field) and not any(_unproven(field))
+
+
+def _unproven(field: Field) -> Iterator[list[int]]:
+    """Yield the groups of lattices whose control points don't prove that they can't fold."""
     for group in groups(field.lattices):
         lattices = [field.lattices[k] for k in group]
-        if len(group) == 1 and not _lattice_is_safe(lattices[0]):
-            return False
-        if len(group) > 1 and sum(_steepest(bezier_cells(a), a) for a in lattices) >= 1.0:
-            return False
-    return True
+        if len(group) == 1:
+            proven = _lattice_is_safe(lattices[0])
+        else:
+            proven = sum(_steepest(bezier_cells(a), a) for a in lattices) < 1.0
+        if not proven:
+            yield group
 
 
 def _lattice_is_safe(lattice: Lattice) -> bool:

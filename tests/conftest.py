@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from kogao_core import assets
 
@@ -29,3 +30,18 @@ def weights() -> Path:
         return assets.path("models/face_landmarks_detector.tflite").parent
     except assets.AssetMissing as missing:
         pytest.skip(f"the network weights are absent: {missing}")
+
+
+@pytest.fixture(scope="session")
+def portrait(weights: Path) -> Path:
+    """The sample portrait, where the networks find its face."""
+    assert weights.is_dir()
+    return assets.path("samples/average.jpg")
+
+
+@pytest.fixture(scope="session")
+def small_portrait(portrait: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same, 300 px wide and quick."""
+    path = tmp_path_factory.mktemp("portrait") / "small.jpg"
+    Image.open(portrait).resize((300, 300)).save(path, quality=92)
+    return path

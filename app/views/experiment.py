@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QImage, QPixmap
@@ -21,13 +21,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.experiments.report import Table
 from kogao_core.geometry import Image
 
 from ..experiments import Outcome
 from ..i18n import tr
 from ..panels.controls import heading, muted_label
 from ..theme import GRID_PX
+
+if TYPE_CHECKING:
+    from kogao_core.experiments.report import Table
 
 _SIZE_PX: Final = (900, 680)
 _FRAME_PX: Final = 60  # what a title bar and a task bar take

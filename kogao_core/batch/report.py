@@ -14,9 +14,7 @@ REPORT: Final = "kogao-batch.jsonl"
 _START: Final = b'{"s'  # ource, the first field of a line
 
 
-def record(
-    outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], object] = id
-) -> None:
+def record(outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], object]) -> None:
     """Add every outcome to a report, which is made or gone on with.
 
     Parameters
@@ -25,7 +23,7 @@ def record(
         As `run` yields them; nothing is run before the report is open.
     report : Path
         The file.
-    then : callable, optional
+    then : callable
         Called with each outcome that is on the disk.
 
     Raises

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.views import batch as views
-from PIL import Image
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -20,22 +19,10 @@ from scenes import textured_photo
 from test_canvas import ATTEMPTS, LONGEST_STALL_MS, OVERLOADED, Watchdog
 from test_desk import dialog
 
-from kogao_core import assets, batch, photo
+from kogao_core import batch, photo
 from kogao_core.recipe import Recipe
 
 LEFT = Qt.MouseButton.LeftButton
-
-
-@pytest.fixture(scope="module")
-def small_portrait(tmp_path_factory):
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        sample = assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-    path = tmp_path_factory.mktemp("portrait") / "small.jpg"
-    Image.open(sample).resize((300, 300)).save(path, quality=92)
-    return path
 
 
 @pytest.fixture

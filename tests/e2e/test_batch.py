@@ -14,22 +14,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import assets, batch, photo
+from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.cli import main
 from kogao_core.recipe import Recipe
-
-
-@pytest.fixture(scope="module")
-def small_portrait(tmp_path_factory):
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        sample = assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-    path = tmp_path_factory.mktemp("portrait") / "small.jpg"
-    Image.open(sample).resize((300, 300)).save(path, quality=92)
-    return path
 
 
 @pytest.fixture

@@ -17,30 +17,11 @@ import pytest
 from PIL import Image
 
 from kogao_core import assets, photo, pipeline
-from kogao_core.cli import doctor, licences, main
+from kogao_core.cli import doctor, licences
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 
 ROOT = Path(__file__).parents[2]
 STAGES = {"targets", "lattice", "domain", "warp"}
-
-
-@pytest.fixture(scope="session")
-def portrait():
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        return assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-
-
-@pytest.fixture
-def cli(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as ending:
-            main([str(argument) for argument in arguments])
-        return ending.value.code, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture

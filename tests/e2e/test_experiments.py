@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import assets, atomic
-from kogao_core.cli import main
+from kogao_core import atomic
 from kogao_core.experiments.methods import METHODS, comparing
 from kogao_core.experiments.sessions import Session, append
 
@@ -28,15 +27,10 @@ PICTURES = {"timing": 0, "domains": 2, "distortion": 0, "methods": 3 * len(METHO
 
 
 @pytest.fixture(scope="module")
-def portrait(tmp_path_factory):
-    """The sample portrait, small."""
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        sample = Image.open(assets.path("samples/average.jpg"))
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
+def portrait(portrait, tmp_path_factory):
+    """The sample portrait, small and lossless."""
     path = tmp_path_factory.mktemp("photos") / "small.png"
-    sample.resize((300, 300)).save(path)
+    Image.open(portrait).resize((300, 300)).save(path)
     return path
 
 
@@ -48,13 +42,8 @@ def faceless(tmp_path):
 
 
 @pytest.fixture
-def cli(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as ending:
-            main(["experiment", *map(str, arguments)])
-        return ending.value.code, *capsys.readouterr()
-
-    return run
+def cli(cli):
+    return lambda *arguments: cli("experiment", *arguments)
 
 
 @pytest.mark.parametrize("name", RECORDS)

@@ -7,27 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import assets, interchange
-from kogao_core.cli import main
-
-
-@pytest.fixture(scope="module")
-def portrait():
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        return assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-
-
-@pytest.fixture
-def cli(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as ending:
-            main([str(argument) for argument in arguments])
-        return ending.value.code, *capsys.readouterr()
-
-    return run
+from kogao_core import interchange
 
 
 @pytest.mark.parametrize("form", ["json", "tem"])

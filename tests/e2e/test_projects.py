@@ -13,34 +13,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import assets, batch, photo
-from kogao_core.cli import main
+from kogao_core import batch, photo
 from kogao_core.recipe import Recipe
 from kogao_core.sidecar import sidecar_of
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
-
-
-@pytest.fixture(scope="module")
-def small_portrait(tmp_path_factory):
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        sample = assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-    path = tmp_path_factory.mktemp("portrait") / "small.jpg"
-    Image.open(sample).resize((300, 300)).save(path, quality=92)
-    return path
-
-
-@pytest.fixture
-def cli(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as ending:
-            main([str(argument) for argument in arguments])
-        return ending.value.code, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture

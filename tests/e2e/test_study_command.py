@@ -7,29 +7,13 @@ import re
 
 import pytest
 
-from kogao_core import assets
-from kogao_core.cli import main
 from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.results import Log
 
 
-@pytest.fixture(scope="module")
-def portrait():
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        return assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-
-
 @pytest.fixture
-def cli(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as ending:
-            main([str(argument) for argument in ("experiment", "study", *arguments)])
-        return ending.value.code, *capsys.readouterr()
-
-    return run
+def cli(cli):
+    return lambda *arguments: cli("experiment", "study", *arguments)
 
 
 def answer_all(folder, rater):

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from kogao_core import assets
-
 TRIALS = Path(__file__).parents[1] / "benchmarks"
 
 
@@ -22,17 +20,8 @@ def run(name, *options):
     return json.loads(done.stdout)
 
 
-@pytest.fixture(scope="module")
-def networks():
-    try:
-        assets.path("models/face_landmarks_detector.tflite")
-        assets.path("samples/average.jpg")
-    except assets.AssetMissing as missing:
-        pytest.skip(str(missing))
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-@pytest.mark.usefixtures("networks")
+@pytest.mark.usefixtures("portrait")
 def test_programs_killed_while_saving_harm_nothing():
     came_to = run("kills", "--kills", "20", "--photos", "6")
     assert (came_to["killed while saving"], came_to["killed in a batch"]) == (18, 2)
@@ -48,7 +37,7 @@ def test_damaged_files_are_read_or_refused():
     assert came_to["left behind"] == 0
 
 
-@pytest.mark.usefixtures("networks")
+@pytest.mark.usefixtures("portrait")
 def test_a_batch_does_all_sound_photos_and_names_the_damaged_ones():
     came_to = run("thousand", "--photos", "20", "--jobs", "2")
     assert came_to["first run"] == {"done": 19, "failed": 1}

@@ -1,0 +1,110 @@
+"""The experiments themselves: measured, and told as tables, pictures and texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from kogao_core.experiments import (
+    distortion,
+    distortion_report,
+    domains,
+    domains_report,
+    sessions,
+    timing,
+    timing_report,
+)
+from kogao_core.experiments.methods import comparing, telling
+from kogao_core.experiments.report import Made, reduced
+from kogao_core.experiments.subjects import Told
+from kogao_core.experiments.telling import texts
+from kogao_core.geometry import Image
+
+from .experiments import ExperimentName, Outcome, Task
+from .i18n import tr
+
+_REPEATS: Final = {"timing": 5, "domains": 3, "methods": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    result: object
+    left_out: list[str] = field(default_factory=list)
+    pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
+
+
+def measured(name: ExperimentName, task: Task, told: Told) -> Outcome:
+    """Return what an experiment finds; see `experiments.run`."""
+    return _outcome(name, task, _RUNS[name](task, told))
+
+
+def _outcome(name: ExperimentName, task: Task, found: _Found) -> Outcome:
+    made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
+    tells = _TELLING[name]
+    return Outcome(
+        name,
+        tells.LEAD,
+        tells.tables(found.result),
+        found.pictures,
+        found.left_out,
+        {kind: text() for kind, text in texts(found.result, tells, made).items()},
+    )
+
+
+def _timing(task: Task, told: Told) -> _Found:
+    known = tuple(sessions.read(task.sessions)) if task.sessions.exists() else ()
+    warm_up, repeats = 1, _REPEATS["timing"]
+    found, left_out = timing.measure(
+        task.subject, task.source(), task.recipe, repeats=repeats, warm_up=warm_up, told=told
+    )
+    return _Found(timing.Result(tuple(found), known, task.recipe, repeats, warm_up), left_out)
+
+
+def _domains(task: Task, told: Told) -> _Found:
+    photo = domains.measure(task.subject, task.recipe, repeats=_REPEATS["domains"], told=told)
+    names = {
+        "image": tr("Whole image"),
+        "control-points": tr("Control points"),
+        "threshold": tr("Threshold"),
+    }
+    masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
+    result = domains.Result((photo,), task.recipe)
+    return _Found(result, pictures={tr("Domains"): masks})
+
+
+def _distortion(task: Task, told: Told) -> _Found:
+    found = distortion.measure(task.subject, task.recipe, told=told)
+    return _Found(distortion.Result(tuple(found), task.recipe))
+
+
+def _methods(task: Task, told: Told) -> _Found:
+    repeats, absent = _REPEATS["methods"], comparing.missing()
+    compared, failed = comparing.measure(task.subject, task.recipe, repeats=repeats, told=told)
+    seen = compared.views()
+    kinds = {
+        "result": tr("Result"),
+        "difference": tr("Difference to the photo, amplified"),
+        "heat": tr("Displacement"),
+    }
+    pictures = {
+        words: [(one.method.title, one.pictures[kind]) for one in seen.methods]
+        for kind, words in kinds.items()
+    }
+    pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))
+    result = comparing.Result((seen,), task.recipe, repeats)
+    return _Found(result, [*absent, *failed], pictures)
+
+
+_RUNS: Final[dict[ExperimentName, Callable[[Task, Told], _Found]]] = {
+    "timing": _timing,
+    "domains": _domains,
+    "distortion": _distortion,
+    "methods": _methods,
+}
+_TELLING: Final[dict[ExperimentName, Any]] = {
+    "timing": timing_report,
+    "domains": domains_report,
+    "distortion": distortion_report,
+    "methods": telling,
+}
