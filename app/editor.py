@@ -16,6 +16,7 @@ from .controllers.live import Live
 from .controllers.recovery import Recovery
 from .document import Document
 from .garbage import Collector
+from .i18n import sentence
 from .layers import ON_AT_FIRST, layers
 from .parts.batch import BatchPart
 from .parts.canvas import CanvasPart
@@ -211,7 +212,7 @@ class Editor(QObject):
         self.experiments.said.connect(window.bar.say)
         self.rating.said.connect(window.bar.say)
         self.interchange.said.connect(window.bar.say)
-        self.live.failed.connect(lambda problem: window.bar.say(Message(str(problem))))
+        self.live.failed.connect(lambda problem: window.bar.say(Message(sentence(problem))))
 
     def _follows_system(self, wanted: bool) -> None:
         if wanted == self._following:

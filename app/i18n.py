@@ -11,8 +11,15 @@ def tr(text: str, **values: object) -> str:
     return translated.format(**values) if values else translated
 
 
+def reason(problem: Exception) -> str:
+    """Return what an exception says of itself; some say nothing but their name."""
+    if isinstance(problem, MemoryError):
+        return tr("there is not enough memory")
+    return str(problem) or type(problem).__name__
+
+
 def sentence(problem: Exception | str) -> str:
     """Return a message with its own capital and full stop."""
-    text = str(problem) or type(problem).__name__
+    text = problem if isinstance(problem, str) else reason(problem)
     end = "" if text.endswith((".", "!", "?")) else "."
     return text[0].upper() + text[1:] + end

@@ -119,11 +119,13 @@ class Screenshot(QObject):
             self._editor.scene.cursor = state.faces[0].outline[_JAW]
 
     def _take(self) -> None:
-        if self._found and not self._editor.on_canvas.bending.busy:
+        if self._found:
             # The last signals must reach the panels first.
             QTimer.singleShot(0, self._shoot)
 
     def _shoot(self) -> None:
+        if self._editor.on_canvas.bending.busy:
+            return  # and takes the picture when it has measured
         if not self._editor.window.grab().save(str(self._path)):
             self._end(
                 UNREADABLE, f"{self._path} can't be written; choose another name ending in .png"

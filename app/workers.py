@@ -21,17 +21,28 @@ class Lane(QObject):
     ----------
     pool : QThreadPool
         Where jobs run.
+    failed : callable
+        Tells the user of the exception that a job raised; called on the lane's own thread.
     parent : QObject, optional
         Owner.
+
+    Signals
+    -------
+    done(object)
+        What a job returned.
     """
 
     done = Signal(object)
-    failed = Signal(object)
     _returned = Signal(int, object, object)
 
-    def __init__(self, pool: QThreadPool, parent: QObject | None = None) -> None:
+    def __init__(
+        self,
+        pool: QThreadPool,
+        failed: Callable[[Exception], object],
+        parent: QObject | None = None,
+    ) -> None:
         super().__init__(parent)
-        self._pool = pool
+        self._pool, self._failed = pool, failed
         self._waiting: Job | None = None
         self._running = False
         self._generation = 0
@@ -39,7 +50,7 @@ class Lane(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while a job runs or waits."""
+        """True while a job runs or waits, or listeners take its result."""
         return self._running or self._waiting is not None
 
     def submit(self, job: Job) -> None:
@@ -70,10 +81,13 @@ class Lane(QObject):
         self._returned.emit(generation, result, error)
 
     def _settle(self, generation: int, result: object, error: Exception | None) -> None:
-        self._running = False
-        if generation == self._generation:
+        try:
+            if generation != self._generation:
+                return
             if error is None:
                 self.done.emit(result)
             else:
-                self.failed.emit(error)
-        self._start_next()
+                self._failed(error)
+        finally:
+            self._running = False
+            self._start_next()

@@ -115,9 +115,8 @@ class Batch(QObject):
         super().__init__(parent)
         # A thread of its own: it is taken for as long as the batch lasts.
         self._pool = QThreadPool(self)
-        self._lane = Lane(self._pool, self)
+        self._lane = Lane(self._pool, lambda problem: self.refused.emit(sentence(problem)), self)
         self._lane.done.connect(lambda _: self.ended.emit(self.stopping))
-        self._lane.failed.connect(lambda problem: self.refused.emit(sentence(problem)))
         self._standing = Standing(0)
         self._stop = threading.Event()
         self._planned.connect(self._begin)

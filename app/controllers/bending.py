@@ -9,8 +9,10 @@ from kogao_core.geometry import Array, Box
 from kogao_core.pipeline import Rendering
 
 from ..document import Document
+from ..i18n import reason, tr
 from ..pyramid import Rgb8
 from ..scene import Scene
+from ..views.bar import Message
 from ..workers import Lane
 
 
@@ -21,9 +23,12 @@ class Bending(QObject):
     -------
     measured
         `Scene.lines` is new.
+    said(Message)
+        For the bar over the canvas.
     """
 
     measured = Signal()
+    said = Signal(object)
 
     def __init__(
         self, document: Document, scene: Scene, pool: QThreadPool, parent: QObject | None = None
@@ -32,7 +37,7 @@ class Bending(QObject):
         self._document, self._scene = document, scene
         self._rendering: Rendering | None = None
         self._found: tuple[Rgb8, Box, Array] | None = None
-        self._lane = Lane(pool, self)
+        self._lane = Lane(pool, self._not_measured, self)
         self._lane.done.connect(self._show)
         document.opened.connect(self._forget)
 
@@ -70,6 +75,10 @@ class Bending(QObject):
         self._found, lines = result
         self._scene.lines = tuple(lines)
         self.measured.emit()
+
+    def _not_measured(self, problem: Exception) -> None:
+        text = tr("Straight lines can't be measured ({why}).", why=reason(problem))
+        self.said.emit(Message(text))
 
     def _forget(self) -> None:
         self._lane.drop()

@@ -34,9 +34,8 @@ class Experiments(QObject):
     def __init__(self, pool: QThreadPool, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._enough = threading.Event()
-        self._lane = Lane(pool, self)
+        self._lane = Lane(pool, self._fail, self)
         self._lane.done.connect(self.done)
-        self._lane.failed.connect(self._fail)
 
     @property
     def busy(self) -> bool:

@@ -16,7 +16,7 @@ from kogao_core.strict import BadFile
 
 from .. import photos, points
 from ..document import Document
-from ..i18n import sentence, tr
+from ..i18n import reason, sentence, tr
 from ..projects import Work, state_of
 from ..pyramid import Pyramid
 from ..views.bar import Message, Step
@@ -78,13 +78,12 @@ class Files(QObject):
         self.finding_s: float | None = None
         self._told = NOTHING_TOLD
         self._left = document.state
-        self._reading, self._finding, self._writing = (Lane(pool, self) for _ in range(3))
+        self._reading = Lane(pool, self._not_opened, self)
         self._reading.done.connect(self._opened)
-        self._reading.failed.connect(self._not_opened)
+        self._finding = Lane(pool, self._not_found, self)
         self._finding.done.connect(self._take_faces)
-        self._finding.failed.connect(self._not_found)
+        self._writing = Lane(pool, self._not_written, self)
         self._writing.done.connect(self._written)
-        self._writing.failed.connect(self._not_written)
 
     @property
     def busy(self) -> bool:
@@ -171,7 +170,7 @@ class Files(QObject):
     def _not_opened(self, problem: Exception) -> None:
         self.working.emit("")
         self.said.emit(Message(sentence(problem), (self._open_step(),)))
-        self.unreadable.emit(str(problem))
+        self.unreadable.emit(reason(problem))
 
     # -- faces -----------------------------------------------------------------------------------
 

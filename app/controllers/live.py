@@ -51,14 +51,14 @@ class Live(QObject):
         self._revision = 0
         self._full: FullSurface | None = None
         self._preview: PreviewSurface | None = None
-        self._preview_lane, self._full_lane, self._count_lane = (Lane(pool, self) for _ in range(3))
+        self._preview_lane, self._full_lane, self._count_lane = (
+            Lane(pool, self.failed.emit, self) for _ in range(3)
+        )
         self._rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest.timeout.connect(self._render_full)
         self._preview_lane.done.connect(self._show_preview)
         self._full_lane.done.connect(self._show_full)
         self._count_lane.done.connect(self._show_counts)
-        for lane in (self._preview_lane, self._full_lane, self._count_lane):
-            lane.failed.connect(self.failed)
         document.opened.connect(self._open)
         document.changed.connect(self._follow)
 

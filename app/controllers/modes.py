@@ -16,7 +16,9 @@ from kogao_core.project import Mode, Sheet
 
 from ..clock import SettingClock
 from ..document import Document, State
+from ..i18n import reason, tr
 from ..pyramid import Pyramid, Rgb8
+from ..views.bar import Message
 from ..workers import Lane
 from .files import Files
 
@@ -50,9 +52,12 @@ class Modes(QObject):
     -------
     compared(Comparison)
         Both are rendered.
+    said(Message)
+        For the bar over the canvas.
     """
 
     compared = Signal(object)
+    said = Signal(object)
 
     def __init__(
         self,
@@ -64,7 +69,7 @@ class Modes(QObject):
     ) -> None:
         super().__init__(parent)
         self._document, self._files, self._clock = document, files, clock
-        self._lane = Lane(pool, self)
+        self._lane = Lane(pool, self._not_compared, self)
         self._lane.done.connect(self.compared)
 
     @property
@@ -83,6 +88,10 @@ class Modes(QObject):
             return
         times = self._clock.elapsed_s or None, self._files.finding_s
         self._lane.submit(lambda: compared(pyramid, state, times))
+
+    def _not_compared(self, problem: Exception) -> None:
+        text = tr("The two modes can't be compared ({why}).", why=reason(problem))
+        self.said.emit(Message(text))
 
 
 def compared(photo: Pyramid, state: State, times: tuple[float | None, float | None]) -> Comparison:

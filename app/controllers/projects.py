@@ -12,7 +12,7 @@ from kogao_core.photo import Photo
 from kogao_core.project import Project, save
 
 from ..document import Document
-from ..i18n import sentence, tr
+from ..i18n import reason, sentence, tr
 from ..photos import is_sample
 from ..projects import Work, is_project, opened_with, to_keep_beside
 from ..views.bar import Message, Step
@@ -65,11 +65,10 @@ class Projects(QObject):
         self._guard = guard
         # What was read from there, or written there, may be written over without a question.
         self._own: Path | None = None
-        self._loading, self._writing = Lane(pool, self), Lane(pool, self)
+        self._loading = Lane(pool, lambda problem: self._refuse(sentence(problem)), self)
         self._loading.done.connect(self._loaded)
-        self._loading.failed.connect(lambda problem: self._refuse(sentence(problem)))
+        self._writing = Lane(pool, self._not_written, self)
         self._writing.done.connect(self._written)
-        self._writing.failed.connect(self._not_written)
         document.opened.connect(self._forget)
         files.restored.connect(self._take_up)
 
@@ -129,7 +128,7 @@ class Projects(QObject):
 
     def _not_written(self, problem: Exception) -> None:
         path = self._document.path
-        text = tr("The project can't be saved there: {problem}", problem=problem)
+        text = tr("The project can't be saved there: {problem}", problem=reason(problem))
         steps = () if path is None else (self._elsewhere(sidecar.sidecar_of(path)),)
         self.working.emit("")
         self.said.emit(Message(sentence(text), steps))

@@ -16,7 +16,7 @@ from kogao_core.project import Project, load, save, sha256_of
 from kogao_core.strict import BadFile
 
 from ..document import Document, State
-from ..i18n import tr
+from ..i18n import reason, tr
 from ..projects import Work, project_of
 from ..views.bar import Message, Step
 from ..workers import Lane
@@ -77,10 +77,11 @@ class Recovery(QObject):
         self._taken_over: Orphan | None = None
         self._hashes: dict[Path, str] = {}
         self._complained = False
-        self._writing, self._looking, self._checking = (Lane(pool, self) for _ in range(3))
-        self._checking.done.connect(self._warn)
-        self._writing.failed.connect(self._complain)
+        self._writing = Lane(pool, self._complain, self)
+        self._looking = Lane(pool, self._not_looked, self)
         self._looking.done.connect(self._offer)
+        self._checking = Lane(pool, self._not_checked, self)
+        self._checking.done.connect(self._warn)
         self._soon = QTimer(self, singleShot=True, interval=AFTER_MS)
         self._soon.timeout.connect(self._write)
         document.undo.indexChanged.connect(self._follow)
@@ -153,10 +154,18 @@ class Recovery(QObject):
     def _complain(self, problem: Exception) -> None:
         if not self._complained:
             self._complained = True
-            text = tr("Unsaved changes can't be kept for a crash ({problem}).", problem=problem)
+            text = tr("Unsaved changes can't be kept for a crash ({why}).", why=reason(problem))
             self.said.emit(Message(text))
 
     # -- going on after a crash --------------------------------------------------------------------
+
+    def _not_looked(self, problem: Exception) -> None:
+        text = tr(
+            "Work that a crash may have left can't be looked for ({why}); it stays in {folder}.",
+            why=reason(problem),
+            folder=self._folder,
+        )
+        self.said.emit(Message(text))
 
     def _offer(self, found: list[Orphan]) -> None:
         self._orphans = found
@@ -186,6 +195,13 @@ class Recovery(QObject):
                 self._orphans.remove(orphan)
                 self._checking.submit(lambda: _is_changed(project))
                 return
+
+    def _not_checked(self, problem: Exception) -> None:
+        text = tr(
+            "Whether the photo is still the same can't be told ({why}): look closely.",
+            why=reason(problem),
+        )
+        self.said.emit(Message(text))
 
     def _warn(self, changed: bool) -> None:
         if changed:

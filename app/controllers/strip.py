@@ -10,7 +10,9 @@ from PySide6.QtGui import QColorSpace, QImage, QImageReader
 
 from kogao_core.photo import READABLE
 
+from ..i18n import reason, tr
 from ..panels.strip import THUMBNAIL_PX, FilmStrip
+from ..views.bar import Message
 from ..workers import Lane
 
 _MOST = 2000
@@ -24,9 +26,12 @@ class Strip(QObject):
     -------
     filled(list of Path)
         These photos are on the strip now.
+    said(Message)
+        For the bar over the canvas.
     """
 
     filled = Signal(object)
+    said = Signal(object)
 
     def __init__(self, view: FilmStrip, pool: QThreadPool, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -34,8 +39,10 @@ class Strip(QObject):
         self._places: list[Path] = []
         self._paths: list[Path] | None = None  # none listed yet
         self._next = 0
-        self._listing, self._drawing = Lane(pool, self), Lane(pool, self)
+        self._listing = Lane(pool, self._not_listed, self)
         self._listing.done.connect(self._fill)
+        # A photo without a thumbnail keeps its blank place, whatever the reason.
+        self._drawing = Lane(pool, lambda _: self._draw_next(), self)
         self._drawing.done.connect(self._show)
         self._watcher = QFileSystemWatcher(self)
         self._again = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -74,6 +81,10 @@ class Strip(QObject):
         self._view.show_paths(paths)
         self.filled.emit(paths)
         self._draw_next()
+
+    def _not_listed(self, problem: Exception) -> None:
+        text = tr("The photos can't be listed ({why}); open one by its name.", why=reason(problem))
+        self.said.emit(Message(text))
 
     def _draw_next(self) -> None:
         paths = self._paths or []

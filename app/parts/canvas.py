@@ -45,6 +45,7 @@ class CanvasPart(QObject):
         self._join_before_after()
         live.measured.connect(self.bending.follow)
         self.bending.measured.connect(window.canvas.redraw)
+        self.bending.said.connect(window.bar.say)
         look = window.actions_by_name[menus.overlay_action("straight")]
         look.toggled.connect(self.bending.refresh)
         document.opened.connect(self._open)

@@ -34,6 +34,7 @@ class Desk(QObject):
         self._document, self._dialogs, self._window = document, dialogs, window
         self._settings = settings
         self.strip = Strip(window.strip, pool, self)
+        self.strip.said.connect(window.bar.say)
         self._wanted: Path | None = None
         shortcuts.restore(settings, window.actions_by_name)
         self.size_known = window.docks.restore(settings)

@@ -21,7 +21,7 @@ from ..controllers.experiments import Experiments
 from ..controllers.manual import Manual
 from ..document import Document
 from ..experiments import ExperimentName, Outcome, Task, title
-from ..i18n import tr
+from ..i18n import sentence, tr
 from ..views.bar import Message
 from ..views.experiment import ExperimentDialog
 from ..views.window import Window
@@ -147,7 +147,7 @@ class ExperimentsPart(QObject):
 
     def _fail(self, problem: Exception) -> None:
         if self._dialog is not None:
-            self._dialog.show_failure(str(problem))
+            self._dialog.show_failure(sentence(problem))
 
     def _let_go(self) -> None:
         self._dialog = self._outcome = None

@@ -43,6 +43,7 @@ class ManualPart(QObject):
         self.manual.hinted.connect(window.status.hint)
         self.manual.changed.connect(self._show)
         self.modes.compared.connect(lambda it: ModesDialog(it, window).open())
+        self.modes.said.connect(window.bar.say)
         self._show()
 
     @property

@@ -223,6 +223,20 @@ def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, fold
     assert strip.currentRow() == 0
 
 
+def test_a_thumbnail_that_fails_keeps_none_from_the_others(empty, folder, monkeypatch):
+    drawn = []
+
+    def draw(path):
+        if path.name == "0.png":
+            raise MemoryError
+        drawn.append(path.name)
+        return thumbnail(path)
+
+    monkeypatch.setattr("kogao_app.controllers.strip.thumbnail", draw)
+    drop(empty, folder)
+    assert drawn == ["1.png", "2.png", "broken.jpg"]
+
+
 def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
     shutil.copy(folder / "0.png", folder / "last.png")
     drop(empty, folder)

@@ -91,7 +91,7 @@ def test_a_failure_is_told_in_its_window(opened, storage):
     opened.key(KEYS.Key_1, CONTROL)
     shown = window_of(opened)
     finish(opened)
-    assert "line 1" in shown.state.text()
+    assert "Line 1" in shown.state.text()
     assert not shown.to_file.isEnabled()
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 
 import pytest
+from kogao_app.controllers.batch import Batch
+from kogao_app.controllers.experiments import Experiments
 from kogao_app.workers import Lane
 from PySide6.QtCore import QThreadPool
 
@@ -19,8 +21,17 @@ def pool():
 
 
 @pytest.fixture
-def lane(pool):
-    return Lane(pool)
+def problems():
+    return []
+
+
+@pytest.fixture
+def lane(pool, problems):
+    return Lane(pool, problems.append)
+
+
+def fail():
+    raise ValueError("no good")
 
 
 def test_only_the_newest_waiting_request_runs(qtbot, lane):
@@ -56,11 +67,64 @@ def test_the_next_job_starts_after_the_listeners_are_done(qtbot, lane):
     assert order == ["run a", "shown a", "run b", "shown b"]
 
 
-def test_an_exception_is_delivered(qtbot, lane):
-    def fail():
-        raise ValueError("no good")
+def test_a_listener_that_submits_starts_nothing_while_others_still_listen(qtbot, pool, lane):
+    order = []
+    lane.done.connect(lambda name: name == "a" and lane.submit(lambda: order.append("run b")))
 
-    with qtbot.waitSignal(lane.failed) as caught:
+    def listen(name):
+        assert pool.waitForDone(10_000)
+        order.append(f"shown {name}")
+
+    lane.done.connect(listen)
+    lane.submit(lambda: "a")
+    qtbot.waitUntil(lambda: not lane.busy)
+    assert order == ["shown a", "run b", "shown None"]
+
+
+def test_an_exception_is_handed_over_and_the_lane_goes_on(qtbot, lane, problems):
+    results = []
+    lane.done.connect(results.append)
+    lane.submit(fail)
+    qtbot.waitUntil(lambda: not lane.busy)
+    assert [str(problem) for problem in problems] == ["no good"]
+    lane.submit(lambda: "next")
+    qtbot.waitUntil(lambda: not lane.busy)
+    assert results == ["next"]
+
+
+def test_a_handler_that_raises_holds_nothing_up(qtbot, pool):
+    def handle(problem):
+        raise problem
+
+    results, lane = [], Lane(pool, handle)
+    lane.done.connect(results.append)
+    with qtbot.captureExceptions() as caught:
         lane.submit(fail)
-    assert str(caught.args[0]) == "no good"
-    assert not lane.busy
+        lane.submit(lambda: "next")
+        qtbot.waitUntil(lambda: not lane.busy)
+    assert [str(problem) for _, problem, _ in caught] == ["no good"]
+    assert results == ["next"]
+
+
+def test_a_lane_without_a_handler_cannot_be_made(pool):
+    with pytest.raises(TypeError):
+        Lane(pool)
+
+
+def test_whatever_fails_is_said_in_the_window(opened):
+    lanes = opened.editor.findChildren(Lane)
+    # These have windows of their own, which their own tests look at; thumbnails stay blank.
+    elsewhere = [
+        *opened.editor.findChild(Batch).findChildren(Lane),
+        *opened.editor.findChild(Experiments).findChildren(Lane),
+        opened.editor.desk.strip._drawing,
+    ]
+    silent = []
+    for lane in lanes:
+        opened.window.bar.clear()
+        lane.submit(fail)
+        opened.qtbot.waitUntil(lambda lane=lane: not lane.busy)
+        if lane not in elsewhere and "no good" not in opened.say().lower():
+            silent.append(type(lane.parent()).__name__)
+    assert len(lanes) > len(elsewhere)
+    assert silent == []
