@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from PIL import ImageCms
 
 from kogao_core.photo import Photo
-from kogao_core.threads import default_threads, pool
+from kogao_core.threads import default_threads, share_out
 
 from .pyramid import Rgb8, Show
 
@@ -92,10 +92,7 @@ class _Transform:
     def __call__(self, pictures: Sequence[tuple[Rgb8, Rgb8]]) -> None:
         """Write each first picture into the second one of its pair."""
         strips = [strip for pair in pictures for strip in _strips(*pair)]
-        if len(strips) == 1:
-            self._turn(strips[0])
-        else:
-            list(pool(default_threads()).map(self._turn, strips))
+        share_out(strips, lambda: self._turn, min(len(strips), default_threads()))
 
     def _turn(self, pair: tuple[Rgb8, Rgb8]) -> None:
         source, target = pair

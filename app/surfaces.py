@@ -82,7 +82,10 @@ class _Buffer:
 
 
 class _Pair:
-    """Two buffers over one picture: one on screen, one to write to."""
+    """Two buffers over one picture: one on screen, one to write to.
+
+    A buffer in which a rendering failed is given up: who knows how far its halvings had come.
+    """
 
     def __init__(self, source: Pyramid) -> None:
         self._source = source
@@ -90,9 +93,10 @@ class _Pair:
         self._back: _Buffer | None = None
 
     def render(self, job: _Job) -> tuple[Rendering, Sequence[Rgb8]]:
-        if self._back is None:
-            self._back = _Buffer(self._source)
-        return self._back.render(job)
+        back, self._back = self._back or _Buffer(self._source), None
+        result = back.render(job)
+        self._back = back
+        return result
 
     def swap(self) -> None:
         self._front, self._back = self._back, self._front

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from functools import cache
+from typing import TypeVar
 
 import threadpoolctl
 
 MOST_THREADS = 4
+
+_Task = TypeVar("_Task")
 
 
 def default_threads() -> int:
@@ -17,9 +22,58 @@ def default_threads() -> int:
     return min(MOST_THREADS, os.cpu_count() or 1)
 
 
+def share_out(
+    tasks: Iterable[_Task], hand: Callable[[], Callable[[_Task], object]], threads: int
+) -> None:
+    """Do all tasks in this thread and, as far as they are free, in helpers of the program's pool.
+
+    When this returns or raises, no helper works on a task any more: one that is busy is waited
+    for, one that still queues behind other work is cancelled.
+
+    Parameters
+    ----------
+    tasks : iterable
+        In the order in which they are begun.
+    hand : callable
+        Called once in each thread; returns what does a task there, with buffers of its own.
+    threads : int
+        How many at most, this one included.
+
+    Raises
+    ------
+    Exception
+        What a task raised, here or in a helper; no other one is begun after that.
+    """
+    # Each thread takes the next task when it is done with one; a future per task costs more.
+    waiting = deque(tasks)
+
+    def work() -> None:
+        try:
+            do = hand()
+            while True:
+                try:
+                    task = waiting.popleft()
+                except IndexError:
+                    return
+                do(task)
+        except BaseException:
+            waiting.clear()  # nobody goes on with what is lost
+            raise
+
+    helpers: list[Future[None]] = []
+    try:
+        for _ in range(threads - 1):
+            helpers.append(_pool(threads).submit(work))
+        work()
+    finally:
+        problems = [None if helper.cancel() else helper.exception() for helper in helpers]
+    for problem in problems:
+        if problem is not None:
+            raise problem
+
+
 @cache
-def pool(threads: int) -> ThreadPoolExecutor:
-    """Return the program's own pool of that size."""
+def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="kogao-warp")
 
 

@@ -6,8 +6,7 @@ never on which other blocks are worked on: a partial update equals a full one bi
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 import cv2
@@ -19,7 +18,7 @@ from kogao_core.field import Field, fade
 from kogao_core.geometry import Box, Image
 from kogao_core.lattice import ORDER, Grid, Lattice, basis
 from kogao_core.recipe import Interpolation
-from kogao_core.threads import default_threads, pool
+from kogao_core.threads import default_threads, share_out
 
 BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 BLOCK_HEIGHT_PX: Final = 128
@@ -47,6 +46,9 @@ Float32 = npt.NDArray[np.float32]
 
 class Canvas:
     """A result buffer over one source; blocks no longer warped get their source back.
+
+    After an exception in the middle of a pull the pixels hold a part of it; the next pull puts all
+    of them right.
 
     Parameters
     ----------
@@ -81,6 +83,8 @@ class Canvas:
         if self._job is not None and job.resembles(self._job):
             todo = active & ~(self._warped & ~self._touched(_changes(self._job.field, field)))
         given_back, redone = self._runs(stale), self._runs(todo)
+        # Whatever is raised from here on, the next pull does all these blocks again.
+        self._warped, self._job = self._warped | active, None
         for box in given_back:
             self.pixels[box.slices] = self.source[box.slices]
         _spread(job, redone, threads or default_threads())
@@ -286,21 +290,8 @@ def _axes(grid: Grid, image: Box) -> tuple[_Axis, _Axis]:
 
 
 def _spread(job: _Job, boxes: Sequence[Box], threads: int) -> None:
-    # Each thread takes the next run when it is done with one; a future per run costs more than
-    # the run.
-    waiting = deque(boxes)
-    threads = min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX)
-
-    def work() -> None:
+    def hand() -> Callable[[Box], None]:
         buffer = np.empty(2 * _CALL_PX, np.float32)
-        while True:
-            try:
-                box = waiting.popleft()
-            except IndexError:
-                return
-            job.run(box, buffer)
+        return lambda box: job.run(box, buffer)
 
-    helpers = [pool(threads).submit(work) for _ in range(threads - 1)]
-    work()
-    for helper in helpers:
-        helper.result()
+    share_out(boxes, hand, min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX))

@@ -1,6 +1,7 @@
 """Tiles against a slow literal loop, every depth, and bytes that must not change."""
 
 import contextlib
+import threading
 
 import cv2
 import numpy as np
@@ -9,7 +10,7 @@ import threadpoolctl
 from scenes import oval_face, textured_photo
 from test_lattice import literal_eq_1
 
-from kogao_core import pipeline
+from kogao_core import pipeline, warp
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.warp import SPAN_PX, Canvas
@@ -115,6 +116,41 @@ def test_a_used_canvas_gives_the_same_bits_as_a_fresh_one():
         recipe = Recipe(percent=3.0 * step)
         used = render(photo, [moved], recipe, canvas=canvas).pixels
         np.testing.assert_array_equal(used, render(photo, [moved], recipe).pixels)
+
+
+@pytest.mark.parametrize("where", ["caller", "helper"])
+@pytest.mark.parametrize("after", ["the same", "another", "nothing"])
+def test_a_canvas_is_whole_again_after_an_exception_in_the_middle(monkeypatch, where, after):
+    photo, face = textured_photo(1500, 900), oval_face(1500, 900)
+    canvas, before, broken = Canvas(photo), Recipe(percent=3), Recipe(percent=9, domain="image")
+    render(photo, [face], before, canvas=canvas)
+    with monkeypatch.context() as patch:
+        patch.setattr(warp._Job, "run", failing_in(where, warp._Job.run))
+        with pytest.raises(MemoryError):
+            render(photo, [oval_face(1500, 900, size=0.3)], broken, canvas=canvas, threads=2)
+    faces = {"the same": [face], "another": [oval_face(1500, 900, size=0.4)], "nothing": []}[after]
+    again, fresh = render(photo, faces, before, canvas=canvas), render(photo, faces, before)
+    np.testing.assert_array_equal(again.pixels, fresh.pixels)
+    np.testing.assert_array_equal(canvas.pixels, fresh.pixels)
+
+
+def failing_in(where, run):
+    """Return a `_Job.run` that fails in one thread, in the middle of the photo."""
+    failed, done = threading.Event(), []
+
+    def broken_run(job, box, buffer):
+        here = "caller" if threading.current_thread() is threading.main_thread() else "helper"
+        if here != where:
+            # Wait, so that the other thread gets its share.
+            assert failed.wait(20)
+        elif len(done) == 15:
+            failed.set()
+            raise MemoryError
+        else:
+            done.append(box)
+        run(job, box, buffer)
+
+    return broken_run
 
 
 @pytest.mark.parametrize("fit", ["approximation", "multilevel", "exact"])

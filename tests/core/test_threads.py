@@ -1,0 +1,60 @@
+"""Tasks shared with helpers: all done, none lost, and nobody at work afterwards."""
+
+import threading
+
+import pytest
+
+from kogao_core import threads
+from kogao_core.threads import share_out
+
+PATIENCE_S = 20.0
+
+
+@pytest.fixture
+def gate():
+    """What holds helpers up; opened at the end of a test, whatever came of it."""
+    gate = threading.Event()
+    yield gate
+    gate.set()
+
+
+def is_helper() -> bool:
+    return threading.current_thread().name.startswith("kogao-warp")
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_every_task_is_done_once(count):
+    done = []
+    share_out(range(1000), lambda: done.append, count)
+    assert sorted(done) == list(range(1000))
+
+
+def test_nobody_waits_for_helpers_that_queue_behind_others_work(gate):
+    """As a preview would behind an export: every thread of the pool is taken."""
+    for _ in range(3):
+        threads._pool(3).submit(gate.wait, PATIENCE_S)
+    done = []
+    caller = threading.Thread(target=share_out, args=(range(100), lambda: done.append, 3))
+    caller.start()
+    caller.join(PATIENCE_S / 2)
+    assert not caller.is_alive()
+    assert done == list(range(100))
+
+
+@pytest.mark.parametrize("failing", ["caller", "helper"])
+def test_an_exception_comes_out_when_everyone_has_stopped(gate, failing):
+    """Whoever fails, the other one is in the middle of a task."""
+    busy, ended = threading.Event(), []
+
+    def do(task):
+        if is_helper() == (failing == "helper"):
+            assert busy.wait(PATIENCE_S)
+            threading.Timer(0.1, gate.set).start()
+            raise MemoryError
+        busy.set()
+        assert gate.wait(PATIENCE_S)
+        ended.append(task)
+
+    with pytest.raises(MemoryError):
+        share_out(range(1000), lambda: do, 2)
+    assert len(ended) == 1, "nobody begins another task"
