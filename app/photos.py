@@ -74,4 +74,4 @@ def saved(photo: Photo, state: State, told: Disclosure, path: Path) -> str:
     copy, pixels = disclose(photo, rendering.pixels, told, what=done.what)
     # The dialog has asked before replacing a file.
     said = write(copy, pixels, path, force=True)
-    return " ".join(sentence(note) for note in (said, *photo.notes) if note)
+    return sentence(said) if said else ""

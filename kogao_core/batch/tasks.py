@@ -125,7 +125,7 @@ def _render(task: Task) -> tuple[int, str]:
     photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
     output.parent.mkdir(parents=True, exist_ok=True)
     said = write(photo, pixels, output, force=True)
-    return len(done.faces), "; ".join(filter(None, [*photo.notes, done.note, said]))
+    return len(done.faces), "; ".join(filter(None, [done.note, said]))
 
 
 def _found(task: Task, photo: Photo) -> Applied:

@@ -112,7 +112,7 @@ def command(
         done = Applied(_chosen(found, which), recipe, _protection(lines, width_px, feather_px))
     rendering = _render(photo, done)
     said = _write(photo, rendering, done.what, disclosure, output, force)
-    notes = [*photo.notes, *filter(None, [done.note, said])]
+    notes = list(filter(None, [done.note, said]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(f"the project is {place}")

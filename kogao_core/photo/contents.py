@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-import os
 import struct
-from collections.abc import Iterator
 from typing import IO, Any, Final
 
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin
 
-from kogao_core.photo import chunks, metadata, segments
+from kogao_core.photo import chunks, jpeg_extras, metadata, segments
 from kogao_core.photo.model import JpegCoding
 
+_X_RESOLUTION, _UNIT = 0x011A, 0x0128
 _RARE_FRAMES: Final = (0xC3, *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
 
 
@@ -24,7 +23,21 @@ def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
     tables = tuple(tuple(image.quantization[key]) for key in sorted(image.quantization))
     # -1 is grey or a sampling that Pillow can't write: keep all the colour there is.
     subsampling = max(0, JpegImagePlugin.get_sampling(image))
-    return JpegCoding(tables, subsampling, bool(image.info.get("progressive")))
+    return JpegCoding(tables, subsampling, bool(image.info.get("progressive")), _jfif(image))
+
+
+def _jfif(image: Pillow.Image) -> bytes:
+    told = image.info
+    if "jfif_unit" not in told:
+        return b""
+    return struct.pack(">BBBHH", *told["jfif_version"], told["jfif_unit"], *told["jfif_density"])
+
+
+def settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
+    """Let the first whole colour profile of a JPEG count; Pillow drops two of them."""
+    if isinstance(image, JpegImagePlugin.JpegImageFile):
+        whole, _ = segments.profiles(file)
+        image.info["icc_profile"] = whole[0] if whole else None
 
 
 def is_rare_jpeg(file: IO[bytes]) -> bool:
@@ -32,8 +45,8 @@ def is_rare_jpeg(file: IO[bytes]) -> bool:
     return any(code in _RARE_FRAMES for code, _ in segments.segments(file))
 
 
-def blocks(image: Pillow.Image, file: IO[bytes]) -> dict[str, Any]:
-    """Return the metadata blocks of an open file, by their names in `Photo`."""
+def blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
+    """Return the metadata blocks of an open file of so many channels, by their names in `Photo`."""
     exif = image.info.get("exif") or _raw_profile(image, "exif")
     if exif is not None and not exif.startswith(metadata.PREFIX):
         exif = metadata.PREFIX + exif
@@ -43,16 +56,17 @@ def blocks(image: Pillow.Image, file: IO[bytes]) -> dict[str, Any]:
         "icc_profile": image.info.get("icc_profile") or None,
         "exif": exif,
         "xmp": xmp or None,
-        **_native(image, file),
+        **_native(image, file, channels),
     }
 
 
-def _native(image: Pillow.Image, file: IO[bytes]) -> dict[str, Any]:
+def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
     """Return what has another place in every format."""
     if isinstance(image, JpegImagePlugin.JpegImageFile):
-        return {"photoshop": segments.photoshop(file), "carried": segments.carried(file)}
+        return {"photoshop": segments.photoshop(file), "carried": jpeg_extras.carried(file)}
     if image.format == "PNG":
-        return {"photoshop": _raw_profile(image, "iptc"), "carried": chunks.carried(file)}
+        carried = chunks.carried(file, channels)
+        return {"photoshop": _raw_profile(image, "iptc"), "carried": carried}
     return {}
 
 
@@ -65,6 +79,35 @@ def _raw_profile(image: Pillow.Image, name: str) -> bytes | None:
         return None  # damaged, not worth the photo
 
 
+def density(image: Pillow.Image) -> dict[str, Any]:
+    """Return the resolution, or else the pixels' shape, by their names in `Photo`."""
+    told = image.info.get("aspect")
+    if image.info.get("jfif_unit") == 0:
+        told = image.info["jfif_density"]
+    if (shape := aspect(told)) is not None:
+        return {"aspect": shape}
+    return {} if _is_guessed(image) else {"dpi": dpi(image.info.get("dpi"))}
+
+
+def _is_guessed(image: Pillow.Image) -> bool:
+    """Tell whether nothing says how fine a JPEG is; Pillow takes 72 dpi for granted then."""
+    if image.format == "PNG" or image.info.get("jfif_unit") in (1, 2):
+        return False
+    try:
+        return not {_X_RESOLUTION, _UNIT} <= image.getexif().keys()
+    except (OSError, SyntaxError, ValueError, struct.error):  # a damaged block
+        return True
+
+
+def aspect(value: Any) -> tuple[int, int] | None:
+    """Return the shape of pixels as whole numbers (x, y), if they aren't square."""
+    try:
+        x, y = (round(float(part)) for part in value)
+    except (TypeError, ValueError, OverflowError, ZeroDivisionError):
+        return None
+    return (x, y) if 0 < x != y > 0 else None
+
+
 def dpi(value: Any) -> tuple[float, float] | None:
     """Return a resolution (x, y) in dots per inch, if it is one."""
     try:
@@ -72,27 +115,3 @@ def dpi(value: Any) -> tuple[float, float] | None:
     except (TypeError, ValueError, ZeroDivisionError):
         return None
     return (x, y) if 0 < x < math.inf and 0 < y < math.inf else None
-
-
-def is_lossless_webp(file: IO[bytes]) -> bool:
-    """Tell whether an open file is a WebP file that loses nothing."""
-    file.seek(8)
-    if file.read(4) != b"WEBP":
-        return False
-    while len(head := file.read(8)) == 8:
-        name, size = struct.unpack("<4sI", head)
-        if name in (b"VP8 ", b"VP8L"):
-            return bool(name == b"VP8L")
-        file.seek(size + size % 2, os.SEEK_CUR)
-    return False
-
-
-def not_kept(image: Pillow.Image, file: IO[bytes]) -> Iterator[str]:
-    """Yield what a changed photo can't keep, in words."""
-    if getattr(image, "n_frames", 1) > 1:
-        yield "only the first picture of the file is read and kept"
-    is_jpeg = isinstance(image, JpegImagePlugin.JpegImageFile)
-    if (is_jpeg and segments.has_credentials(file)) or (
-        image.format == "PNG" and chunks.has_credentials(file)
-    ):
-        yield "content credentials (C2PA) are kept only in a photo that isn't changed"

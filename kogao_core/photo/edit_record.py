@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from datetime import datetime
 from typing import Final, NoReturn
-from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
 import kogao_core
+from kogao_core.photo import xmp
 from kogao_core.photo.errors import CannotDisclose
 
-_RDF: Final = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 _MEDIA: Final = "http://ns.adobe.com/xap/1.0/mm/"
 _EVENT: Final = "http://ns.adobe.com/xap/1.0/sType/ResourceEvent#"
 _IPTC: Final = "http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
@@ -21,34 +20,26 @@ _EDITED: Final = f"{_KINDS}humanEdits"
 _CAPTURE: Final = re.compile(
     f"{_KINDS}(digitalCapture|computationalCapture|negativeFilm|positiveFilm|print)\\b".encode()
 )
-_ABOUT: Final = f"{_RDF} about"
+_ABOUT: Final = f"{xmp.RDF} about"
 _SOURCE_TYPE: Final = f"{_IPTC} DigitalSourceType"
-_WRAPPER: Final = "adobe:ns:meta/ xmpmeta"
-_DESCRIPTION: Final = (f"{_RDF} RDF", f"{_RDF} Description")
-_HISTORY: Final = (*_DESCRIPTION, f"{_MEDIA} History")
-_HISTORY_LIST: Final = (*_HISTORY, f"{_RDF} Seq")
-_DEEPEST: Final = 1 + len(_HISTORY_LIST)
+_HISTORY: Final = (*xmp.DESCRIPTION, f"{_MEDIA} History")
+_HISTORY_LIST: Final = (*_HISTORY, f"{xmp.RDF} Seq")
 _NO_PACKET: Final = (
     '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'
     '<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'
-    f'<rdf:RDF xmlns:rdf="{_RDF}">\n</rdf:RDF>\n</x:xmpmeta>\n'
+    f'<rdf:RDF xmlns:rdf="{xmp.RDF}">\n</rdf:RDF>\n</x:xmpmeta>\n'
     '<?xpacket end="w"?>'
 ).encode()
 
 
-_Span = tuple[int, int]
-# A start tag that expat has found sound.
-_TAG: Final = re.compile(rb"""<([^\s/>]+)(?:[^"'>]|"[^"]*"|'[^']*')*>""")
-
-
-def added(xmp: bytes | None, what: str, when: datetime) -> bytes:
+def added(packet: bytes | None, what: str, when: datetime) -> bytes:
     """Return an XMP packet with one more event in its history.
 
     The IPTC digital source type becomes "human edits" where there is none, or that of a capture.
 
     Parameters
     ----------
-    xmp : bytes, optional
+    packet : bytes, optional
         The packet so far.
     what : str
         A few words on what was done.
@@ -60,7 +51,7 @@ def added(xmp: bytes | None, what: str, when: datetime) -> bytes:
     CannotDisclose
         If the packet can't be read, or its history is of another form.
     """
-    packet = (xmp or _NO_PACKET).rstrip(b"\0")
+    packet = (packet or _NO_PACKET).rstrip(b"\0")
     places = _Places(packet)
     event = _event(what, when)
     edits, new = [], ""
@@ -82,8 +73,10 @@ def added(xmp: bytes | None, what: str, when: datetime) -> bytes:
     return packet
 
 
-class _Places:
-    """Where the parts of a packet lie, in bytes: from the first of the start tag to past the end.
+class _Places(xmp.Walk):
+    """Where the parts of a packet lie.
+
+    What is nested elsewhere is another picture's.
 
     Attributes
     ----------
@@ -97,84 +90,51 @@ class _Places:
     """
 
     def __init__(self, packet: bytes) -> None:
-        self.top: _Span = (0, 0)
-        self.sequence: _Span | None = None
-        self.source_type: _Span | None = None
+        self.top: xmp.Span = (0, 0)
+        self.sequence: xmp.Span | None = None
+        self.source_type: xmp.Span | None = None
         self.has_history, self.about = False, ""
-        self._open: list[tuple[str, int]] = []
-        self._packet = packet
-        parser = expat.ParserCreate("UTF-8", namespace_separator=" ")
-        parser.StartElementHandler = self._starts
-        parser.EndElementHandler = self._ends
-        parser.StartDoctypeDeclHandler = _refuse_types
-        self._parser = parser
         try:
-            parser.Parse(packet, True)
-        except expat.ExpatError as error:
+            super().__init__(packet, len(_HISTORY_LIST))
+        except xmp.BadXmp as error:
             _refuse(str(error))
         if self.top == (0, 0):
             _refuse("it holds no rdf:RDF")
 
-    def _starts(self, name: str, attributes: dict[str, str]) -> None:
-        at = self._parser.CurrentByteIndex
-        self._open.append((name, at))
-        way = self._way()
-        if way == _DESCRIPTION:
+    def starts(self, way: xmp.Way, attributes: dict[str, str], at: int) -> None:
+        """Take down an attribute that tells the source type or a history."""
+        if way == xmp.DESCRIPTION:
             self.about = self.about or attributes.get(_ABOUT, "")
             if _SOURCE_TYPE in attributes:
-                self.source_type = at, _tag_end(self._packet, at)
-        self.has_history |= way == _HISTORY or (way == _DESCRIPTION and _HISTORY[-1] in attributes)
+                self.source_type = at, xmp.tag_end(self.packet, at)
+        self.has_history |= way == _HISTORY or (
+            way == xmp.DESCRIPTION and _HISTORY[-1] in attributes
+        )
 
-    def _ends(self, _: str) -> None:
-        way = self._way()
-        _, start = self._open.pop()
-        span = start, _element_end(self._packet, start, self._parser.CurrentByteIndex)
-        if way == _DESCRIPTION[:1]:
+    def ends(self, way: xmp.Way, span: xmp.Span) -> None:
+        """Take down an element that is looked for."""
+        if way == xmp.DESCRIPTION[:1]:
             self.top = span
         elif way == _HISTORY_LIST:
             self.sequence = span
-        elif way == (*_DESCRIPTION, _SOURCE_TYPE):
+        elif way == (*xmp.DESCRIPTION, _SOURCE_TYPE):
             self.source_type = span
 
-    def _way(self) -> tuple[str, ...]:
-        """Return the names from ``rdf:RDF`` down; what is nested elsewhere is another picture's."""
-        if len(self._open) > _DEEPEST:  # a hostile packet may be nested a million deep
-            return ()
-        names = tuple(name for name, _ in self._open)
-        return names[1:] if names[:1] == (_WRAPPER,) else names
 
-
-def _refuse_types(*_: object) -> None:
-    _refuse("it declares a document type")  # where entities that expand without end would be
-
-
-def _tag_end(packet: bytes, start: int) -> int:
-    tag = _TAG.match(packet, start)
-    if tag is None:
-        _refuse("it isn't UTF-8")
-    return tag.end()
-
-
-def _element_end(packet: bytes, start: int, end_tag: int) -> int:
-    tag_end = _tag_end(packet, start)
-    return tag_end if packet[tag_end - 2 : tag_end] == b"/>" else packet.index(b">", end_tag) + 1
-
-
-def _appended(packet: bytes, span: _Span, content: str) -> tuple[int, int, bytes]:
+def _appended(packet: bytes, span: xmp.Span, content: str) -> tuple[int, int, bytes]:
     """Return where to put what, for an element to have more content at its end."""
     start, end = span
-    tag_end = _tag_end(packet, start)
-    if tag_end < end:
+    if xmp.tag_end(packet, start) < end:
         at = packet.rindex(b"</", start, end)
         return at, at, content.encode()
-    tag = _TAG.match(packet, start)
-    assert tag is not None
-    return end - 2, end, b">" + content.encode() + b"</" + tag[1] + b">"
+    name = xmp.tag_name(packet, start)
+    return end - 2, end, b">" + content.encode() + b"</" + name + b">"
 
 
 def _description(about: str, content: str) -> str:
     return (
-        f'<rdf:Description xmlns:rdf="{_RDF}" xmlns:xmpMM="{_MEDIA}" xmlns:Iptc4xmpExt="{_IPTC}" '
+        f'<rdf:Description xmlns:rdf="{xmp.RDF}" xmlns:xmpMM="{_MEDIA}" '
+        f'xmlns:Iptc4xmpExt="{_IPTC}" '
         f"rdf:about={quoteattr(about)}>{content}</rdf:Description>\n"
     )
 
@@ -189,7 +149,7 @@ def _event(what: str, when: datetime) -> str:
         **({"parameters": what} if what else {}),
     }
     fields = " ".join(f"stEvt:{name}={quoteattr(value)}" for name, value in told.items())
-    return f'<rdf:li xmlns:rdf="{_RDF}" xmlns:stEvt="{_EVENT}" {fields}/>'
+    return f'<rdf:li xmlns:rdf="{xmp.RDF}" xmlns:stEvt="{_EVENT}" {fields}/>'
 
 
 def _refuse(reason: str) -> NoReturn:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import struct
 import textwrap
 from dataclasses import dataclass
 from typing import Any, Final
@@ -13,10 +14,12 @@ from PIL import Image as Pillow
 from PIL import PngImagePlugin
 
 from kogao_core.geometry import Image
-from kogao_core.photo import chunks, deep, metadata, photoshop, segments, tiff
+from kogao_core.photo import chunks, deep, jpeg_extras, metadata, photoshop, segments, stale, tiff
 from kogao_core.photo.model import Format, Photo
 
 _QUALITY: Final = 95
+_LOSSY: Final = ("JPEG", "WEBP", "HEIF")
+_NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
 
 
@@ -32,21 +35,29 @@ def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
     form : {"JPEG", "PNG", "TIFF", "WEBP"}
         What to write.
     """
-    content = _holdable(_upright(photo, pixels), form)
-    resources = photo.photoshop and photoshop.without_stale(photo.photoshop)
     carried = photo.carried if form == photo.format else ()
+    content = _holdable(_upright(photo, pixels, carried), form)
+    resources = photo.photoshop and photoshop.without_stale(photo.photoshop)
     if form == "JPEG":
         more = (*carried, *segments.photoshop_segments(resources or b""))
         return segments.inserted(_jpeg(content, photo), more)
     if form == "PNG":
-        return chunks.inserted(_png(content, resources), b"".join(carried))
+        shape = () if photo.aspect is None else (chunks.shape(photo.aspect),)
+        return chunks.inserted(_png(content, resources), b"".join((*shape, *carried)))
     if form == "TIFF":
         written = deep.encode(content.pixels, ".tiff")
-        return tiff.with_metadata(written, photoshop_resources=resources, **content.blocks)
+        return tiff.with_metadata(
+            written, photoshop_resources=resources, aspect=photo.aspect, **content.blocks
+        )
     del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
     return content.saved(
-        "WEBP", quality=_QUALITY, lossless=photo.lossless_webp, exact=True, method=4
+        "WEBP", quality=_QUALITY, lossless=_is_lossless(photo), exact=True, method=4
     )
+
+
+def _is_lossless(photo: Photo) -> bool:
+    """Tell whether nothing was lost in the source, so that nothing may be lost now."""
+    return photo.lossless_webp or photo.format not in _LOSSY
 
 
 @dataclass(frozen=True)
@@ -63,26 +74,33 @@ class _Content:
             return out.getvalue()
 
 
-def _upright(photo: Photo, pixels: Image) -> _Content:
+def _upright(photo: Photo, pixels: Image, carried: tuple[bytes, ...]) -> _Content:
     height, width = pixels.shape[:2]
+    xmp = photo.xmp and metadata.upright_xmp(photo.xmp, width, height)
+    is_extended = any(map(jpeg_extras.is_extension, carried))
     return _Content(
         np.ascontiguousarray(pixels),
         {
             "icc_profile": photo.icc_profile,
             "exif": photo.exif and metadata.upright_exif(photo.exif, width, height),
-            "xmp": photo.xmp and metadata.upright_xmp(photo.xmp, width, height),
+            "xmp": xmp and stale.without(xmp, is_extended=is_extended),
             "dpi": photo.dpi,
         },
     )
+
+
+def becomes_colour(pixels: Image, form: Format) -> bool:
+    """Tell whether pixels are grey and the encoder knows no such grey."""
+    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
+    grey_alpha_is_known = form == "JPEG" or (form == "PNG" and pixels.dtype == np.uint8)
+    return channels < 3 and not (grey_alpha_is_known if channels == 2 else form != "WEBP")
 
 
 def _holdable(content: _Content, form: Format) -> _Content:
     """Turn grey into colour where the encoder knows no grey, and leave grey's profile behind."""
     pixels = content.pixels
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-    grey_is_known = form != "WEBP"
-    grey_alpha_is_known = form == "JPEG" or (form == "PNG" and pixels.dtype == np.uint8)
-    if channels >= 3 or (grey_alpha_is_known if channels == 2 else grey_is_known):
+    if not becomes_colour(pixels, form):
         return content
     grey = pixels.reshape(*pixels.shape[:2], channels)
     coloured = grey[..., [0, 0, 0, 1][: 2 + channels]]
@@ -93,13 +111,19 @@ def _jpeg(content: _Content, photo: Photo) -> bytes:
     content = dataclasses.replace(content, pixels=_without_alpha(content.pixels))
     coding = photo.jpeg
     if coding is None:
-        return content.saved("JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
-    return content.saved(
-        "JPEG",
-        qtables=[list(table) for table in coding.tables],
-        subsampling=coding.subsampling,
-        progressive=coding.progressive,
-    )
+        saved = content.saved("JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
+    else:
+        saved = content.saved(
+            "JPEG",
+            qtables=[list(table) for table in coding.tables],
+            subsampling=coding.subsampling,
+            progressive=coding.progressive,
+        )
+    if coding is not None and coding.jfif:
+        return segments.with_jfif(saved, coding.jfif)
+    if photo.aspect is None:
+        return saved
+    return segments.with_jfif(saved, struct.pack(">BBBHH", *_NO_DENSITY, *photo.aspect))
 
 
 def _without_alpha(pixels: Image) -> Image:

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, Final
 
 import numpy as np
 
-from kogao_core.photo import metadata
+from kogao_core.photo import kinds, metadata, trailers
 from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.kinds import Extra
 
 _BRANDS: Final = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"}
+# The boxes of pictures, and of what else a file may hold beside them.
+_PLAIN_BOXES: Final = (b"ftyp", b"meta", b"mdat", b"free", b"skip", b"idat")
+_BOXES: Final = {
+    b"mpvd": kinds.VIDEO,
+    b"sefd": kinds.SAMSUNG,
+    b"moov": kinds.FURTHER,
+    b"jumb": kinds.JUMBF,
+}
+_CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
+_TONE_MAP: Final = re.compile(rb"infe\x02.{3}.{4}tmap", re.DOTALL)  # ISO 21496-1's item
+# By parts of the names of auxiliary pictures.
+_AUXILIARY: Final = {
+    "hdrgainmap": kinds.GAIN_MAP,
+    "depth": kinds.DEPTH,
+    "disparity": kinds.DEPTH,
+    "matte": kinds.DEPTH,
+    "auxid:2": kinds.DEPTH,
+}
 _LAYOUTS: Final = ("L", "RGB", "RGBA")
 # ITU-T H.273: BT.709, which is sRGB's, and "unspecified".
 _PLAIN_PRIMARIES: Final = (1, 2)
@@ -53,8 +74,6 @@ def contents(image: Any) -> dict[str, Any]:
         raise ValueError(f"an unknown layout {image.mode}")
     exif = image.info.get("exif")
     notes = []
-    if image.info.get("depth_images"):
-        notes.append("its depth map isn't kept")
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
     if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
         notes.append("its wide colours are named without a profile, which isn't kept")
@@ -63,5 +82,37 @@ def contents(image: Any) -> dict[str, Any]:
         "icc_profile": image.info.get("icc_profile") or None,
         "exif": exif and metadata.PREFIX + exif.removeprefix(metadata.PREFIX),
         "xmp": image.info.get("xmp") or None,
+        "aspect": image.info.get("pixel_aspect_ratio"),
         "notes": tuple(notes),
+        "extras": tuple(_pictures(image)),
     }
+
+
+def _pictures(image: Any) -> Iterator[Extra]:
+    """Yield the pictures beside the first one."""
+    if image.info.get("depth_images"):
+        yield Extra(kinds.DEPTH)
+    for kind in image.info.get("aux", {}):
+        known = (one for part, one in _AUXILIARY.items() if part in kind.lower())
+        yield Extra(next(known, kinds.FURTHER))
+    if len(image) > 1:
+        yield Extra(kinds.FURTHER)
+
+
+def found(data: bytes) -> Iterator[Extra]:
+    """Yield what a file holds in boxes of its own, in their order."""
+    at, unknown = 0, []
+    while (end := trailers.box_end(data, at, len(data))) is not None:
+        name = data[at + 4 : at + 8]
+        if name == b"uuid" and data[at + 8 : at + 24] == _CREDENTIALS:
+            yield Extra(kinds.CREDENTIALS)
+        elif name == b"meta" and _TONE_MAP.search(data, at, end):
+            yield Extra(kinds.GAIN_MAP)
+        elif name in _BOXES:
+            yield Extra(_BOXES[name])
+        elif name not in _PLAIN_BOXES:
+            unknown.append(name.decode("latin-1"))
+        at = end
+    if unknown:
+        yield Extra(kinds.UNKNOWN, f"unknown data ({' '.join(dict.fromkeys(unknown))})")
+    yield from trailers.found(data, at)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from kogao_core.geometry import Image
+from kogao_core.photo.kinds import Extra
 
 Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
 SourceFormat = Literal["JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"]
@@ -41,11 +42,14 @@ class JpegCoding:
         Pillow's code: 0 is 4:4:4, 1 is 4:2:2, 2 is 4:2:0.
     progressive : bool
         Whether the scans are progressive.
+    jfif : bytes
+        Version, unit and density as its JFIF segment tells them, seven bytes; empty without one.
     """
 
     tables: tuple[tuple[int, ...], ...]
     subsampling: int
     progressive: bool
+    jfif: bytes = b""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +86,8 @@ class Photo:
         Segments of a JPEG or chunks of a PNG, as stored, that only its own format can hold.
     dpi : tuple of float, optional
         Print resolution (x, y).
+    aspect : tuple of int, optional
+        Pixels along x and y in the same length, where that is told without a resolution.
     orientation : int
         EXIF orientation 1 to 8 of the file; `pixels` are already turned by it.
     jpeg : JpegCoding, optional
@@ -91,7 +97,9 @@ class Photo:
     stamp : Stamp, optional
         The version of the file that was read.
     notes : tuple of str
-        What the user should know: conversions made, data that won't be kept.
+        What reading changed.
+    extras : tuple of Extra
+        What else is in the file; `kinds` tells what becomes of it.
     """
 
     pixels: Image
@@ -108,6 +116,8 @@ class Photo:
     notes: tuple[str, ...] = ()
     photoshop: bytes | None = None
     carried: tuple[bytes, ...] = ()
+    aspect: tuple[int, int] | None = None
+    extras: tuple[Extra, ...] = ()
 
     @property
     def width(self) -> int:

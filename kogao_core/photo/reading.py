@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
-from kogao_core.photo import colour, contents, deep, heif, metadata, raw, tiff
+from kogao_core.photo import colour, contents, deep, extras, heif, metadata, raw, riff, tiff
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.model import READ_ONLY, Format, Photo, Stamp
 from kogao_core.photo.turning import turn_upright
@@ -89,6 +89,7 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
                 photo = _read_tiff(file, path, max_megapixels)
             else:
                 photo = _read_common(file, path, max_megapixels)
+            photo = dataclasses.replace(photo, stamp=stamp, extras=extras.found(photo, file))
         except UnreadablePhoto:
             raise
         except UnidentifiedImageError:
@@ -104,7 +105,7 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
                 f"{path} is damaged or incomplete; copy it again from where it came"
             ) from error
     photo.pixels.setflags(write=False)
-    return dataclasses.replace(photo, stamp=stamp)
+    return photo
 
 
 @contextmanager
@@ -149,23 +150,24 @@ def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
                     "it as an ordinary JPEG or as PNG first"
                 ) from None
             raise
+        contents.settle_profile(image, file)
         notes: tuple[str, ...] = ()
         if deep_png:
             pixels = deep.decode(_all_of(file))
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(image)
-        blocks = contents.blocks(image, file)
+        blocks = contents.blocks(image, file, 1 if pixels.ndim == 2 else pixels.shape[2])
         turn = metadata.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
             turn_upright(pixels, turn),
             path,
             _format_of(image),
             **blocks,
-            dpi=contents.dpi(image.info.get("dpi")),
+            **contents.density(image),
             orientation=turn,
             jpeg=jpeg if not notes else None,
-            lossless_webp=contents.is_lossless_webp(file),
-            notes=(*notes, *contents.not_kept(image, file)),
+            lossless_webp=riff.is_lossless(file),
+            notes=notes,
         )
 
 
@@ -185,8 +187,6 @@ def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
         with Pillow.open(file, formats=["TIFF"]) as image:
             image.load()
             pixels, profile, notes = colour.to_array(image)
-    if tags.pages_follow:
-        notes = (*notes, "only the first page of the TIFF is read and kept")
     return Photo(
         np.ascontiguousarray(pixels),
         path,
@@ -195,6 +195,7 @@ def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
         exif=tags.exif,
         xmp=tags.xmp,
         dpi=contents.dpi(tags.dpi),
+        aspect=contents.aspect(tags.aspect),
         orientation=tags.orientation,
         photoshop=tags.photoshop,
         notes=notes,

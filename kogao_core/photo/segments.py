@@ -1,20 +1,24 @@
-"""The segments of a JPEG file ahead of its first scan."""
+"""The segments of a JPEG file, and where its picture ends."""
 
 from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Iterator
 from typing import IO, Final
 
 START_OF_SCAN: Final = 0xDA
 APP_OR_COMMENT: Final = {*range(0xE0, 0xF0), 0xFE}
-_JFIF, _CREDENTIALS, _PHOTOSHOP, _ADOBE = 0xE0, 0xEB, 0xED, 0xEE
-_PHOTOSHOP_HEAD: Final = b"Photoshop 3.0\0"
-# Blocks with a way of their own, and an index of pictures that don't come along.
-_ELSEWHERE: Final = (b"Exif\0", b"http://ns.adobe.com/xap/1.0/\0", b"ICC_PROFILE\0", b"MPF\0")
-_PICTURE: Final = b"\xff\xd8\xff"
+SOI: Final = b"\xff\xd8\xff"
+_JFIF, _PHOTOSHOP = 0xE0, 0xED
+PHOTOSHOP_HEAD: Final = b"Photoshop 3.0\0"
+_PROFILE_HEAD: Final = b"ICC_PROFILE\0"
 _MOST_BYTES: Final = 65533
+_JFIF_AT: Final = 11  # what its segment says, in a file where it comes first
+_END: Final = 0xD9
+# Within a scan: neither stuffed bytes, fill bytes nor restarts.
+_MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
 
 
 def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
@@ -37,34 +41,57 @@ def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
         yield head[1], head + body
 
 
-def carried(file: IO[bytes]) -> tuple[bytes, ...]:
-    """Return segments that a changed photo keeps as they are.
+def end_of_picture(data: bytes, start: int) -> tuple[int, int]:
+    """Return where a picture ends, and how many bytes of APPn and comments follow its first scan.
 
-    These are comments, the rest of a long XMP, and what makers and programs add. Those that hold a
-    picture would show the photo as it was.
+    Parameters
+    ----------
+    data : bytes
+        A file.
+    start : int
+        Where the picture's first scan, or its first segment, starts.
     """
-    return tuple(
-        segment
-        for code, segment in segments(file)
-        if code in APP_OR_COMMENT - {_JFIF, _CREDENTIALS, _PHOTOSHOP, _ADOBE}
-        and not segment[4:].startswith(_ELSEWHERE)
-        and _PICTURE not in segment
-    )
+    at, late, in_scans = start, 0, False
+    while (marker := _MARKER.search(data, at)) is not None:
+        at, code = marker.end(), data[marker.end() - 1]
+        if code == _END:
+            return at, late
+        size = int.from_bytes(data[at : at + 2], "big")
+        late += size + 2 if in_scans and code in APP_OR_COMMENT else 0
+        in_scans |= code == START_OF_SCAN
+        at += size
+    return len(data), late
 
 
-def has_credentials(file: IO[bytes]) -> bool:
-    """Tell whether there are content credentials (C2PA), which no changed photo fulfils."""
-    return any(code == _CREDENTIALS and b"c2pa" in segment for code, segment in segments(file))
+def profiles(file: IO[bytes]) -> tuple[list[bytes], bool]:
+    """Return the whole colour profiles, each from its series, and whether a part is left over."""
+    series: list[dict[int, bytes]] = []
+    totals: list[int] = []
+    start = 4 + len(_PROFILE_HEAD)
+    for _, segment in segments(file):
+        if segment[1] != 0xE2 or segment[4:start] != _PROFILE_HEAD or len(segment) < start + 2:
+            continue
+        number, total = segment[start], segment[start + 1]
+        if not series or number in series[-1] or total != totals[-1]:
+            series.append({})
+            totals.append(total)
+        series[-1][number] = segment[start + 2 :]
+    whole = [
+        b"".join(parts[number] for number in sorted(parts))
+        for parts, total in zip(series, totals, strict=True)
+        if set(parts) == set(range(1, total + 1))
+    ]
+    return whole, len(whole) < len(series)
 
 
 def photoshop(file: IO[bytes]) -> bytes | None:
     """Return the Photoshop resources, which may be spread over segments."""
-    start = 4 + len(_PHOTOSHOP_HEAD)
+    start = 4 + len(PHOTOSHOP_HEAD)
     return (
         b"".join(
             segment[start:]
             for code, segment in segments(file)
-            if code == _PHOTOSHOP and segment[4:start] == _PHOTOSHOP_HEAD
+            if code == _PHOTOSHOP and segment[4:start] == PHOTOSHOP_HEAD
         )
         or None
     )
@@ -72,9 +99,9 @@ def photoshop(file: IO[bytes]) -> bytes | None:
 
 def photoshop_segments(resources: bytes) -> tuple[bytes, ...]:
     """Return segments that hold Photoshop resources."""
-    room = _MOST_BYTES - len(_PHOTOSHOP_HEAD)
+    room = _MOST_BYTES - len(PHOTOSHOP_HEAD)
     parts = (resources[at : at + room] for at in range(0, len(resources), room))
-    bodies = (_PHOTOSHOP_HEAD + part for part in parts)
+    bodies = (PHOTOSHOP_HEAD + part for part in parts)
     return tuple(
         bytes([0xFF, _PHOTOSHOP]) + (len(body) + 2).to_bytes(2, "big") + body for body in bodies
     )
@@ -86,3 +113,18 @@ def inserted(jpeg: bytes, more: tuple[bytes, ...]) -> bytes:
         heads = [segment for code, segment in segments(file) if code in APP_OR_COMMENT]
     at = 2 + sum(map(len, heads))  # an encoder writes them first
     return jpeg[:at] + b"".join(more) + jpeg[at:]
+
+
+def with_jfif(jpeg: bytes, header: bytes) -> bytes:
+    """Return a JPEG file whose JFIF segment, if any, tells version, unit and density anew.
+
+    Parameters
+    ----------
+    jpeg : bytes
+        A file as an encoder wrote it: its JFIF segment comes first.
+    header : bytes
+        Seven bytes.
+    """
+    if jpeg[2:4] != bytes([0xFF, _JFIF]) or jpeg[6:_JFIF_AT] != b"JFIF\0":
+        return jpeg
+    return jpeg[:_JFIF_AT] + header + jpeg[_JFIF_AT + len(header) :]

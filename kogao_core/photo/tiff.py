@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 import numpy as np
-from PIL import ExifTags, TiffImagePlugin
 from PIL import Image as Pillow
+from PIL import TiffImagePlugin
 
 from kogao_core.geometry import Image
 from kogao_core.photo import deep, photoshop
@@ -25,7 +25,7 @@ _X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT, _XMP, _ICC = 282, 283, 296, 700,
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB = 0, 1, 2
 _UNSIGNED, _FLOAT = 1, 3
 _PREMULTIPLIED, _STRAIGHT = 1, 2
-_PER_INCH, _PER_CENTIMETRE = 2, 3
+_NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
 _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
 _HEADER_BYTES: Final = 8
@@ -34,10 +34,11 @@ _LONG: Final = 4
 _IPTC_START: Final = b"\x1c"
 _EXIF_DIRECTORY, _GPS_DIRECTORY, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 # What a TIFF directory says about the picture rather than about its storage: names, description,
-# make, model, software, date, artist, computer, ratings, copyright, and Windows' texts.
-_TELLING: Final = (
-    *(269, 270, 271, 272, 285, 305, 306, 315, 316, 0x4746, 0x4749, 33432),
-    *range(0x9C9B, 0x9CA0),
+# make, model, software, date, artist, computer, white point and primaries, ratings, copyright,
+# Windows' texts, and print matching.
+TELLING: Final = (
+    *(269, 270, 271, 272, 285, 305, 306, 315, 316, 318, 319, 0x4746, 0x4749, 33432),
+    *(*range(0x9C9B, 0x9CA0), 50341, _EXIF_DIRECTORY, _GPS_DIRECTORY),
 )
 
 
@@ -151,11 +152,6 @@ class TiffTags:
         return pixels
 
     @property
-    def pages_follow(self) -> bool:
-        """Whether there is more than one page."""
-        return bool(self.tags.get_ifd(ExifTags.IFD.IFD1))
-
-    @property
     def icc_profile(self) -> bytes | None:
         """Embedded ICC profile."""
         return _as_bytes(self.tags.get(_ICC))
@@ -183,6 +179,13 @@ class TiffTags:
         if factor is None:
             return None
         return self.tags[_X_RESOLUTION] * factor, self.tags[_Y_RESOLUTION] * factor
+
+    @property
+    def aspect(self) -> tuple[Any, Any] | None:
+        """Pixels along x and y in the same length, where there is no unit."""
+        if self._first(_RESOLUTION_UNIT, _PER_INCH) != _NO_UNIT:
+            return None
+        return self.tags.get(_X_RESOLUTION), self.tags.get(_Y_RESOLUTION)
 
     @property
     def exif(self) -> bytes | None:
@@ -241,6 +244,7 @@ def with_metadata(
     xmp: bytes | None,
     icc_profile: bytes | None,
     dpi: tuple[float, float] | None,
+    aspect: tuple[int, int] | None,
     photoshop_resources: bytes | None,
 ) -> bytes:
     """Return a TIFF file as OpenCV wrote it, with a fuller directory.
@@ -249,7 +253,7 @@ def with_metadata(
     ----------
     written : bytes
         A file whose pixels lie between its header and its directory.
-    exif, xmp, icc_profile, dpi
+    exif, xmp, icc_profile, dpi, aspect
         As in `Photo`.
     photoshop_resources : bytes, optional
         Those to keep.
@@ -265,9 +269,10 @@ def with_metadata(
     directory[_STRIPS] = tuple(offset - _HEADER_BYTES for offset in strips)
     if directory[_SAMPLES] == _WITH_ALPHA:
         directory[_EXTRA] = _STRAIGHT
-    if dpi is not None:
-        directory[_X_RESOLUTION], directory[_Y_RESOLUTION] = dpi
-        directory[_RESOLUTION_UNIT] = _PER_INCH
+    density = dpi or aspect
+    if density is not None:
+        directory[_X_RESOLUTION], directory[_Y_RESOLUTION] = density
+        directory[_RESOLUTION_UNIT] = _PER_INCH if dpi else _NO_UNIT
     iptc = photoshop_resources and photoshop.iptc_of(photoshop_resources)
     blocks = {_ICC: icc_profile, _XMP: xmp, _PHOTOSHOP: photoshop_resources, _IPTC: iptc}
     for tag, stored in blocks.items():
@@ -278,6 +283,9 @@ def with_metadata(
         block.load(exif)
         for tag, value in _telling(block):
             directory[tag] = value
+        for tag in (_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT):
+            if density is None and tag in block:
+                directory[tag] = block[tag]
     with io.BytesIO() as out:
         directory.save(out)
         out.write(written[_HEADER_BYTES:start])
@@ -285,8 +293,8 @@ def with_metadata(
 
 
 def _telling(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
-    for tag in _TELLING:
-        if tag in tags:
+    for tag in TELLING:
+        if tag in tags and tag not in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
             yield tag, _kept(tags[tag])
     for tag in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
         if tag in tags:

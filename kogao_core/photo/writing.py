@@ -11,8 +11,10 @@ import numpy as np
 
 from kogao_core.atomic import put
 from kogao_core.geometry import Image
-from kogao_core.photo.encoding import encode
+from kogao_core.photo import kinds
+from kogao_core.photo.encoding import becomes_colour, encode
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
+from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import FORMATS, Format, Photo, Stamp
 
 _LONGEST_SIDE_PX: Final[dict[Format, int]] = {"JPEG": 65500, "WEBP": 16383}
@@ -46,8 +48,8 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
     Returns
     -------
     str
-        What became of a JPEG's blocks, or what WebP can't hold; empty where there is nothing to
-        say.
+        What is worth knowing, in one line: what reading changed, what isn't kept, what became of
+        a JPEG's blocks; empty where there is nothing to say, as where bytes were copied.
 
     Raises
     ------
@@ -63,9 +65,10 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         if _is_unchanged(photo, pixels, form):
             data, said = photo.path.read_bytes(), ""
         else:
-            data, said = _encoded(photo, pixels, path, form), _left_out(photo, form)
+            data, blocks = _encoded(photo, pixels, path, form), ""
             if form == "JPEG" and photo.format == "JPEG":
-                data, said = _with_blocks_kept(photo, pixels, data)
+                data, blocks = _with_blocks_kept(photo, pixels, data)
+            said = _worth_knowing(photo, pixels, form, blocks)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
             said = f"the photo as it was is {_backed_up(path)}" + (f"; {said}" if said else "")
         # The last look is just before the file appears: someone may have been quicker.
@@ -163,17 +166,32 @@ def _source_is_there(photo: Photo) -> bool:
         return False
 
 
-def _left_out(photo: Photo, form: Format) -> str:
-    if form != "WEBP":
-        return ""
-    grey_profile = photo.icc_profile if photo.pixels.ndim == 2 else None
-    there = {
-        "the IPTC record": photo.photoshop,
-        "the print resolution": photo.dpi,
-        "grey with its colour profile": grey_profile,
+def _worth_knowing(photo: Photo, pixels: Image, form: Format, blocks: str) -> str:
+    """Return what a changed photo has lost on its way, and what became of its blocks."""
+    held = {
+        kinds.IPTC: photo.photoshop,
+        kinds.RESOLUTION: photo.dpi,
+        kinds.ASPECT: photo.aspect,
     }
-    lost = [name for name, block in there.items() if block]
-    return f"WebP has no place for {', '.join(lost)}" if lost else ""
+    extras = [*photo.extras, *(Extra(kind) for kind, block in held.items() if block)]
+    lost = kinds.not_kept(extras, form)
+    grey = ""
+    if photo.icc_profile and becomes_colour(pixels, form):
+        grey = f"{kinds.GREY_PROFILE.name} became RGB without it"
+    return "; ".join(filter(None, [*photo.notes, lost, grey, _spread(photo, pixels), blocks]))
+
+
+def _spread(photo: Photo, pixels: Image) -> str:
+    """Tell of pixels without a number, which spread to their neighbours where pixels move."""
+    if pixels.dtype != np.float32:
+        return ""
+    before, after = (
+        np.count_nonzero(~np.isfinite(p).reshape(*p.shape[:2], -1).all(axis=2))
+        for p in (photo.pixels, pixels)
+    )
+    if after <= before:
+        return ""
+    return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
 
 
 def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[bytes, str]:
