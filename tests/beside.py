@@ -134,8 +134,12 @@ def samsung(*blocks):
         block = struct.pack("<HHI", 0, 0x0A01 + number, len(name)) + name + content
         entries.append((0x0A01 + number, len(data), len(block)))
         data += block
-    head = b"SEFH" + struct.pack("<II", 106, len(entries)) + b"".join(
-        struct.pack("<HHII", 0, kind, len(data) - at, size) for kind, at, size in entries
+    head = (
+        b"SEFH"
+        + struct.pack("<II", 106, len(entries))
+        + b"".join(
+            struct.pack("<HHII", 0, kind, len(data) - at, size) for kind, at, size in entries
+        )
     )
     return data + head + struct.pack("<I", len(head)) + b"SEFT"
 
@@ -200,7 +204,8 @@ def tiff(more=None, channels=3, end=b"", follow=b""):
 
 def webp(*chunks, end=b""):
     with io.BytesIO() as out:
-        Image.fromarray(pixels()).save(out, "WEBP", lossless=True, exif=b"Exif\0\0II*\0\x08\0\0\0\0\0")
+        exif = b"Exif\0\0II*\0\x08" + bytes(9)  # without entries
+        Image.fromarray(pixels()).save(out, "WEBP", lossless=True, exif=exif)
         data = out.getvalue()
     data += b"".join(
         name + struct.pack("<I", len(body)) + body + b"\0" * (len(body) % 2)
@@ -212,7 +217,7 @@ def webp(*chunks, end=b""):
 def animated(form):
     with io.BytesIO() as out:
         first, second = Image.fromarray(pixels()), Image.fromarray(255 - pixels())
-        first.save(out, form, save_all=True, append_images=[second], **{"lossless": True})
+        first.save(out, form, save_all=True, append_images=[second], lossless=True)
         return out.getvalue()
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel, QStatusBar
 
-from kogao_core.photo import Photo
+from kogao_core.photo import FORMATS, Format, Photo
+from kogao_core.photo.kinds import not_kept
 
 from ..colour import way_of
 from ..i18n import tr
@@ -46,17 +47,18 @@ class StatusLine(QStatusBar):
         self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
 
     def show_photo(self, photo: Photo) -> None:
-        """Show size, depth, colour space and what reading it changed."""
+        """Show size, depth, colour space, what reading changed and what a copy won't keep."""
         size = f"{photo.width} × {photo.height}"  # noqa: RUF001
         parts = [size, tr("{n}-bit", n=photo.bits)]
         way = way_of(photo)
         if photo.icc_profile is not None:
             unusable = tr("colour profile can't be used")
             parts.append((way.name or tr("colour profile")) if way.usable else unusable)
-        if photo.notes:
-            parts.append(tr("notes: {n}", n=len(photo.notes)))
+        notes = [*photo.notes, *filter(None, [not_kept(photo.extras, _copied_as(photo))])]
+        if notes:
+            parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))
-        self._photo.setToolTip("\n".join(photo.notes))
+        self._photo.setToolTip("\n".join(notes))
 
     def show_speed(self, took_ms: float) -> None:
         """Show how long the newest picture took."""
@@ -65,3 +67,8 @@ class StatusLine(QStatusBar):
     def show_zoom(self, zoom: float) -> None:
         """Show the zoom in %."""
         self._zoom.setText(f"{zoom * 100:.0f} %")
+
+
+def _copied_as(photo: Photo) -> Format:
+    """Return the format of a copy like the photo, or the one that holds most."""
+    return next((form for form in FORMATS.values() if form == photo.format), "TIFF")

@@ -29,7 +29,7 @@ def found(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     Parameters
     ----------
     photo : Photo
-        What was read of it.
+        What was read of it; a decoder may have told of extras already.
     file : file
         Open, anywhere.
 
@@ -38,7 +38,8 @@ def found(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     tuple of Extra
         In the order things are found; each of them once.
     """
-    return tuple(dict.fromkeys((*_inside(photo, file), *_told(photo), *_behind(photo, file))))
+    seen = (*photo.extras, *_inside(photo, file), *_told(photo), *_behind(photo, file))
+    return tuple(dict.fromkeys(seen))
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:

@@ -177,7 +177,7 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, blocks: str) -> st
     lost = kinds.not_kept(extras, form)
     grey = ""
     if photo.icc_profile and becomes_colour(pixels, form):
-        grey = f"{kinds.GREY_PROFILE.name} became RGB without it"
+        grey = "grey became RGB, without its colour profile"
     return "; ".join(filter(None, [*photo.notes, lost, grey, _spread(photo, pixels), blocks]))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import beside
 import cv2
 import numpy as np
 import pytest
@@ -47,6 +48,15 @@ def test_saving_says_what_was_kept_of_a_jpeg(empty, jpeg, tmp_path):
     assert "blocks" in empty.say()
     save(empty, tmp_path / "copy.png")
     assert empty.say() == "Saved copy.png."
+
+
+def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
+    jpeg.write_bytes(jpeg.read_bytes() + beside.MP4)
+    empty.open(jpeg)
+    assert "notes: 1" in empty.window.status._photo.text()
+    assert empty.window.status._photo.toolTip() == "not kept: the motion photo's video"
+    save(empty, tmp_path / "copy.png")
+    assert empty.say() == "Saved copy.png. Not kept: the motion photo's video."
 
 
 def test_nothing_is_told_unless_it_is_wanted(empty, jpeg, tmp_path):

@@ -116,9 +116,9 @@ def test_round_trip(tmp_path, suffix, bits, channels, orientation):
         assert written.bits == bits
         expected = changed
         if other == ".webp":
-            assert ("no place" in said) == (suffix != ".webp")
+            assert ("the IPTC record, the print resolution" in said) == (suffix != ".webp")
             expected = np.dstack([changed] * 3) if channels == 1 else changed
-        lossy = other == ".jpg" or (other == ".webp" and suffix != ".webp")
+        lossy = other == ".jpg" or (other == ".webp" and suffix in LOSSY)
         np.testing.assert_allclose(
             written.pixels.astype(int), expected.astype(int), atol=24 if lossy else 0
         )
@@ -140,13 +140,13 @@ def test_deep_tiff_of_either_byte_order(tmp_path, order):
 def rewritten(tmp_path, name, data):
     (tmp_path / f"in{name}").write_bytes(data)
     source = photo.read(tmp_path / f"in{name}")
-    photo.write(source, source.pixels // 2, tmp_path / f"out{name}")
-    return source, (tmp_path / f"out{name}").read_bytes()
+    said = photo.write(source, source.pixels // 2, tmp_path / f"out{name}")
+    return said, (tmp_path / f"out{name}").read_bytes()
 
 
 def test_a_jpeg_keeps_comments_and_foreign_segments_but_no_pictures(tmp_path):
-    source, written = rewritten(tmp_path, ".jpg", files.jpeg(upright(8, 3)))
-    assert not source.notes
+    said, written = rewritten(tmp_path, ".jpg", files.jpeg(upright(8, 3)))
+    assert said.startswith("not kept: a maker's segment with a preview (APP4); 0.0 %")
     for kept in (b"a remark", b"something of the maker's", b"5" * 32 + b"the rest"):
         assert written.count(kept) == 1
     assert b"preview" not in written
@@ -170,28 +170,14 @@ def test_photoshop_resources_longer_than_a_segment_are_kept(tmp_path):
 
 def test_a_png_keeps_texts_and_what_its_colours_mean(tmp_path):
     for bits in (8, 16):
-        source, written = rewritten(tmp_path, ".png", files.png(upright(bits, 3)))
-        assert (source.notes, bits) == ((), bits)
+        said, written = rewritten(tmp_path, ".png", files.png(upright(bits, 3)))
+        assert said == ""
         with Image.open(io.BytesIO(written)) as seen:
             seen.load()
             assert seen.text["Title"] == "A portrait"
             assert seen.info["gamma"] == pytest.approx(0.45455)
         assert written.count(b"XML:com.adobe.xmp") == 1
         (tmp_path / "out.png").unlink()
-
-
-def test_content_credentials_are_left_out_with_a_word(tmp_path):
-    data = files.jpeg(upright(8, 3))
-    signed = data[:2] + files.segment(0xEB, b"JP\0\1\0\0\0\1 jumb c2pa") + data[2:]
-    source, written = rewritten(tmp_path, ".jpg", signed)
-    assert "C2PA" in source.notes[0]
-    assert b"c2pa" not in written
-    data = files.png(upright(8, 3))
-    source, written = rewritten(
-        tmp_path, ".png", data[:33] + files.chunk(b"caBX", b"c2pa") + data[33:]
-    )
-    assert "C2PA" in source.notes[0]
-    assert b"caBX" not in written
 
 
 def test_an_iptc_record_that_stands_alone_in_a_tiff_is_kept_everywhere(tmp_path):
@@ -215,8 +201,8 @@ def test_an_iptc_record_in_numbers_of_32_bits_is_kept(tmp_path, monkeypatch, swa
     data = data.replace(entry, struct.pack("<HHI", 33723, 4, len(record) // 4))
     if swapped:
         data = data.replace(record, np.frombuffer(record, ">u4").astype("<u4").tobytes())
-    source, _ = rewritten(tmp_path, ".tif", data)
-    assert photoshop.iptc_of(source.photoshop) == record
+    rewritten(tmp_path, ".tif", data)
+    assert photoshop.iptc_of(photo.read(tmp_path / "in.tif").photoshop) == record
     assert photoshop.iptc_of(photo.read(tmp_path / "out.tif").photoshop) == record
 
 

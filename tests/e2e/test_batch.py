@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 
+import beside
 import numpy as np
 import pytest
 from PIL import Image
@@ -42,6 +43,16 @@ def run(capsys, *arguments):
 def lines(out):
     text = (out / "kogao-batch.jsonl").read_text(encoding="utf-8")
     return [json.loads(line) for line in text.splitlines()]
+
+
+def test_what_a_result_does_not_keep_is_in_the_report(capsys, small_portrait, tmp_path):
+    (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + beside.MP4)
+    for percent, told in ((6, "not kept: the motion photo's video; "), (0, "")):
+        out = tmp_path / str(percent)
+        assert run(capsys, tmp_path / "a.jpg", "-o", out, "-j", 1, "--percent", percent)[0] == 0
+        (line,) = lines(out)
+        assert line["reason"].startswith(told)
+        assert bool(line["reason"]) == bool(told)
 
 
 def test_good_photos_are_done_and_bad_ones_named(capsys, folder, tmp_path):

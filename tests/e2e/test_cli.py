@@ -12,6 +12,7 @@ import zlib
 from importlib import util
 from pathlib import Path
 
+import beside
 import numpy as np
 import pytest
 from PIL import Image
@@ -65,6 +66,18 @@ def test_warp_writes_what_render_gives(cli, portrait, tmp_path):
     expected = pipeline.render(source.pixels, found, Recipe(percent=6.0, center=3)).pixels
     np.testing.assert_array_equal(written, expected)
     np.testing.assert_allclose(faces[0]["outline"], found[0].outline)
+
+
+def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
+    source = tmp_path / "motion.jpg"
+    source.write_bytes(small_portrait.read_bytes() + beside.MP4)
+    told = "not kept: the motion photo's video"
+    _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--percent", 6)
+    assert said.splitlines()[-1] == f"note      {told}"
+    _, said, _ = cli("warp", source, "-o", tmp_path / "b.png", "--json")
+    assert json.loads(said)["notes"] == [told]
+    _, said, _ = cli("warp", source, "-o", tmp_path / "c.jpg", "--percent", 0)
+    assert "note" not in said
 
 
 @pytest.mark.usefixtures("portrait")

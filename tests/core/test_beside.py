@@ -1,0 +1,288 @@
+"""Nothing beside the picture is dropped in silence: kept, or named, and no word of it left."""
+
+import io
+import struct
+import zlib
+from importlib.util import find_spec
+from pathlib import Path
+
+import beside
+import files
+import numpy as np
+import pytest
+from PIL import Image, ImageCms
+
+from kogao_core import photo
+from kogao_core.photo import extras, kinds, stale, tiff_extras
+
+OUTPUTS = {".jpg": "JPEG", ".png": "PNG", ".tif": "TIFF", ".webp": "WEBP"}
+DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
+# The blocks of every round trip in test_fidelity, and what goes without a word.
+ELSEWHERE = {
+    *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION),
+    *(kinds.ASPECT, kinds.THUMBNAIL, kinds.INDEX),
+}
+
+
+def changed(tmp_path, name, data, out):
+    """Return what is said of a changed copy, its bytes, and the photo."""
+    (tmp_path / name).write_bytes(data)
+    source = photo.read(tmp_path / name)
+    said = photo.write(source, source.pixels // 2, tmp_path / out)
+    return said, (tmp_path / out).read_bytes(), source
+
+
+@pytest.mark.parametrize("suffix", OUTPUTS)
+@pytest.mark.parametrize("case", beside.CASES, ids=str)
+def test_what_is_not_kept_is_named_and_leaves_no_word(tmp_path, case, suffix):
+    said, written, _ = changed(tmp_path, f"in{case.suffix}", case.data, f"out{suffix}")
+    fate, name = case.kind.fate(OUTPUTS[suffix]), case.name or case.kind.name
+    left = [mark for mark in case.marks if mark in written]
+    assert (f"not kept: {name}" in said) == (fate == "left out")
+    assert ("has moved" in said) == (fate == "moved")
+    assert left == ([] if fate == "left out" else list(case.marks))
+    photo.read(tmp_path / f"out{suffix}")
+
+
+@pytest.mark.parametrize("case", beside.CASES, ids=str)
+def test_a_copy_has_lost_nothing_and_says_so(tmp_path, case):
+    (tmp_path / f"in{case.suffix}").write_bytes(case.data)
+    source = photo.read(tmp_path / f"in{case.suffix}")
+    assert photo.write(source, source.pixels, tmp_path / f"out{case.suffix}") == ""
+    assert (tmp_path / f"out{case.suffix}").read_bytes() == case.data
+
+
+def test_conversions_are_not_said_of_a_copy(tmp_path):
+    picture = Image.fromarray(beside.pixels()).convert("CMYK")
+    picture.save(tmp_path / "in.jpg")
+    source = photo.read(tmp_path / "in.jpg")
+    assert photo.write(source, source.pixels, tmp_path / "same.jpg") == ""
+    assert "CMYK" in photo.write(source, source.pixels // 2, tmp_path / "other.jpg")
+
+
+def test_every_kind_is_tried():
+    assert {case.kind for case in beside.CASES} | ELSEWHERE == set(kinds.KINDS)
+
+
+def test_the_document_holds_the_table():
+    def fate(kind, form):
+        word = kind.fate(form)
+        said = "left out" if kind.is_said else "left out, unsaid"
+        return {"kept": "yes", "moved": "moved, said"}.get(word, said)
+
+    rows = [
+        f"| {kind.name} | {kind.seen} | "
+        + " | ".join(fate(kind, form) for form in OUTPUTS.values())
+        + f" | {kind.why} |"
+        for kind in kinds.KINDS
+    ]
+    lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("| | recognised by"))
+    told = lines[start + 2 : start + 2 + len(rows) + 1]
+    assert told == [*rows, ""], "\n".join(rows)
+
+
+def test_stale_properties_go_and_every_other_byte_of_the_packet_stays():
+    told = "GCamera:MotionPhoto='1' dc:title=\"hdrgm:Version='1'\"\n hdrgm:Version = \"1.0\""
+    packet = beside.packet(told, beside.container(("Primary", 0)))
+    without = stale.without(packet, is_extended=True)
+    gone = (
+        b" GCamera:MotionPhoto='1'",
+        b'\n hdrgm:Version = "1.0"',
+        beside.container(("Primary", 0)).encode(),
+    )
+    expected = packet
+    for part in gone:
+        assert expected.count(part) == 1
+        expected = expected.replace(part, b"")
+    assert without == expected
+    assert stale.without(without, is_extended=True) == without
+
+
+def test_a_property_of_another_prefix_or_another_space_is_told_apart():
+    packet = beside.packet('hdrgm:Version="1.0" dc:rights="me"')
+    other = packet.replace(b"hdrgm", b"g").replace(b"dc:rights", b"dc:Version")
+    assert stale.without(other, is_extended=True) == other.replace(b' g:Version="1.0"', b"")
+    foreign = packet.replace(b"hdr-gain-map", b"something-else")
+    assert stale.without(foreign, is_extended=True) == foreign
+
+
+def test_a_camera_that_made_no_video_lost_none(tmp_path):
+    data = beside.jpeg(xmp=beside.packet('GCamera:MotionPhoto="0"'))
+    said, written, _ = changed(tmp_path, "in.jpg", data, "out.jpg")
+    assert "not kept" not in said
+    assert b"GCamera:MotionPhoto" not in written
+
+
+def test_a_packet_that_cannot_be_read_stays_as_it_is():
+    packet = b"<x:xmpmeta><a hdrgm:Version='1.0'>"
+    assert stale.without(packet, is_extended=False) == packet
+    assert stale.found(packet) == ()
+
+
+# ---- resolution and the pixels' shape -----------------------------------------------------------
+
+
+def with_jfif(version, unit, x, y):
+    data = beside.jpeg()
+    return data[:11] + struct.pack(">HBHH", version, unit, x, y) + data[18:]
+
+
+@pytest.mark.parametrize("told", [(0x101, 0, 2, 1), (0x102, 1, 240, 240), (0x102, 2, 118, 118),
+                                  (0x101, 0, 1, 1)])  # fmt: skip
+def test_jfif_says_what_it_said(tmp_path, told):
+    _, written, _ = changed(tmp_path, "in.jpg", with_jfif(*told), "out.jpg")
+    assert struct.unpack(">HBHH", written[11:18]) == told
+
+
+def test_a_jpeg_that_tells_no_resolution_gets_none(tmp_path):
+    for exif in (b"", b"Exif\0\0II*\0\x08\0\0\0\0\0\0\0\0\0"):
+        data = beside.jpeg(exif=exif)
+        (tmp_path / "in.jpg").write_bytes(data)
+        assert photo.read(tmp_path / "in.jpg").dpi is None
+
+
+def chunk_of_png(data, name):
+    at = data.find(name)
+    return None if at < 0 else data[at + 4 : at + 4 + int.from_bytes(data[at - 4 : at], "big")]
+
+
+SHAPED = {
+    ".jpg": with_jfif(0x101, 0, 2, 1),
+    ".png": beside.png((b"pHYs", struct.pack(">IIB", 2, 1, 0))),
+    ".tif": beside.tiff({282: (5, (2, 1)), 283: (5, (1, 1)), 296: (3, 1)}),
+}
+
+
+@pytest.mark.parametrize("suffix", SHAPED)
+def test_pixels_keep_their_shape(tmp_path, suffix):
+    name = f"in{suffix}"
+    said, jpeg, source = changed(tmp_path, name, SHAPED[suffix], "out.jpg")
+    assert (source.aspect, source.dpi) == ((2, 1), None)
+    assert struct.unpack(">BHH", jpeg[13:18]) == (0, 2, 1)
+    assert "shape" not in said
+    said, png, _ = changed(tmp_path, name, SHAPED[suffix], "out.png")
+    assert chunk_of_png(png, b"pHYs") == struct.pack(">IIB", 2, 1, 0)
+    changed(tmp_path, name, SHAPED[suffix], "out.tif")
+    with Image.open(tmp_path / "out.tif") as seen:
+        assert (seen.tag_v2[282], seen.tag_v2[283], seen.tag_v2[296]) == (2, 1, 1)
+    said, _, _ = changed(tmp_path, name, SHAPED[suffix], "out.webp")
+    assert "not kept: the pixels' shape" in said
+
+
+# ---- colours ------------------------------------------------------------------------------------
+
+
+def test_the_first_of_two_profiles_counts(tmp_path):
+    other = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB")).tobytes()
+    first = [beside.profile_part(k + 1, 2, part) for k, part in enumerate((files.SRGB, b""))]
+    data = beside.jpeg(*first, beside.profile_part(1, 1, other), profile=None)
+    said, written, source = changed(tmp_path, "in.jpg", data, "out.jpg")
+    assert source.icc_profile == files.SRGB
+    assert said.startswith("not kept: a second colour profile; ")
+    assert (written.count(files.SRGB), written.count(other)) == (1, 0)
+
+
+@pytest.mark.parametrize(("name", "body"), [
+    (b"sRGB", b"\0"), (b"gAMA", struct.pack(">I", 45455)),
+    (b"cHRM", struct.pack(">8I", 31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)),
+])  # fmt: skip
+def test_ordinary_colours_are_not_called_lost(tmp_path, name, body):
+    said, _, _ = changed(tmp_path, "in.png", beside.png((name, body)), "out.jpg")
+    assert said == ""
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_a_lossless_source_becomes_a_lossless_webp(tmp_path, suffix):
+    rng = np.random.default_rng(5)
+    pixels = rng.integers(0, 256, (40, 60, 4), dtype=np.uint8)
+    Image.fromarray(pixels).save(tmp_path / f"in{suffix}")
+    source = photo.read(tmp_path / f"in{suffix}")
+    photo.write(source, pixels[::-1], tmp_path / "out.webp")
+    np.testing.assert_array_equal(photo.read(tmp_path / "out.webp").pixels, pixels[::-1])
+
+
+def test_pixels_without_a_number_are_said_where_they_spread(tmp_path):
+    pixels = np.full((20, 30, 3), 0.5, np.float32)
+    pixels[3:5, 4:7] = np.nan
+    source = photo.Photo(pixels, tmp_path / "none", "TIFF")
+    same = np.where(np.isnan(pixels), pixels, 0.25).astype(np.float32)
+    assert photo.write(source, same, tmp_path / "a.tif") == ""
+    spread = same.copy()
+    spread[2:6, 3:8, 1] = np.inf
+    said = photo.write(source, spread, tmp_path / "b.tif")
+    assert said == "pixels without a number (NaN or infinity) have spread from 6 to 20"
+
+
+def test_a_deep_picture_whose_white_is_zero_comes_out_right_to_look_at(tmp_path):
+    stored = np.linspace(0, 65535, 12 * 16).astype(np.uint16).reshape(12, 16)
+    tags = {
+        256: (4, 16), 257: (4, 12), 258: (3, 16), 259: (3, 1), 262: (3, 0), 273: (4, 8),
+        277: (3, 1), 278: (4, 12), 279: (4, stored.nbytes),
+    }  # fmt: skip
+    at = 8 + stored.nbytes
+    data = b"II*\0" + struct.pack("<I", at) + stored.tobytes() + files.directory(tags, at)
+    (tmp_path / "in.tif").write_bytes(data)
+    source = photo.read(tmp_path / "in.tif")
+    np.testing.assert_array_equal(source.pixels, 65535 - stored)
+    photo.write(source, source.pixels[:, ::-1], tmp_path / "out.tif")
+    with Image.open(tmp_path / "out.tif") as seen:
+        assert seen.tag_v2[262] == 1
+        np.testing.assert_array_equal(np.asarray(seen), (65535 - stored)[:, ::-1])
+
+
+# ---- files ------------------------------------------------------------------------------------
+
+
+def test_padding_is_no_data(tmp_path):
+    said, _, _ = changed(tmp_path, "in.jpg", beside.jpeg(end=bytes(5000)), "out.png")
+    assert said == ""
+
+
+def test_a_picture_after_padding_is_found(tmp_path):
+    data = beside.jpeg(end=bytes(4097) + beside.MP4 + bytes(2) + beside.gain_map(beside.packet()))
+    said, _, _ = changed(tmp_path, "in.jpg", data, "out.png")
+    assert said == "not kept: the motion photo's video, further pictures"
+
+
+@pytest.mark.skipif(
+    not all(map(find_spec, ("pi_heif", "pillow_heif"))), reason="needs the extra [heic]"
+)
+def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
+    import pillow_heif
+
+    both = pillow_heif.HeifFile()
+    for pixels in (beside.pixels(), 255 - beside.pixels()):
+        both.add_from_pillow(Image.fromarray(pixels))
+    both.save(tmp_path / "both.heic", quality=90)
+    boxes = [
+        (b"mpvd", beside.MP4), (b"sefd", b"SEFH"), (b"wxyz", b"?"),
+        (b"uuid", bytes.fromhex("d8fec3d61b0e483c92975828877ec481")), (b"free", b"")]  # fmt: skip
+    more = b"".join(struct.pack(">I4s", 8 + len(body), name) + body for name, body in boxes)
+    said, _, _ = changed(
+        tmp_path, "in.heic", (tmp_path / "both.heic").read_bytes() + more, "out.png"
+    )
+    assert said == (
+        "not kept: further pictures, the motion photo's video, Samsung's data at the end, "
+        "content credentials (C2PA), unknown data (wxyz)"
+    )
+
+
+@pytest.mark.parametrize("case", beside.CASES, ids=str)
+def test_damaged_files_never_stop_the_reader(tmp_path, case):
+    """Whatever a decoder takes for good must have been looked through."""
+    path = tmp_path / f"in{case.suffix}"
+    path.write_bytes(case.data)
+    source = photo.read(path)
+    rng = np.random.default_rng(zlib.crc32(case.label.encode()))
+    for _ in range(8):
+        data = bytearray(case.data)
+        for at in rng.integers(20, len(data), 6):
+            data[at] = rng.integers(256)
+        data = bytes(data[: rng.integers(20, len(data) + 1)])
+        if source.format == "TIFF":
+            assert 0 < tiff_extras.end(data) <= len(data)
+        else:
+            assert all(
+                isinstance(one, kinds.Extra) for one in extras.found(source, io.BytesIO(data))
+            )
