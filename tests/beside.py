@@ -17,6 +17,7 @@ HEIGHT, WIDTH = 48, 64
 MARK = b"told by nothing else"
 GOOGLE = "http://ns.google.com/photos/1.0/"
 ISO_GAIN_MAP = files.segment(0xE2, b"urn:iso:std:iso:ts:21496:-1\0\0\0\0\0")
+CAPTION = b"\x1c\x02\x78" + struct.pack(">H", len(MARK)) + MARK  # IIM
 MP4 = (
     struct.pack(">I4s4sI4s", 20, b"ftyp", b"mp42", 0, b"isom")
     + struct.pack(">I4s", 8 + len(MARK), b"mdat") + MARK
@@ -127,37 +128,39 @@ def micro_video():
     return jpeg(xmp=packet('GCamera:MicroVideo="1"', content), end=MP4)
 
 
-def samsung(*blocks):
-    """Return blocks of (name, content) with the directory that Samsung puts behind them."""
-    data, entries = b"", []
-    for number, (name, content) in enumerate(blocks):
-        block = struct.pack("<HHI", 0, 0x0A01 + number, len(name)) + name + content
-        entries.append((0x0A01 + number, len(data), len(block)))
-        data += block
-    head = (
-        b"SEFH"
-        + struct.pack("<II", 106, len(entries))
-        + b"".join(
-            struct.pack("<HHII", 0, kind, len(data) - at, size) for kind, at, size in entries
-        )
-    )
-    return data + head + struct.pack("<I", len(head)) + b"SEFT"
+def samsung(kind, name, content):
+    """Return a block with the directory that Samsung puts behind its blocks."""
+    block = struct.pack("<HHI", 0, kind, len(name)) + name + content
+    entry = struct.pack("<HHII", 0, kind, len(block), len(block))
+    head = b"SEFH" + struct.pack("<II", 106, 1) + entry
+    return block + head + struct.pack("<I", len(head)) + b"SEFT"
 
 
 def afcp(at):
     """Return an AXS record whose one entry is an IPTC record; it knows its place in the file."""
     head = b"AXS!" + struct.pack(">HHI", 0x0100, 1, 0)
-    entry = b"IPTC" + struct.pack(">II", len(files.IPTC) + len(MARK), at + len(head) + 12)
-    return head + entry + files.IPTC + MARK + b"AXS!" + struct.pack(">II", at, 0)
+    entry = b"IPTC" + struct.pack(">II", len(CAPTION), at + len(head) + 12)
+    return head + entry + CAPTION + b"AXS!" + struct.pack(">II", at, 0)
 
 
 def photo_mechanic():
-    record = struct.pack(">HHI", 222, 0, 4) + b"crop" + MARK
+    """Return its record of soft edits: the picture is to be shown turned."""
+    record = struct.pack(">BBBHI", 0x1C, 2, 216, 4, 90) + CAPTION
     return record + struct.pack(">I", len(record)) + b"cbipcbbl"
 
 
 def fotostation():
-    return MARK + struct.pack(">HI", 1, len(MARK) + 10) + b"\xa1\xb2\xc3\xd4"
+    return CAPTION + struct.pack(">HI", 1, len(CAPTION) + 10) + b"\xa1\xb2\xc3\xd4"
+
+
+def box(name, body):
+    return struct.pack(">I4s", 8 + len(body), name) + body
+
+
+def jumbf(label):
+    """Return a segment with a JUMBF superbox of that label, of 4 bytes (ISO 19566-5)."""
+    told = box(b"jumd", label + bytes.fromhex("00110010800000aa00389b71") + b"\3" + label + b"\0")
+    return files.segment(0xEB, b"JP\0\1\0\0\0\1" + box(b"jumb", told + box(b"bidb", MARK)))
 
 
 def profile_part(number, total, body):
@@ -246,10 +249,10 @@ CASES = [
     Case("motion photo", ".jpg", motion_photo(), kinds.VIDEO,
          (MARK, b"GCamera:MotionPhoto", b"Container:Directory")),
     Case("micro video", ".jpg", micro_video(), kinds.VIDEO, (MARK, b"GCamera:MicroVideo")),
-    Case("Samsung's video", ".jpg", jpeg(end=samsung((b"MotionPhoto_Data", MP4))), kinds.VIDEO,
-         (MARK, b"SEFT")),
-    Case("Samsung", ".jpg", jpeg(end=samsung((b"Image_UTC_Data", MARK))), kinds.SAMSUNG,
-         (MARK, b"SEFT")),
+    Case("Samsung's video", ".jpg", jpeg(end=samsung(0x0A30, b"MotionPhoto_Data", MP4)),
+         kinds.VIDEO, (MARK, b"SEFT")),
+    Case("Samsung", ".jpg", jpeg(end=samsung(0x0A01, b"Image_UTC_Data", b"1700000000000")),
+         kinds.SAMSUNG, (b"1700000000000", b"SEFT")),
     Case("AFCP", ".jpg", jpeg(end=afcp(len(jpeg()))), kinds.AFCP),
     Case("AFCP in a TIFF", ".tif", tiff(end=afcp(len(tiff()))), kinds.AFCP),
     Case("Photo Mechanic", ".jpg", jpeg(end=photo_mechanic()), kinds.PHOTO_MECHANIC),
@@ -270,14 +273,14 @@ CASES = [
     Case("depth map outside", ".jpg", _extended(f"{GOOGLE}depthmap/".encode() + MARK),
          kinds.DEPTH, (MARK, b"HasExtendedXMP")),
     Case("picture in XMP", ".jpg", _original(), kinds.ORIGINAL),
-    Case("credentials", ".jpg", jpeg(files.segment(0xEB, b"JP\0\1\0\0\0\1 jumb c2pa" + MARK)),
+    Case("credentials", ".jpg", jpeg(jumbf(b"c2pa")),
          kinds.CREDENTIALS),
     Case("remote credentials", ".jpg", jpeg(xmp=packet('dcterms:provenance="https://e.org/x"')),
          kinds.CREDENTIALS, (b"dcterms:provenance",)),
     Case("credentials of a PNG", ".png", png((b"caBX", b"c2pa" + MARK)), kinds.CREDENTIALS),
     Case("credentials of a TIFF", ".tif", tiff({52545: (7, MARK)}), kinds.CREDENTIALS),
     Case("credentials of a WebP", ".webp", webp((b"C2PA", MARK)), kinds.CREDENTIALS),
-    Case("JUMBF", ".jpg", jpeg(files.segment(0xEB, b"JP\0\1\0\0\0\1 jumb" + MARK)), kinds.JUMBF),
+    Case("JUMBF", ".jpg", jpeg(jumbf(b"json")), kinds.JUMBF),
     Case("two profiles", ".jpg",
          jpeg(profile_part(1, 1, files.SRGB), profile_part(1, 1, MARK), profile=None),
          kinds.SECOND_PROFILE),
