@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from fractions import Fraction
 from typing import IO, Any, Final
 
 from PIL import Image as Pillow
@@ -12,6 +13,7 @@ from PIL import JpegImagePlugin
 from kogao_core.photo import chunks, jpeg_extras, metadata, segments
 from kogao_core.photo.model import JpegCoding
 
+_FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
 _X_RESOLUTION, _UNIT = 0x011A, 0x0128
 _RARE_FRAMES: Final = (0xC3, *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
 
@@ -100,12 +102,17 @@ def _is_guessed(image: Pillow.Image) -> bool:
 
 
 def aspect(value: Any) -> tuple[int, int] | None:
-    """Return the shape of pixels as whole numbers (x, y), if they aren't square."""
+    """Return pixels along x and y in the same length as small whole numbers, if they aren't square.
+
+    Absurd ratios are taken for damage.
+    """
     try:
-        x, y = (round(float(part)) for part in value)
+        x, y = (float(part) for part in value)
+        shape = Fraction(x / y).limit_denominator(_FINEST)
     except (TypeError, ValueError, OverflowError, ZeroDivisionError):
         return None
-    return (x, y) if 0 < x != y > 0 else None
+    known = 0 < shape != 1 and shape.numerator <= _MOST
+    return (shape.numerator, shape.denominator) if known else None
 
 
 def dpi(value: Any) -> tuple[float, float] | None:

@@ -18,6 +18,7 @@ from kogao_core.photo import chunks, deep, jpeg_extras, metadata, photoshop, seg
 from kogao_core.photo.model import Format, Photo
 
 _QUALITY: Final = 95
+_EFFORT: Final = 50  # of lossless WebP: a quarter of the time of 95, and 0.1 % longer
 _LOSSY: Final = ("JPEG", "WEBP", "HEIF")
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
@@ -50,9 +51,9 @@ def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
             written, photoshop_resources=resources, aspect=photo.aspect, **content.blocks
         )
     del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
-    return content.saved(
-        "WEBP", quality=_QUALITY, lossless=_is_lossless(photo), exact=True, method=4
-    )
+    lossless = _is_lossless(photo)
+    quality = _EFFORT if lossless else _QUALITY
+    return content.saved("WEBP", quality=quality, lossless=lossless, exact=True, method=4)
 
 
 def _is_lossless(photo: Photo) -> bool:

@@ -10,6 +10,7 @@ from typing import IO, Any, Final
 import numpy as np
 
 from kogao_core.photo import kinds, metadata, trailers
+from kogao_core.photo.contents import aspect
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.kinds import Extra
 
@@ -73,6 +74,7 @@ def contents(image: Any) -> dict[str, Any]:
     if image.mode.split(";")[0] not in _LAYOUTS:
         raise ValueError(f"an unknown layout {image.mode}")
     exif = image.info.get("exif")
+    told = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
     if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
@@ -82,7 +84,7 @@ def contents(image: Any) -> dict[str, Any]:
         "icc_profile": image.info.get("icc_profile") or None,
         "exif": exif and metadata.PREFIX + exif.removeprefix(metadata.PREFIX),
         "xmp": image.info.get("xmp") or None,
-        "aspect": image.info.get("pixel_aspect_ratio"),
+        "aspect": aspect(told and told[::-1]),
         "notes": tuple(notes),
         "extras": tuple(_pictures(image)),
     }

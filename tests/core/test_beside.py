@@ -13,7 +13,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from kogao_core import photo
-from kogao_core.photo import extras, kinds, stale, tiff_extras
+from kogao_core.photo import contents, extras, kinds, stale, tiff_extras
 
 OUTPUTS = {".jpg": "JPEG", ".png": "PNG", ".tif": "TIFF", ".webp": "WEBP"}
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
@@ -22,6 +22,10 @@ ELSEWHERE = {
     *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION),
     *(kinds.ASPECT, kinds.THUMBNAIL, kinds.INDEX),
 }
+
+needs_heic = pytest.mark.skipif(
+    not all(map(find_spec, ("pi_heif", "pillow_heif"))), reason="needs the extra [heic]"
+)
 
 
 def changed(tmp_path, name, data, out):
@@ -170,6 +174,23 @@ def test_pixels_keep_their_shape(tmp_path, suffix):
     assert "not kept: the pixels' shape" in said
 
 
+@pytest.mark.parametrize(
+    ("told", "kept"),
+    [((300000, 150000), (2, 1)), ((3, 2), (3, 2)), ((1.5, 1.0), (3, 2)), ((7, 7), None),
+     ((1, 10**6), None), ((10**6, 1), None), ((1, 0), None), (None, None)],
+)  # fmt: skip
+def test_a_shape_is_small_whole_numbers(told, kept):
+    assert contents.aspect(told) == kept
+
+
+@needs_heic
+def test_pixels_of_a_heic_keep_their_shape(tmp_path):
+    """HEIC tells how wide a pixel is to its height, the others how many there are."""
+    data = files.heic(beside.pixels(), pixel_aspect_ratio=(1, 2))
+    _, jpeg, _ = changed(tmp_path, "in.heic", data, "out.jpg")
+    assert struct.unpack(">BHH", jpeg[13:18]) == (0, 2, 1)
+
+
 # ---- colours ------------------------------------------------------------------------------------
 
 
@@ -245,9 +266,7 @@ def test_a_picture_after_padding_is_found(tmp_path):
     assert said == "not kept: the motion photo's video, further pictures"
 
 
-@pytest.mark.skipif(
-    not all(map(find_spec, ("pi_heif", "pillow_heif"))), reason="needs the extra [heic]"
-)
+@needs_heic
 def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
     import pillow_heif
 
