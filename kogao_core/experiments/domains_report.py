@@ -65,7 +65,7 @@ def _median_row(result: Result, name: DomainName) -> tuple[str, ...]:
     share = statistics.median(_share(photo, name) for photo in result.photos)
     computing_ms = [photo.computing_ms[name].median for photo in result.photos]
     return (
-        f"median of {len(result.photos)}", name, f"{pixels:.0f}", f"{share:.1f}",
+        f"median of {len(result.photos)}", name, _whole_or_half(pixels), f"{share:.1f}",
         f"{100.0 - share:.1f}", Spread.of(computing_ms).text(),
     )  # fmt: skip
 
@@ -98,7 +98,7 @@ def _errors(result: Result) -> Table:
 def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
     psnr = _psnr(errors)
     return (
-        f"{statistics.median(error.max_levels for error in errors):.0f}",
+        _whole_or_half(statistics.median(error.max_levels for error in errors)),
         _SAME if psnr is None else f"{psnr:.1f}",
         f"{statistics.median(error.seam_px for error in errors):.3f}",
     )
@@ -107,8 +107,13 @@ def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
 def _psnr(errors: list[Error]) -> float | None:
     """Return the median; None where at least half of the results have no error."""
     found = [float("inf") if e.psnr_db is None else e.psnr_db for e in errors]
-    middle = statistics.median_high(found)
+    middle = statistics.median(found)
     return None if middle == float("inf") else middle
+
+
+def _whole_or_half(value: float) -> str:
+    """Return a median of whole numbers, which an even number of photos can put between two."""
+    return f"{value:.1f}".removesuffix(".0")
 
 
 def _by_threshold(result: Result) -> list[list[Step]]:

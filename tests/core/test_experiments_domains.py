@@ -9,6 +9,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.experiments import domains, domains_report
 from kogao_core.experiments.report import Made
+from kogao_core.experiments.spread import Spread
 from kogao_core.experiments.subjects import Subject
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, PAPER
@@ -83,6 +84,29 @@ def test_several_photos_have_their_median_first(measured):
     counts = domains_report.tables(domains.Result((measured, measured), PAPER))[0]
     assert [row[0] for row in counts.rows[:3]] == ["median of 2"] * 3
     assert [row[2] for row in counts.rows[:3]] == [row[2] for row in counts.rows[3:6]]
+
+
+def photo_with(levels, psnr_db, pixels):
+    """A photo with one threshold, of made-up figures."""
+    error = domains.Error(levels, psnr_db, 0.1)
+    counts = {"image": 1000, "control-points": pixels, "threshold": pixels}
+    computing = {name: Spread.of([1.0]) for name in counts}
+    step = domains.Step(0.5, pixels, error, error, True)
+    return domains.Domains("a.png", 40, 25, 1, counts, computing, (step,), {}, {})
+
+
+def test_medians_of_an_even_number_of_photos_lie_between_the_middle_two():
+    photos = (photo_with(10.0, 50.0, 100), photo_with(11.0, 41.0, 103), photo_with(90.0, 40.0, 900))
+    result = domains.Result((photo_with(1.0, None, 90), *photos), PAPER)
+    counts, errors = domains_report.tables(result)
+    assert [row[2] for row in counts.rows[:3]] == ["1000", "101.5", "101.5"]
+    assert errors.rows[0][2:4] == ("10.5", "45.5")
+
+
+def test_half_of_the_photos_without_an_error_leave_no_median():
+    clean, cut = photo_with(0.0, None, 90), photo_with(3.0, 40.0, 90)
+    errors = domains_report.tables(domains.Result((clean, cut), PAPER))[1]
+    assert errors.rows[0][3] == "\N{EN DASH}"
 
 
 def test_everything_is_told(measured):
