@@ -9,11 +9,10 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
-from kogao_core.field import Field
+from kogao_core.field import Field, shown_at
 from kogao_core.geometry import Array, Box, Image
 
 _SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
-_INVERSION_STEPS: Final = 8
 _SAMPLES: Final = 64
 _DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is noise, and slow
 
@@ -95,14 +94,6 @@ def bends(field: Field, lines: Array) -> list[BentLine]:
         for (start, end), one in zip(lines, shown, strict=True)
     ]
     return sorted(measured, key=lambda line: -line.bend_px)
-
-
-def shown_at(field: Field, source: Array) -> Array:
-    """Return where the output shows points of the source: solves x + d(x) = source."""
-    x = source
-    for _ in range(_INVERSION_STEPS):
-        x = source - field.at(x)
-    return x
 
 
 def _departure(points: Array) -> float:

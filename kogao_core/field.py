@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,9 @@ from kogao_core.geometry import Array
 from kogao_core.lattice import Lattice
 from kogao_core.shield import NO_SHIELD, Shield
 from kogao_core.targets import Pairs
+
+_INVERSION_STEPS: Final = 64
+_INVERTED_PX: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,6 +102,31 @@ def fade(length_px: Array, threshold_px: float) -> Array:
 def _fade_slope(length_px: Array, threshold_px: float) -> Array:
     t = np.clip(length_px / threshold_px - 1.0, 0.0, 1.0)
     return np.asarray(6.0 * t * (1.0 - t) / threshold_px)
+
+
+def shown_at(field: Field, source_px: Array, start_px: Array | None = None) -> Array:
+    """Return where the output shows points of the source: solves ``x + d(x) = source``.
+
+    Parameters
+    ----------
+    field : Field
+        The pull d.
+    source_px : array of shape (N, 2)
+        Points of the photo.
+    start_px : array of shape (N, 2), optional
+        About where they are shown, as targets are; the nearer, the surer, where the warp is steep.
+        In a fold, which shows points more than once, one place near the start is found.
+
+    Returns
+    -------
+    array of shape (N, 2)
+    """
+    x = source_px if start_px is None else start_px
+    for _ in range(_INVERSION_STEPS):
+        before, x = x, source_px - field.at(x)
+        if np.abs(x - before).max(initial=0.0) < _INVERTED_PX:
+            break
+    return x
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from kogao_core import domain as domains
+from kogao_core.dose import achieved_percent
 from kogao_core.face import Face
 from kogao_core.field import Field, Residual, residual
 from kogao_core.fit import fit
@@ -65,6 +66,11 @@ class Rendering:
     def residual(self) -> Residual:
         """How far landmarks end from their targets."""
         return residual(self.field, self.pairs)
+
+    @cached_property
+    def achieved(self) -> tuple[float, ...]:
+        """How far the landmarks of each face come towards its centre, % of D (`dose`)."""
+        return tuple(achieved_percent(self.field, pairs) for pairs in self.pairs)
 
     @cached_property
     def pixel_counts(self) -> dict[DomainName, int]:

@@ -140,7 +140,8 @@ class Live(QObject):
 
 def _checked(frame: Frame) -> Frame:
     # Cached in the rendering; measured here, off the GUI thread, because panels read them at once.
-    _ = frame.rendering.one_to_one, frame.rendering.residual
+    rendering = frame.rendering
+    _ = rendering.one_to_one, rendering.residual, rendering.achieved
     return frame
 
 

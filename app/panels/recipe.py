@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
 
@@ -93,7 +95,7 @@ class RecipePanel(QWidget):
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: Frame) -> None:
-        """Show whether the warp folds, and how far landmarks end from their targets."""
+        """Show whether the warp folds, how far faces came, and how far landmarks are off."""
         if not frame.rendering.pairs:
             self.one_to_one.clear()
             self.residual.clear()
@@ -106,7 +108,8 @@ class RecipePanel(QWidget):
         left = frame.rendering.residual
         self.residual.setText(
             tr(
-                "residual {mean:.2f} px, contour up to {contour:.2f} px",
+                "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
+                percent=_range(frame.rendering.achieved),
                 mean=left.mean_px * frame.scale,
                 contour=left.contour_max_px * frame.scale,
             )
@@ -175,6 +178,12 @@ class RecipePanel(QWidget):
         column.addWidget(self.threshold)
         column.addWidget(self.guard)
         return details
+
+
+def _range(percents: Sequence[float]) -> str:
+    """Return the smallest and the largest, or the one that they are."""
+    low, high = f"{min(percents):.2f}", f"{max(percents):.2f}"
+    return low if low == high else f"{low}\N{EN DASH}{high}"
 
 
 def _verdict(rendering: Rendering) -> tuple[str, bool]:

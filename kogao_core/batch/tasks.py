@@ -81,6 +81,8 @@ class Outcome:
         How many were worked on.
     seconds : float
         Time from reading to written.
+    achieved_percent : tuple of float
+        How far each face came towards its centre, % of D (`kogao_core.dose`).
     """
 
     source: str
@@ -90,6 +92,7 @@ class Outcome:
     key: str = ""
     faces: int = 0
     seconds: float = 0.0
+    achieved_percent: tuple[float, ...] = ()
 
     def to_json(self) -> str:
         """Return the line of the report."""
@@ -103,16 +106,18 @@ def work(task: Task) -> Outcome:
         key = _key(task)
         if key and key == task.done:
             return Outcome(task.source, task.output, "skipped", key=key)
-        faces, said = _render(task)
+        achieved, said = _render(task)
         seconds = round(time.perf_counter() - start, 3)
-        return Outcome(task.source, task.output, "done", said, _key(task), faces, seconds)
+        key = _key(task)
+        faces = len(achieved)
+        return Outcome(task.source, task.output, "done", said, key, faces, seconds, achieved)
     except _NoFace:
         return Outcome(task.source, task.output, "no face", "no face found")
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
 
-def _render(task: Task) -> tuple[int, str]:
+def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.photo import bits_of, read, write
     from kogao_core.photo.disclosure import disclose
     from kogao_core.pipeline import render
@@ -125,7 +130,8 @@ def _render(task: Task) -> tuple[int, str]:
     photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
     output.parent.mkdir(parents=True, exist_ok=True)
     said = write(photo, pixels, output, force=True)
-    return len(done.faces), "; ".join(filter(None, [done.note, said]))
+    achieved = tuple(round(percent, 3) for percent in rendering.achieved)
+    return achieved, "; ".join(filter(None, [done.note, said]))
 
 
 def _found(task: Task, photo: Photo) -> Applied:

@@ -32,6 +32,10 @@ def as_json(
             name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
             for name, count in rendering.pixel_counts.items()
         },
+        "dose": [
+            {"asked_percent": asked, "achieved_percent": achieved}
+            for asked, achieved in _doses(rendering)
+        ],
         "residual": dataclasses.asdict(rendering.residual),
         "shares": list(rendering.shares),
         "one_to_one": dataclasses.asdict(rendering.one_to_one),
@@ -50,6 +54,10 @@ def as_text(
     lines = [
         f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.percent:g} % towards centre "
         f"{recipe.center}, written to {output}",
+        *(
+            f"dose      asked for {asked:.2f} % of D, achieved {achieved:.2f} %{_of(number, faces)}"
+            for number, (asked, achieved) in enumerate(_doses(rendering), start=1)
+        ),
         "domain    " + ", ".join(f"{name} {count / share:.1f} %" for name, count in counts),
         f"residual  {rendering.residual.max_px:.2f} px at most; min det J {sound.min_det:.2f}",
         "time      " + ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms",
@@ -76,6 +84,18 @@ def as_text(
     elif not sound.settled:
         lines.append("warning   folds between the samples can't be ruled out: --guard")
     return "\n".join([*lines, *(f"note      {note}" for note in notes)])
+
+
+def _doses(rendering: Rendering) -> list[tuple[float, float]]:
+    """Return how far each face was asked to come towards its centre, and how far it came."""
+    from kogao_core.dose import asked_percent
+
+    asked = (asked_percent(pairs) for pairs in rendering.pairs)
+    return list(zip(asked, rendering.achieved, strict=True))
+
+
+def _of(number: int, faces: Sequence[Face]) -> str:
+    return f", face {number}" if len(faces) > 1 else ""
 
 
 def _bent_lines(photo: Photo, rendering: Rendering) -> list[BentLine]:

@@ -12,9 +12,10 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.bend import bends, beside, shown_at, straight_lines
+from kogao_core.bend import bends, beside, straight_lines
 from kogao_core.experiments.study.variants import Variant, variants
 from kogao_core.experiments.subjects import Subject, Told, untold
+from kogao_core.field import shown_at
 from kogao_core.geometry import Array, Box
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe import PAPER, Recipe
@@ -36,6 +37,9 @@ class Distortion:
         Centre, distance and lattice.
     spacing_px, warp_px : float
         Mean lattice spacing, and mean warp distance, of the faces.
+    achieved : float
+        How far landmarks come towards the centre, mean over the faces, in % of D
+        (`kogao_core.dose`); the variant's percentage was asked for.
     face_area : float
         Area inside the outline after the warp over the area before it, minus 1, in %.
     local_area : float
@@ -58,6 +62,7 @@ class Distortion:
     variant: Variant
     spacing_px: float
     warp_px: float
+    achieved: float
     face_area: float
     local_area: float
     min_det: float
@@ -122,6 +127,7 @@ def _distortion(
         variant=variant,
         spacing_px=float(np.mean([a.grid.spacing_px for a in field.lattices])),
         warp_px=float(np.mean([pairs.warp_distance_px for pairs in rendering.pairs])),
+        achieved=float(np.mean(rendering.achieved)),
         face_area=100.0 * (after / before - 1.0),
         local_area=100.0 * _local_area(rendering),
         min_det=sound.min_det,

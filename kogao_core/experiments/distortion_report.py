@@ -54,6 +54,7 @@ class Measure:
 
 
 MEASURES: Final = (
+    Measure("achieved", "achieved, % of D", 2),
     Measure("face_area", "area of the face, change in %", 1),
     Measure("local_area", "local change of area, rms in %", 1),
     Measure("min_det", "smallest det J", 2, lambda det: 1.0 - det),
@@ -82,7 +83,10 @@ def _header(first: str) -> tuple[str, ...]:
 def _published() -> Table:
     rows = [(str(k), *(f"{v:.3f}" for v in row)) for k, row in enumerate(UNNATURAL, start=1)]
     caption = "Table 1: answers that called the picture unnatural, %"
-    note = f"Published: {SUBJECTS} faces, {STUDENTS} people. Columns: warp distance in % of D."
+    note = (
+        f"Published: {SUBJECTS} faces, {STUDENTS} people. Columns: warp distance asked for, in % "
+        "of D; what the fit makes of it follows."
+    )
     return Table(caption, _header("centre"), rows, note)
 
 
@@ -160,7 +164,8 @@ def _lattices(result: Result) -> Table:
     note = (
         "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for figure "
         "11; it says that nobody called a face unnatural once the lattice size exceeded the warp "
-        "distance. The four sizes are this program's choice."
+        "distance. The four sizes are this program's choice. They achieve different distances, so "
+        "what differs between the columns is size and distance together."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table("Figure 11's question: lattice sizes", header, rows, note)

@@ -21,7 +21,7 @@ def press(driver, key, times=1):
 
 def test_the_papers_choice_reads_zero_and_names_its_source(opened):
     assert gauge(opened).text.text() == "0.0 % found it unnatural"
-    for words in ("Table 1", "32 students", "25 faces"):
+    for words in ("Table 1", "32 students", "25 faces", "past the targets by about a tenth"):
         assert words in gauge(opened).toolTip()
 
 
@@ -59,3 +59,13 @@ def test_the_blocks_fill_and_turn_to_the_warning_colour(opened):
     assert alarmed.pixelColor(5, 5).name() == "#d55e00"
     assert calm.pixelColor(5, 5) != alarmed.pixelColor(5, 5)
     assert calm.pixelColor(29, 5) == alarmed.pixelColor(53, 5), "not reached, both empty"
+
+
+def test_what_was_achieved_stands_under_it_and_the_papers_fit_goes_past(opened):
+    recipe = opened.window.recipe
+    assert recipe.residual.text().startswith("achieved 4.00 % of D\n")
+    recipe.choices["fit"].setCurrentIndex(recipe.choices["fit"].findData("approximation"))
+    opened.settle()
+    (achieved,) = opened.editor.scene.frame.rendering.achieved
+    assert achieved > 4.2
+    assert recipe.residual.text().startswith(f"achieved {achieved:.2f} % of D\n")

@@ -69,6 +69,9 @@ def test_good_photos_are_done_and_bad_ones_named(capsys, folder, tmp_path):
         "failed",
         "no face",
     ]
+    for line in report.values():
+        achieved = [6.0] if line["status"] == "done" else []
+        assert line["achieved_percent"] == pytest.approx(achieved, abs=0.01)
     written = sorted(str(path.relative_to(out)) for path in out.rglob("*.[jJ]*[gG]"))
     assert written == ["a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg"]
     assert not list(out.rglob("*.partial"))

@@ -96,6 +96,9 @@ def test_warp_reports_in_json(cli, tmp_path):
     assert counts[0] == size > counts[1] > counts[2] > 0
     assert report["domains"]["image"]["percent"] == 100.0
     assert report["residual"]["max_px"] > report["residual"]["mean_px"] > 0
+    (dose,) = report["dose"]
+    assert dose["asked_percent"] == pytest.approx(4.0)
+    assert 4.2 < dose["achieved_percent"] < 4.8, "the approximation goes past its targets"
     assert 0 < report["one_to_one"]["min_det"] < 1
     assert out.exists()
 

@@ -1,0 +1,45 @@
+"""How far a face comes towards its centre, asked and achieved, in % of D (figures 6 and 7b).
+
+The percentage of a recipe places targets. What the field makes of them is another number: a fit
+that approximates goes past some targets and stays short of others, neighbours' fields add up, and
+guard, fade and protected places hold back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kogao_core.field import Field, shown_at
+from kogao_core.geometry import Array
+from kogao_core.targets import Pairs
+
+
+def asked_percent(pairs: Pairs) -> float:
+    """Return `toward_center_percent` of the targets: the recipe's percentage, without drags."""
+    return toward_center_percent(pairs, pairs.target_px)
+
+
+def achieved_percent(field: Field, pairs: Pairs) -> float:
+    """Return `toward_center_percent` of the places where the result shows the landmarks."""
+    return toward_center_percent(pairs, shown_at(field, pairs.source_px, pairs.target_px))
+
+
+def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
+    """Return how far landmarks have come towards the centre: the mean over them, in % of D.
+
+    For a landmark p with centre c, ``D = |c - p|`` and place p' it is ``(p' - p) . (c - p) / D^2``:
+    positive inwards, negative outwards, 0 for what moves across.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        The landmarks of the outline, 21 of a face, and their centre.
+    moved_px : array of shape (N, 2)
+        Where they are now.
+    """
+    toward = pairs.center_px - pairs.source_px
+    along = ((moved_px - pairs.source_px) * toward).sum(axis=1)
+    squared = np.maximum(
+        (toward**2).sum(axis=1), 1e-18
+    )  # a landmark on the centre can't come closer
+    return 100.0 * float((along / squared).mean())

@@ -1,0 +1,66 @@
+"""What a fit makes of the percentage that was asked for, with its sign."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scenes import oval_face, textured_photo
+from scipy.optimize import fsolve
+
+from kogao_core.dose import achieved_percent, asked_percent, toward_center_percent
+from kogao_core.pipeline import render
+from kogao_core.recipe import PAPER
+from kogao_core.targets import aim
+
+PHOTO = textured_photo()
+
+
+def rendering(face=None, **choices):
+    return render(PHOTO, [face or oval_face()], dataclasses.replace(PAPER, **choices))
+
+
+def solved(field, pairs):
+    """Every landmark's place by scipy's root finder, and its way inwards by a loop."""
+    shares = []
+    for landmark, target in zip(pairs.source_px, pairs.target_px, strict=True):
+        place = fsolve(lambda x, p=landmark: x + field.at([x])[0] - p, target, xtol=1e-12)
+        inwards = (pairs.center_px - landmark) / np.linalg.norm(pairs.center_px - landmark)
+        distance = np.linalg.norm(pairs.center_px - landmark)
+        shares.append(100.0 * np.dot(place - landmark, inwards) / distance)
+    return np.mean(shares)
+
+
+@pytest.mark.parametrize("lattice", [0.25, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("percent", [4.0, 10.0])
+def test_achieved_is_what_a_root_finder_says(lattice, percent):
+    found = rendering(lattice=lattice, percent=percent)
+    (pairs,) = found.pairs
+    assert found.achieved == (achieved_percent(found.field, pairs),)
+    assert found.achieved[0] == pytest.approx(solved(found.field, pairs), abs=1e-4)
+
+
+def test_the_papers_approximation_goes_past_what_was_asked_and_exact_doesnt():
+    assert asked_percent(rendering().pairs[0]) == pytest.approx(4.0)
+    assert rendering().achieved[0] > 4.2
+    assert rendering(fit="exact").achieved[0] == pytest.approx(4.0, abs=1e-3)
+
+
+def test_outwards_counts_against_inwards_and_across_not_at_all():
+    pairs = aim(oval_face(), PAPER)
+    toward = pairs.center_px - pairs.source_px
+    across = toward[:, ::-1] * (1.0, -1.0)
+    for share, way in ((-3.0, toward), (0.0, across)):
+        moved = pairs.source_px + (share or 5.0) / 100.0 * way
+        assert toward_center_percent(pairs, moved) == pytest.approx(share)
+
+
+def test_what_the_guard_holds_back_isnt_achieved():
+    held = rendering(percent=15.0, lattice=0.5, fit="exact", guard=True)
+    assert held.shares[0] < 0.8
+    assert held.achieved[0] < 15.0 * held.shares[0]
+    assert held.achieved[0] == pytest.approx(solved(held.field, held.pairs[0]), abs=1e-3)
+
+
+def test_a_face_that_isnt_moved_achieves_nothing():
+    assert rendering(percent=0.0).achieved == (0.0,)
+    assert render(PHOTO, [], PAPER).achieved == ()
