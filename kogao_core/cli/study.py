@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import subprocess
 import sys
@@ -59,7 +60,7 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
     "--satisfaction/--no-satisfaction", default=True, show_default=True,
     help="Ask for grades from 0 to 100 at the end.",
 )  # fmt: skip
-@click.option("--seed", help="Bring the names of an earlier study again [drawn].")
+@click.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
 @common.chooses_landmarks
 @common.limits_megapixels
 def make(
@@ -80,8 +81,9 @@ def make(
     with common.stopping(making.RefusedFolder, common.USAGE):
         making.check_folder(folder)
     kinds = variants(PAPER, lattices, control=control, satisfaction=satisfaction)
+    source = common.landmark_source(landmarks)
     with common.stopping(ValueError, common.USAGE):
-        choices = making.Choices(PAPER, kinds, seed)
+        choices = making.Choices(PAPER, kinds, seed, source.name)
     with common.stopping(making.RefusedFolder, common.USAGE), _disk(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
     click.echo(
@@ -94,6 +96,7 @@ def make(
 def _subjects(
     photos: Sequence[Path], landmarks: str | None, max_megapixels: float
 ) -> list[Subject]:
+    from kogao_core.cli import projects
     from kogao_core.experiments.study import pictures
     from kogao_core.face import select
 
@@ -101,7 +104,8 @@ def _subjects(
     for path in photos:
         photo = common.read_photo(path, max_megapixels)
         (face,) = select(common.find_faces(photo, landmarks), "largest")
-        found.append(pictures.subject(photo, face))
+        shown = pictures.subject(photo, face)
+        found.append(dataclasses.replace(shown, sha256=projects.hash_of(path)))
     return found
 
 
@@ -157,10 +161,10 @@ def report(
     csv_file: Path | None,
     html_file: Path | None,
     force: bool,
-) -> None:
+) -> int:
     """Count the ratings of the studies in FOLDERS."""
     from kogao_core.experiments.report import Made
-    from kogao_core.experiments.study import plan, report, tally
+    from kogao_core.experiments.study import plan, report, sources, tally
     from kogao_core.strict import BadFile
 
     if keys and len(keys) != len(folders):
@@ -170,9 +174,10 @@ def report(
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with common.stopping(BadFile, common.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
-    if counted.torn:
-        click.echo(f"kogao-cli: torn lines of ratings that were left out: {counted.torn}", err=True)
+    for sentence in sources.notes(counted):
+        click.echo(f"kogao-cli: {sentence}", err=True)
     to.write(counted, report, Made.now(told))
+    return common.SOME_FAILED if counted.foreign else 0
 
 
 @contextmanager

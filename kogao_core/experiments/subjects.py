@@ -37,11 +37,14 @@ class Subject:
         The upright photo, as `kogao_core.pipeline.render` takes it.
     faces : tuple of Face
         At least one, px of the photo.
+    sha256 : str
+        Of its file; empty where there is none.
     """
 
     name: str
     pixels: Image
     faces: tuple[Face, ...]
+    sha256: str = ""
 
     @property
     def stem(self) -> str:
@@ -77,7 +80,8 @@ def at_paper_size(subject: Subject) -> Subject:
     pixels = np.asarray(cv2.resize(part, goal.tolist(), interpolation=kernel))
     resize = Affine.resize(*(goal / cut).tolist())
     onto = resize.after(Affine(np.eye(2), -corner.astype(np.float64)))
-    return Subject(subject.name, pixels, tuple(face.mapped(onto) for face in subject.faces))
+    faces = tuple(face.mapped(onto) for face in subject.faces)
+    return dataclasses.replace(subject, pixels=pixels, faces=faces)
 
 
 def set_by_hand(faces: Sequence[Face], recipe: Recipe) -> tuple[Face, ...]:

@@ -1,5 +1,7 @@
 """A study says nothing of its pictures, loses no answer, and counts them as they were given."""
 
+import dataclasses
+import html
 import io
 import itertools
 import json
@@ -7,6 +9,7 @@ import math
 import os
 import re
 import shutil
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +17,18 @@ import pytest
 from PIL import Image
 from scenes import oval_face, textured_photo
 
+from kogao_core import __version__
 from kogao_core.experiments.report import Made
-from kogao_core.experiments.study import making, page, pictures, plan, report, results
+from kogao_core.experiments.study import (
+    making,
+    origin,
+    page,
+    pictures,
+    plan,
+    report,
+    results,
+    sources,
+)
 from kogao_core.experiments.study.plan import Study, order
 from kogao_core.experiments.study.results import Log
 from kogao_core.experiments.study.session import Record, Session
@@ -86,7 +99,8 @@ def test_nothing_in_the_folder_tells_what_a_picture_is(made):
             assert not image.getexif()
             assert set(image.info) <= {"jfif", "jfif_version", "jfif_unit", "jfif_density"}
     said = (folder / plan.STUDY_FILE).read_text() + (folder / making.PAGE_FILE).read_text()
-    for word in (*key.subjects, "percent", "lattice", "table1", "figure11", "seed"):
+    names = [face.name for face in key.subjects]
+    for word in (*names, key.origin.made, "percent", "lattice", "table1", "figure11", "seed"):
         assert word not in said
 
 
@@ -99,14 +113,64 @@ def test_names_lie_in_no_order_of_the_variants(made):
     assert abs(np.corrcoef(percent, place)[0, 1]) < 0.55
 
 
-def test_a_seed_brings_the_names_again_and_another_doesnt(made, tmp_path):
+def small(folder, *subjects, seed="s"):
+    """A study of three pictures of each subject."""
+    return making.make(subjects, folder, making.Choices(variants=variants()[:3], seed=seed))
+
+
+def test_a_seed_brings_the_study_again_to_the_byte(tmp_path):
+    first, again = (small(tmp_path / name, subject(1), subject(1)) for name in ("a", "b"))
+    assert again.identity == first.identity
+    assert again.pictures == first.pictures
+    assert len(first.pictures) == 6, "a photo that is there twice has names of its own"
+    for path in (tmp_path / "a").iterdir():
+        assert (tmp_path / "b" / path.name).read_bytes() == path.read_bytes()
+    assert len(making.make([subject(1)], tmp_path / "x").seed) == 32
+
+
+def moved(one):
+    face = one.faces[0]
+    return dataclasses.replace(one, faces=(face.with_outline_point(3, face.outline[3] + 0.5),))
+
+
+@pytest.mark.parametrize(
+    ("other", "seed"),
+    [
+        (subject(1), "t"),
+        (subject(2), "s"),
+        (dataclasses.replace(subject(2), name=subject(1).name), "s"),
+        (moved(subject(1)), "s"),
+    ],
+    ids=["seed", "photo", "photo of that name", "landmarks"],
+)
+def test_another_seed_face_or_landmark_brings_other_names(tmp_path, other, seed):
+    first, second = small(tmp_path / "a", subject(1)), small(tmp_path / "b", other, seed=seed)
+    assert first.identity != second.identity
+    assert not set(first.pictures) & set(second.pictures)
+
+
+def test_another_recipe_brings_other_names():
+    exact = dataclasses.replace(PAPER, fit="exact")
+    assert origin.digest(subject(1), PAPER) != origin.digest(subject(1), exact)
+    assert origin.digest(subject(1), PAPER) == origin.digest(subject(1), PAPER)
+
+
+def test_the_key_tells_where_pictures_come_from_and_what_they_achieved(made):
     key, _ = made
-    kinds = variants(control=True)
-    names = {plan.picture_name("s", who, one) for who in (0, 1) for one in kinds}
-    assert names == set(key.pictures)
-    assert not names & {plan.picture_name("t", who, one) for who in (0, 1) for one in kinds}
-    again = making.make([subject(1)], tmp_path / "x")
-    assert len(again.seed) == 32
+    assert key.origin.program == __version__
+    assert datetime.fromisoformat(key.origin.made).tzinfo is not None
+    for face, one in zip(key.subjects, (subject(1), subject(2)), strict=True):
+        np.testing.assert_allclose(face.points, one.faces[0].points, atol=0.006)
+    for meaning in key.pictures.values():
+        shown = (subject(1), subject(2))[meaning.subject]
+        found = render(shown.pixels, shown.faces, meaning.variant.recipe(PAPER))
+        assert meaning.measured.achieved == pytest.approx(found.achieved[0], abs=1e-4)
+        ratio = meaning.measured.lattice_in_warps
+        if meaning.variant.kind == "control":
+            assert (meaning.measured.achieved, ratio) == (0.0, None)
+            continue
+        spacing, moved_px = found.field.lattices[0].grid.spacing_px, found.pairs[0].warp_distance_px
+        assert ratio == pytest.approx(spacing / moved_px, abs=1e-4)
 
 
 def test_pictures_are_what_render_makes_at_the_papers_size():
@@ -114,7 +178,8 @@ def test_pictures_are_what_render_makes_at_the_papers_size():
     shown = pictures.subject(photo, oval_face(300, 400))
     assert shown.size == (720, 960)
     recipe = Variant("table1", 10.0, 1, 1.0).recipe(PAPER)
-    with Image.open(io.BytesIO(pictures.jpeg(shown, recipe))) as image:
+    data, _ = pictures.drawn(shown, recipe)
+    with Image.open(io.BytesIO(data)) as image:
         decoded = np.asarray(image, int)
     wanted = render(shown.pixels, shown.faces, recipe).pixels.astype(int)
     assert np.abs(decoded - wanted).mean() < 2.0
@@ -132,7 +197,7 @@ def test_photos_with_odd_names_and_the_present_folder_make_a_study_that_can_be_r
     key = making.make([odd], Path(), making.Choices(variants=kinds))
     assert plan.key_path(Path()) == tmp_path / "here.key.json"
     assert plan.load_key(plan.key_path(Path())) == key
-    assert key.subjects == ("a?b?.png",)
+    assert [face.name for face in key.subjects] == ["a?b?.png"]
 
 
 def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):
@@ -454,13 +519,85 @@ def test_answers_without_their_study_and_a_wrong_key_are_refused(copy, tmp_path)
         tally([(copy, plan.key_path(tmp_path / "third"))])
 
 
+def test_answers_about_another_face_are_named_and_not_counted(tmp_path):
+    kinds = variants()[:5]
+    for name, seed in (("one", 1), ("two", 2)):
+        choices = making.Choices(variants=kinds, seed="abc")
+        making.make([subject(seed)], tmp_path / name, choices)
+    strayed = rated(tmp_path / "one", "r1", strict)
+    (tmp_path / "two" / plan.RATINGS_FOLDER).mkdir()
+    path = Path(shutil.copy(strayed.path, tmp_path / "two" / plan.RATINGS_FOLDER))
+    found = counted(tmp_path / "two")
+    assert (found.raters, found.foreign) == (0, [(path, strayed.session.study.identity)])
+    assert {share.answers for share in found.shares.values()} == {0}
+    (sentence,) = sources.notes(found)
+    assert "r1.jsonl holds ratings of study" in sentence
+    assert sentence in html.unescape(report.html(found, Made.now("a command")))
+
+
+def as_version_1(copy):
+    """Make the key what the version before wrote."""
+    path = plan.key_path(copy)
+    key = json.loads(path.read_text())
+    del key["origin"]
+    key |= {"version": 1, "subjects": [face["name"] for face in key["subjects"]]}
+    for picture in key["pictures"].values():
+        del picture["achieved"], picture["lattice_in_warps"]
+    path.write_text(json.dumps(key))
+
+
+def test_a_study_of_the_version_before_is_reported_on(copy):
+    rated(copy, "r1", strict)
+    now = counted(copy)
+    as_version_1(copy)
+    before = counted(copy)
+    assert before.shares == now.shares
+    assert before.measured == {}
+    assert report.figure_11(before).rows[0][1:3] == ["\N{EN DASH}"] * 2
+    (sentence,) = sources.notes(before)
+    assert "names don't tell faces apart" in sentence
+    json.dumps(report.document(before), allow_nan=False)
+    assert sentence in html.unescape(report.html(before, Made.now("a command")))
+
+
+def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
+    rated(copy, "r1", strict, 50)
+    (sentence,) = sources.notes(counted(copy))
+    assert sentence.endswith("r1 (50 of 52)")
+    assert report.document(counted(copy))["unfinished"] == [
+        {"rater": "r1", "answered": 50, "pictures": 52}
+    ]
+    rated(copy, "r1", strict)
+    assert sources.notes(counted(copy)) == []
+    assert report.table_1(counted(copy)).note.startswith("2 faces, 1 rater, 2 answers to each")
+    assert sources.counted(1, "face") == "1 face"
+
+
+def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):
+    found = counted(copy)
+    rows = report.table_1(found).rows
+    for own in rows[1::3]:
+        achieved = np.array(own[1:], float)
+        assert (achieved > 1.05 * np.array(DISTANCES)).all()
+    sizes = [[float(cell) for cell in row[1:3]] for row in report.figure_11(found).rows[:4]]
+    ratios, achieved = np.transpose(sizes)
+    np.testing.assert_allclose(ratios / ratios[2], LATTICES, rtol=0.01)
+    assert ratios.min() > 1.0, "the smallest is larger than the warp distance"
+    assert achieved[0] == pytest.approx(4.0, abs=0.05)
+    assert achieved[2] > 4.2
+    key = found.keys[0]
+    text = str(sources.studies(found))
+    for words in (key.identity, "person-1.png", "approximation fit", key.origin.made, "landmarks"):
+        assert words in text
+
+
 def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
     rated(copy, "r1", strict)
     found = counted(copy)
     rows = report.table_1(found).rows
-    assert len(rows) == 8
+    assert len(rows) == 12
     assert all(len(row) == 6 for row in rows)
-    for center, (own, paper) in enumerate(zip(rows[::2], rows[1::2], strict=True)):
+    for center, (own, paper) in enumerate(zip(rows[::3], rows[2::3], strict=True)):
         assert [float(cell.split()[0]) for cell in own[1:]] == [0, 0, 0, 100, 100]
         assert [float(cell.split()[0]) for cell in paper[1:]] == list(UNNATURAL[center])
     sizes = report.figure_11(found).rows
@@ -471,13 +608,13 @@ def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
         "R = 2",
         "the photo as it is",
     ]
-    assert sizes[0][1] == "100.0 % (34.2 to 100.0)"
+    assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
     document = json.loads(json.dumps(report.document(found), allow_nan=False))
     assert len(document["variants"]) == 25
     assert document["satisfaction"]["mean"] == 85.0
-    html = report.html(found, Made.now("a command"))
-    assert html.count("<svg") == 2
-    assert "34.2 to 100.0" in html
+    text = report.html(found, Made.now("a command"))
+    assert text.count("<svg") == 2
+    assert "34.2 to 100.0" in text
 
 
 def test_a_study_without_answers_has_a_report(copy):

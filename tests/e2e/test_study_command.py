@@ -1,13 +1,17 @@
 """A study from the command line: made, answered by made-up raters, reported."""
 
 import csv
+import hashlib
 import json
 import os
 import re
+import shutil
 
 import pytest
+from PIL import Image, ImageOps
 
 from kogao_core.experiments.study import plan
+from kogao_core.experiments.study.origin import Measured
 from kogao_core.experiments.study.results import Log
 
 
@@ -66,6 +70,29 @@ def test_a_study_is_made_answered_and_reported(cli, portrait, tmp_path):
     assert "--force" in err
 
 
+def test_two_faces_with_one_seed_share_nothing(cli, portrait, tmp_path):
+    other = tmp_path / "other.png"
+    with Image.open(portrait) as image:
+        ImageOps.mirror(image).save(other)
+    for photo, name in ((portrait, "one"), (portrait, "again"), (other, "two")):
+        code, _, err = cli("make", photo, "-o", tmp_path / name, "--lattices", "1", "--seed", "abc")
+        assert (code, err) == (0, "")
+    one, again, two = (
+        plan.load_key(plan.key_path(tmp_path / name)) for name in ("one", "again", "two")
+    )
+    assert (again.identity, again.pictures) == (one.identity, one.pictures)
+    assert two.identity != one.identity
+    assert not set(two.pictures) & set(one.pictures)
+    assert one.subjects[0].sha256 == hashlib.sha256(portrait.read_bytes()).hexdigest()
+    assert one.origin.landmarks
+    answer_all(tmp_path / "one", "synthetic-1")
+    shutil.copytree(tmp_path / "one" / plan.RATINGS_FOLDER, tmp_path / "two" / plan.RATINGS_FOLDER)
+    code, said, err = cli("report", tmp_path / "two")
+    assert code == 5
+    assert re.fullmatch(r"kogao-cli: \S+synthetic-1.jsonl holds ratings of study [^\n]+\n", err)
+    assert "1 face, 0 raters, 0 answers to each" in said
+
+
 def test_what_cant_be_done_is_said_and_leaves_nothing(cli, portrait, tmp_path):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
@@ -97,9 +124,9 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
         made.append(arguments)
         if len(made) == 5:
             raise OSError(28, "No space left on device")
-        return b"no picture"
+        return b"no picture", Measured(4.0, 5.0)
 
-    monkeypatch.setattr(pictures, "jpeg", full)
+    monkeypatch.setattr(pictures, "drawn", full)
     code, _, err = cli("make", portrait, "-o", tmp_path / "new")
     assert code == 3
     assert "No space left" in err

@@ -12,6 +12,7 @@ from typing import Final
 
 from kogao_core.atomic import put
 from kogao_core.experiments.study import page, pictures, plan
+from kogao_core.experiments.study.origin import Origin, Photographed, digest
 from kogao_core.experiments.study.plan import Key, Meaning, Study
 from kogao_core.experiments.study.variants import Variant, variants
 from kogao_core.experiments.subjects import Subject, Told, untold
@@ -36,12 +37,16 @@ class Choices:
     variants : tuple of Variant
         The pictures of each subject.
     seed : str, optional
-        Brings the same names again; drawn when absent. At most 64 printable letters.
+        Brings the same pictures of the same faces again; drawn when absent. At most 64 printable
+        letters.
+    landmarks : str
+        Name of the source that found the faces, for the key.
     """
 
     recipe: Recipe = PAPER
     variants: tuple[Variant, ...] = variants()
     seed: str | None = None
+    landmarks: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a seed that a key couldn't hold."""
@@ -107,11 +112,12 @@ def make(
         drawn.mkdir()
         ready.mkdir()
         meanings = dict(_drawn(subjects, choices, seed, drawn, told))
-        pictures.write_all({name: drawn / name for name in meanings}, ready)
+        pictures.write_all({name: drawn / name for name in meanings}, ready, seed)
         identity = hashlib.sha256("".join(sorted(meanings)).encode()).hexdigest()[:16]
         _write_lists(Study(identity, _of(meanings, False), _of(meanings, True)), ready)
-        names = tuple(map(_printable, (subject.name for subject in subjects)))
-        key = Key(identity, seed, choices.recipe, names, meanings)
+        faces = tuple(map(Photographed.of, subjects))
+        made = Origin.now(choices.landmarks)
+        key = Key(identity, seed, choices.recipe, faces, meanings, made)
         _put_in_place(ready, key, folder)
     return key
 
@@ -140,20 +146,18 @@ def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
         raise
 
 
-def _printable(name: str) -> str:
-    return "".join(letter if letter.isprintable() else "?" for letter in name)
-
-
 def _drawn(
     subjects: Sequence[Subject], choices: Choices, seed: str, aside: Path, told: Told
 ) -> Iterator[tuple[str, Meaning]]:
     total = len(subjects) * len(choices.variants)
     for index, subject in enumerate(subjects):
+        content = digest(subject, choices.recipe)
         for number, variant in enumerate(choices.variants, start=1):
-            name = plan.picture_name(seed, index, variant)
-            (aside / name).write_bytes(pictures.jpeg(subject, variant.recipe(choices.recipe)))
+            name = plan.picture_name(seed, content, index, variant)
+            data, measured = pictures.drawn(subject, variant.recipe(choices.recipe))
+            (aside / name).write_bytes(data)
             told(index * len(choices.variants) + number, total)
-            yield name, Meaning(index, variant)
+            yield name, Meaning(index, variant, measured)
 
 
 def _of(meanings: dict[str, Meaning], grades: bool) -> tuple[str, ...]:

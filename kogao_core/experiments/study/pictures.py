@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import os
-import secrets
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final
@@ -14,6 +14,7 @@ from PIL import Image as Pillow
 from PIL import ImageCms
 
 from kogao_core.atomic import put
+from kogao_core.experiments.study.origin import Measured
 from kogao_core.experiments.subjects import Subject, at_paper_size
 from kogao_core.face import Face
 from kogao_core.geometry import Image
@@ -48,24 +49,30 @@ def _srgb(photo: Photo) -> Image:
     return pixels if shown is None else np.array(shown)
 
 
-def jpeg(shown: Subject, recipe: Recipe) -> bytes:
-    """Return the subject warped by a recipe, as JPEG without any metadata."""
-    pixels = render(shown.pixels, shown.faces, recipe).pixels
+def drawn(shown: Subject, recipe: Recipe) -> tuple[bytes, Measured]:
+    """Return the subject warped by a recipe, as JPEG without any metadata, and how far it came."""
+    rendering = render(shown.pixels, shown.faces, recipe)
+    return jpeg(rendering.pixels), Measured.of(rendering)
+
+
+def jpeg(pixels: Image) -> bytes:
+    """Return RGB pixels as JPEG without any metadata."""
     with io.BytesIO() as out:
         image = Pillow.fromarray(pixels)
         image.save(out, "JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
         return out.getvalue()
 
 
-def padded(data: bytes, size: int) -> bytes:
+def padded(data: bytes, size: int, secret: str) -> bytes:
     """Return a JPEG file of exactly `size` bytes: chance bytes follow its end, which nobody reads.
 
     Without them a folder sorted by size would mostly be sorted by warp distance (decision 36).
+    They follow from a secret, so that the same study can be made again to the byte.
     """
-    return data + secrets.token_bytes(size - len(data))
+    return data + hashlib.shake_256(secret.encode()).digest(size - len(data))
 
 
-def write_all(pictures: Mapping[str, Path], folder: Path) -> None:
+def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
     """Put pictures in their folder, all of one size and time, in the order of their names.
 
     Parameters
@@ -74,10 +81,12 @@ def write_all(pictures: Mapping[str, Path], folder: Path) -> None:
         Where each one lies so far, by name.
     folder : Path
         Where they belong.
+    seed : str
+        What their padding follows from.
     """
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
-        put(padded(pictures[name].read_bytes(), size), folder / name)
+        put(padded(pictures[name].read_bytes(), size, f"{seed}:{name}"), folder / name)
     same_time([folder / name for name in pictures])
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Final, get_args
 
 from kogao_core.atomic import put
+from kogao_core.experiments.study.origin import Measured, Origin, Photographed
 from kogao_core.experiments.study.variants import Kind, Variant
 from kogao_core.recipe import Recipe
 from kogao_core.strict import BadFile, Node, parse
@@ -25,6 +26,7 @@ STUDY_FILE: Final = "study.json"
 RATINGS_FOLDER: Final = "ratings"
 SUFFIX: Final = ".jpg"
 VERSION: Final = 1
+KEY_VERSION: Final = 2
 _STUDY_FORMAT: Final = "kogao-study"
 _KEY_FORMAT: Final = "kogao-study-key"
 _MOST_BYTES: Final = 32 * 2**20
@@ -67,10 +69,14 @@ class Study:
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a picture is: whose, and which variant."""
+    """What a picture is: whose, which variant, and what that amounts to.
+
+    Keys of version 1 don't hold the last one.
+    """
 
     subject: int
     variant: Variant
+    measured: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,34 +88,43 @@ class Key:
     identity : str
         The study's.
     seed : str
-        Names follow from it: the same photos, choices and seed give the same names.
+        Names follow from it: the same photos, landmarks, choices and seed give the same names.
     recipe : Recipe
         What all pictures share.
-    subjects : tuple of str
-        File names of the photos; `Meaning.subject` counts them from 0.
+    subjects : tuple of Photographed
+        The photos; `Meaning.subject` counts them from 0.
     pictures : mapping of str to Meaning
         By name.
+    origin : Origin, optional
+        How the study came to be. None in keys of version 1, whose names follow from seed and
+        choices alone: other faces with the same seed have the same.
     """
 
     identity: str
     seed: str
     recipe: Recipe
-    subjects: tuple[str, ...]
+    subjects: tuple[Photographed, ...]
     pictures: Mapping[str, Meaning]
+    origin: Origin | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
         pictures = {
-            name: {"subject": meaning.subject, **dataclasses.asdict(meaning.variant)}
+            name: {
+                "subject": meaning.subject,
+                **dataclasses.asdict(meaning.variant),
+                **(dataclasses.asdict(meaning.measured) if meaning.measured else {}),
+            }
             for name, meaning in sorted(self.pictures.items())
         }
         return {
             "format": _KEY_FORMAT,
-            "version": VERSION,
+            "version": KEY_VERSION,
             "study": self.identity,
             "seed": self.seed,
             "recipe": self.recipe.to_dict(),
-            "subjects": list(self.subjects),
+            "origin": dataclasses.asdict(self.origin) if self.origin else None,
+            "subjects": [dataclasses.asdict(one) for one in self.subjects],
             "pictures": pictures,
         }
 
@@ -120,9 +135,21 @@ def key_path(folder: Path) -> Path:
     return whole.with_name(f"{whole.name}.key.json")
 
 
-def picture_name(seed: str, subject: int, variant: Variant) -> str:
-    """Return a name that says nothing without the seed and can't be turned back into it."""
-    said = json.dumps([subject, *dataclasses.astuple(variant)])
+def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str:
+    """Return a name that says nothing without the seed and can't be turned back into it.
+
+    Parameters
+    ----------
+    seed : str
+        The key's.
+    content : str
+        Digest of photo, landmarks and recipe (`origin.digest`).
+    subject : int
+        Its number: a photo can be there twice.
+    variant : Variant
+        Which picture of it.
+    """
+    said = json.dumps([content, subject, *dataclasses.astuple(variant)])
     digest = hmac.new(seed.encode(), said.encode(), hashlib.sha256).hexdigest()
     return digest[:_HEX] + SUFFIX
 
@@ -160,7 +187,7 @@ def load_study(folder: Path) -> Study:
         If the folder holds no study.
     """
     top = _parsed(folder / STUDY_FILE, f"{folder} holds no study")
-    _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"))
+    _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"), VERSION)
     identity = top.field("study").text(64)
     ratings, grades = _names(top.field("ratings")), _names(top.field("satisfaction"))
     if set(ratings) & set(grades):
@@ -177,8 +204,14 @@ def load_key(path: Path) -> Key:
         If it can't be read or isn't a key.
     """
     top = _parsed(path, f"the key {path} can't be read")
-    _check(top, _KEY_FORMAT, ("study", "seed", "recipe", "subjects", "pictures"))
-    subjects = tuple(node.text(4096) for node in top.field("subjects").items(_MOST_PICTURES))
+    version = top.field("version").whole(1, KEY_VERSION)
+    first = version == 1
+    fields = ("study", "seed", "recipe", "subjects", "pictures")
+    _check(top, _KEY_FORMAT, fields if first else (*fields, "origin"), version)
+    faces = top.field("subjects").items(_MOST_PICTURES)
+    subjects = tuple(
+        Photographed(node.text(4096)) if first else Photographed.parse(node) for node in faces
+    )
     pictures = top.field("pictures")
     if not isinstance(pictures.value, dict) or len(pictures.value) > _MOST_PICTURES:
         pictures.refuse("must be an object of pictures")
@@ -188,7 +221,7 @@ def load_key(path: Path) -> Key:
         top.field("recipe").refuse(f"is no recipe: {str(error)[:200]}")
     meanings = {
         _checked_name(Node(name, pictures.where)): _meaning(
-            Node(value, f"{pictures.where}[{name!r:.30}]"), len(subjects)
+            Node(value, f"{pictures.where}[{name!r:.30}]"), len(subjects), first
         )
         for name, value in pictures.value.items()
     }
@@ -198,6 +231,7 @@ def load_key(path: Path) -> Key:
         recipe,
         subjects,
         meanings,
+        None if first else Origin.parse(top.field("origin")),
     )
 
 
@@ -222,9 +256,9 @@ def _parsed(path: Path, refusal: str) -> Node:
         raise BadFile(f"{refusal}: {error}") from None
 
 
-def _check(top: Node, form: str, fields: tuple[str, ...]) -> None:
+def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:
     top.field("format").text(40, (form,))
-    top.field("version").whole(VERSION, VERSION)
+    top.field("version").whole(version, version)
     top.only(("format", "version", *fields))
 
 
@@ -243,8 +277,9 @@ def _checked_name(node: Node) -> str:
     return name
 
 
-def _meaning(node: Node, subjects: int) -> Meaning:
-    node.only(("subject", "kind", "percent", "center", "lattice"))
+def _meaning(node: Node, subjects: int, first: bool) -> Meaning:
+    measured = () if first else ("achieved", "lattice_in_warps")
+    node.only(("subject", "kind", "percent", "center", "lattice", *measured))
     said = node.field("kind").text(20, get_args(Kind))
     kind: Kind = next(kind for kind in get_args(Kind) if kind == said)
     variant = Variant(
@@ -253,4 +288,8 @@ def _meaning(node: Node, subjects: int) -> Meaning:
         node.field("center").whole(1, 4),
         node.field("lattice").number(0.0, 100.0),
     )
-    return Meaning(node.field("subject").whole(0, max(0, subjects - 1)), variant)
+    return Meaning(
+        node.field("subject").whole(0, max(0, subjects - 1)),
+        variant,
+        Measured.parse(*map(node.field, measured)) if measured else None,
+    )

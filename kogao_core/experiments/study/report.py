@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from statistics import fmean
 from typing import Final
 
 from kogao_core.experiments import charts
-from kogao_core.experiments.report import Html, Made, Table, chart, heading, page, paragraph, table
+from kogao_core.experiments.report import (
+    Html,
+    Made,
+    Table,
+    chart,
+    heading,
+    page,
+    paragraph,
+    table,
+)
+from kogao_core.experiments.study.sources import counted, document_of, notes, studies
 from kogao_core.experiments.study.statistics import Share
 from kogao_core.experiments.study.tally import Tally
 from kogao_core.experiments.study.variants import BEST_CENTER, Kind, Variant
@@ -17,6 +28,10 @@ PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
 _TITLE: Final = "How natural do the faces look?"
 _NONE: Final = "–"  # noqa: RUF001
+_ACHIEVED: Final = (
+    "Achieved: how far landmarks came towards the centre on average; the paper's own figures are "
+    "those that were asked for."
+)
 _INDEPENDENCE: Final = (
     "Intervals are Wilson's at 95 %. They take every answer as independent; answers of one person, "
     "or about one face, are not, so the true uncertainty is larger."
@@ -35,28 +50,48 @@ def table_1(tally: Tally) -> Table:
     rows = []
     for center, printed in enumerate(UNNATURAL, start=1):
         shares = [_share(tally, "table1", percent, center) for percent in DISTANCES]
+        came = [_achieved(tally, "table1", percent, center) for percent in DISTANCES]
         rows.append([f"candidate\N{NO-BREAK SPACE}{center}", *map(_percent, shares)])
+        rows.append(["achieved, % of D", *came])
         rows.append(["the paper", *(f"{value:.3f} %" for value in printed)])
     return Table(
         "Unnaturalness by centre candidate and warp distance (table 1)",
-        ("", *(f"{percent:g} % of D" for percent in DISTANCES)),
+        ("asked for", *(f"{percent:g} % of D" for percent in DISTANCES)),
         rows,
-        f"{_basis(tally)} The paper: {SUBJECTS} faces, {STUDENTS} students; each of its figures is "
-        f"a multiple of 1/160, so about 160 answers stand behind each. {_INDEPENDENCE}",
+        f"{_basis(tally)} {_ACHIEVED} The paper: {SUBJECTS} faces, {STUDENTS} students; each of "
+        "its figures is a multiple of 1/160, so about 160 answers stand behind each. "
+        f"{_INDEPENDENCE}",
     )
 
 
 def figure_11(tally: Tally) -> Table:
     """Return unnaturalness by lattice size."""
-    rows = [[f"R = {v.lattice:g}", _percent(share)] for v, share in _of(tally, "figure11")]
-    rows += [["the photo as it is", _percent(share)] for _, share in _of(tally, "control")]
+    rows = [_size_row(tally, f"R = {v.lattice:g}", v) for v, _ in _of(tally, "figure11")]
+    rows += [_size_row(tally, "the photo as it is", v) for v, _ in _of(tally, "control")]
     return Table(
         "Unnaturalness by lattice size (figure 11)",
-        ("lattice spacing", "unnatural"),
+        (
+            "lattice, landmark spacings", "lattice, warp distances", "achieved, % of D",
+            "unnatural",
+        ),
         rows,
-        f"{_basis(tally)} The paper prints no figures for its plot; its text says that no face was "
-        "called unnatural once the lattice was larger than the distance it is divided by (R > 1).",
-    )
+        f"{_basis(tally)} R is told in mean landmark spacings. The paper's own figure divides by "
+        "the warp distance: that is the second column. The paper prints no figures for its plot; "
+        "its text says that no face was called unnatural once the lattice was larger than the warp "
+        "distance, above 1 in that column. Sizes achieve different distances, so they are compared "
+        "together with these.",
+    )  # fmt: skip
+
+
+def _size_row(tally: Tally, title: str, variant: Variant) -> list[str]:
+    found = tally.measured.get(variant)
+    in_warps = None if found is None else found.lattice_in_warps
+    return [
+        title,
+        _NONE if in_warps is None else f"{in_warps:.2f}",
+        _NONE if found is None else f"{found.achieved:.2f}",
+        _percent(tally.shares[variant]),
+    ]
 
 
 def satisfaction(tally: Tally) -> Table:
@@ -73,7 +108,7 @@ def satisfaction(tally: Tally) -> Table:
 
 def tables(tally: Tally) -> list[Table]:
     """Return the report's tables."""
-    return [table_1(tally), figure_11(tally), satisfaction(tally)]
+    return [table_1(tally), figure_11(tally), satisfaction(tally), studies(tally)]
 
 
 def html(tally: Tally, made: Made) -> str:
@@ -83,8 +118,8 @@ def html(tally: Tally, made: Made) -> str:
     if _of(tally, "figure11"):
         blocks.append(_lattice_chart(tally))
     blocks += [heading("Satisfaction"), table(satisfaction(tally))]
-    if tally.torn:
-        blocks.append(paragraph(f"{tally.torn} torn lines were left out; see docs/study.md."))
+    blocks += [heading("Where it comes from"), table(studies(tally))]
+    blocks += [paragraph(f"Note: {sentence}.") for sentence in notes(tally)]
     lead = "People called pictures natural or unnatural without knowing how they were made."
     return page(_TITLE, lead, blocks, made)
 
@@ -96,6 +131,12 @@ def document(tally: Tally) -> dict[str, object]:
         "subjects": tally.subjects,
         "raters": tally.raters,
         "torn_lines": tally.torn,
+        "unfinished": [
+            {"rater": one.rater, "answered": len(one.answered), "pictures": one.total}
+            for one in tally.unfinished
+        ],
+        "not_counted": [{"file": str(path), "study": study} for path, study in tally.foreign],
+        "studies": [document_of(key) for key in tally.keys],
         "variants": records(tally),
         "satisfaction": {
             "grades": grades.count,
@@ -109,17 +150,19 @@ def document(tally: Tally) -> dict[str, object]:
 
 def records(tally: Tally) -> list[dict[str, object]]:
     """Return a row for each variant that is judged, for a table to compute with."""
-    return [_row(variant, share) for variant, share in tally.shares.items()]
+    return [_row(tally, variant, share) for variant, share in tally.shares.items()]
 
 
-def _row(variant: Variant, share: Share) -> dict[str, object]:
-    printed = published(variant)
+def _row(tally: Tally, variant: Variant, share: Share) -> dict[str, object]:
+    printed, found = published(variant), tally.measured.get(variant)
     low, high = share.interval
     return {
         "kind": variant.kind,
         "percent": variant.percent,
         "center": variant.center,
         "lattice": variant.lattice,
+        "achieved": found.achieved if found else None,
+        "lattice_in_warps": found.lattice_in_warps if found else None,
         "unnatural": share.hits,
         "answers": share.answers,
         "share": _or_none(share.value),
@@ -138,6 +181,15 @@ def _share(tally: Tally, kind: Kind, percent: float, center: int) -> Share:
     return Share(sum(s.hits for s in found), sum(s.answers for s in found))
 
 
+def _achieved(tally: Tally, kind: Kind, percent: float, center: int) -> str:
+    found = [
+        one.achieved
+        for v, one in tally.measured.items()
+        if (v.kind, v.percent, v.center) == (kind, percent, center)
+    ]
+    return f"{fmean(found):.2f}" if found else _NONE
+
+
 def _percent(share: Share) -> str:
     if not share.answers:
         return _NONE
@@ -147,10 +199,10 @@ def _percent(share: Share) -> str:
 
 def _basis(tally: Tally) -> str:
     counts = [share.answers for share in tally.shares.values()]
-    answers = f"{min(counts)} to {max(counts)}" if counts else "no"
-    return (
-        f"{tally.subjects} faces, {tally.raters} raters, {answers} answers to each kind of picture."
-    )
+    low, high = min(counts), max(counts)
+    answers = counted(high, "answer") if low == high else f"{low} to {counted(high, 'answer')}"
+    faces, raters = counted(tally.subjects, "face"), counted(tally.raters, "rater")
+    return f"{faces}, {raters}, {answers} to each kind of picture."
 
 
 def _distance_chart(tally: Tally) -> Html:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import statistics
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from kogao_core.experiments.study import plan, results
+from kogao_core.experiments.study.origin import Measured
 from kogao_core.experiments.study.plan import Key
 from kogao_core.experiments.study.results import Ratings
 from kogao_core.experiments.study.session import Session
@@ -33,6 +35,14 @@ class Tally:
         Pictures that weren't graded.
     subjects, raters, torn : int
         How many photos, people (a code counts once a study) and torn lines.
+    measured : mapping of Variant to Measured
+        Means over the subjects; without variants that a key doesn't tell of.
+    keys : list of Key
+        The studies.
+    unfinished : list of Session
+        Begun and not brought to their end; their answers count.
+    foreign : list of (Path, str)
+        Files of ratings that aren't counted, and the study that each names.
     """
 
     shares: dict[Variant, Share] = field(default_factory=dict)
@@ -41,6 +51,10 @@ class Tally:
     subjects: int = 0
     raters: int = 0
     torn: int = 0
+    measured: dict[Variant, Measured] = field(default_factory=dict)
+    keys: list[Key] = field(default_factory=list)
+    unfinished: list[Session] = field(default_factory=list)
+    foreign: list[tuple[Path, str]] = field(default_factory=list)
 
     @property
     def satisfaction(self) -> Grades:
@@ -74,9 +88,10 @@ def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> 
     for folder, key_file in studies:
         study, key = plan.load_study(folder), plan.load_key(key_file)
         _check(study, key, key_file)
-        own = [results.load(path) for path in rating_files(folder)[:_MOST_FILES]]
+        own = list(_own(study, folder, total))
         ratings = results.newest([*own, *extra.pop(study.identity, [])])
         total.subjects += len(key.subjects)
+        total.keys.append(key)
         for one in ratings:
             _count(_session(study, one), key, total, hits, answers)
             total.torn += one.torn
@@ -85,7 +100,39 @@ def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> 
     if extra:
         raise BadFile(f"the ratings of study {min(extra)} belong to none of these folders")
     total.shares = {variant: Share(hits[variant], answers[variant]) for variant in sorted(answers)}
+    total.measured = _measured(total.keys)
     return total
+
+
+def _own(study: plan.Study, folder: Path, total: Tally) -> Iterator[Ratings]:
+    """Yield the ratings in a study's folder; those of other studies are named and left out."""
+    for path in rating_files(folder)[:_MOST_FILES]:
+        ratings = results.load(path)
+        if ratings.study == study.identity:
+            yield ratings
+        else:
+            total.foreign.append((path, ratings.study))
+
+
+def _measured(keys: Iterable[Key]) -> dict[Variant, Measured]:
+    found: defaultdict[Variant, list[Measured | None]] = defaultdict(list)
+    for key in keys:
+        for meaning in key.pictures.values():
+            found[meaning.variant].append(meaning.measured)
+    known = {variant: [one for one in all_ if one] for variant, all_ in found.items()}
+    return {
+        variant: _mean(values)
+        for variant, values in known.items()
+        if len(values) == len(found[variant])
+    }
+
+
+def _mean(values: Sequence[Measured]) -> Measured:
+    ratios = [one.lattice_in_warps for one in values if one.lattice_in_warps is not None]
+    return Measured(
+        statistics.fmean(one.achieved for one in values),
+        statistics.fmean(ratios) if ratios else None,
+    )
 
 
 def _by_study(files: Iterable[Path]) -> dict[str, list[Ratings]]:
@@ -103,8 +150,6 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
 
 
 def _session(study: plan.Study, ratings: Ratings) -> Session:
-    if ratings.study != study.identity:
-        raise BadFile(f"the ratings of {ratings.rater} belong to another study")
     try:
         return Session(study, ratings.rater, list(ratings.records))
     except BadFile as error:
@@ -115,6 +160,8 @@ def _count(
     session: Session, key: Key, total: Tally, hits: Counter[Variant], answers: Counter[Variant]
 ) -> None:
     total.raters += bool(session.answered)
+    if session.answered and session.current is not None:
+        total.unfinished.append(session)
     for record in session.answered:
         variant = key.pictures[record.picture].variant
         if variant.kind != "satisfaction":
