@@ -62,7 +62,7 @@ class Rating(QObject):
         self.study: Study = plan.load_study(folder)
         self._log: Log | None = None
         self._lock: QLockFile | None = None
-        self._shown_at = time.perf_counter()
+        self._shown_at: float | None = None  # nothing to judge before it was seen
 
     @property
     def session(self) -> Session | None:
@@ -113,6 +113,7 @@ class Rating(QObject):
                 tr("The session {rater} is open in another window; go on there.", rater=rater)
             )
         self._log, self._lock = Log(path, self.study, rater), lock
+        self._shown_at = None
         self.changed.emit()
 
     def stop(self) -> None:
@@ -127,16 +128,17 @@ class Rating(QObject):
         self._shown_at = time.perf_counter()
 
     def answer(self, answer: Answer) -> None:
-        """Judge the current picture."""
-        session = self.session
-        if session is not None and session.current is not None and not session.grading:
-            self._add(session.answer(answer, self._took_ms()))
+        """Judge the current picture; before it is on the screen this does nothing."""
+        session, took_ms = self.session, self._took_ms()
+        if session is None or took_ms is None or session.current is None or session.grading:
+            return
+        self._add(session.answer(answer, took_ms))
 
     def grade(self, grade: int | None) -> None:
-        """Grade the current picture from 0 to 100; None skips it."""
-        session = self.session
-        if session is not None and session.grading:
-            self._add(session.grade(grade, self._took_ms()))
+        """Grade the current picture from 0 to 100, None skips it; see `answer`."""
+        session, took_ms = self.session, self._took_ms()
+        if session is not None and took_ms is not None and session.grading:
+            self._add(session.grade(grade, took_ms))
 
     def back(self) -> None:
         """Take the last answer back and ask again."""
@@ -144,8 +146,8 @@ class Rating(QObject):
         if record is not None:
             self._add(record)
 
-    def _took_ms(self) -> float:
-        return 1e3 * (time.perf_counter() - self._shown_at)
+    def _took_ms(self) -> float | None:
+        return None if self._shown_at is None else 1e3 * (time.perf_counter() - self._shown_at)
 
     def _add(self, record: Record) -> None:
         assert self._log is not None
@@ -157,4 +159,5 @@ class Rating(QObject):
                 tr("The answer wasn't kept ({reason}). Make room and answer again.", reason=reason)
             )
             return
+        self._shown_at = None
         self.changed.emit()

@@ -149,6 +149,7 @@ class Judging(QWidget):
 
     def ask(self, pixmap: QPixmap, done: int, total: int, *, grading: bool) -> None:
         """Show the next picture with its question."""
+        self.picture.done_with()  # the progress bar paints at once whatever is to be painted
         self.question.setText(
             tr("How satisfied are you with this picture of yourself?")
             if grading

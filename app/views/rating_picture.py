@@ -38,6 +38,10 @@ class Picture(QWidget):
         self._pixmap, self._fresh = pixmap, True
         self.update()
 
+    def done_with(self) -> None:
+        """Say nothing more of this picture, should it only now be painted."""
+        self._fresh = False
+
     def paintEvent(self, _: QPaintEvent) -> None:
         """Paint it in the middle."""
         if self._pixmap.isNull():

@@ -57,6 +57,8 @@ VICTIM = """
     rating.welcome.code.setText("victim")
     QTest.mouseClick(rating.welcome.button, Qt.MouseButton.LeftButton)
     for number in range(int(sys.argv[2])):
+        while rating.judging.picture._fresh:
+            app.processEvents()
         QTest.keyClick(rating, Qt.Key.Key_J if number % 2 else Qt.Key.Key_F)
     print("rated", flush=True)
     app.exec()
@@ -96,7 +98,10 @@ def open_session(driver, study, code="synthetic"):
 
 
 def press(window, *keys):
+    """Press keys, each when the picture is on the screen."""
     for key in keys:
+        while window.judging.picture._fresh:
+            QApplication.processEvents()
         QTest.keyClick(window, key)
 
 
@@ -177,6 +182,29 @@ def test_from_the_end_one_can_go_back(empty, study):
     assert window._rating.session.grading
 
 
+def blindly(window, *keys):
+    """Press keys without letting anything be painted."""
+    for key in keys:
+        pressed = QKeyEvent(QKeyEvent.Type.KeyPress, key, Qt.KeyboardModifier.NoModifier)
+        QApplication.sendEvent(window, pressed)
+
+
+def test_pictures_that_nobody_has_seen_cant_be_judged(empty, study):
+    window = open_session(empty, study)
+    press(window, F)
+    blindly(window, F, J, F)
+    assert len(standing(study)) == 1
+    press(window, J)
+    blindly(window, BACK, J)
+    assert len(standing(study)) == 1, "what was taken back is to be seen again, too"
+    press(window, *[F] * 13)
+    assert window._rating.session.grading
+    blindly(window, S)
+    assert len(standing(study)) == 14
+    press(window, S)
+    assert len(standing(study)) == 15
+
+
 def test_a_held_key_answers_once_and_shortcuts_answer_nothing(empty, study):
     window = open_session(empty, study)
     press(window, F)
@@ -204,7 +232,8 @@ def test_the_window_hints_at_nothing(empty, study):
             if hasattr(widget, name)
         )
     )
-    for name in (*key.pictures, *key.subjects, "%", "lattice", "centre", "warp"):
+    names = [face.name for face in key.subjects]
+    for name in (*key.pictures, *names, "%", "lattice", "centre", "warp"):
         assert name not in said
     assert window.focusWidget() is window.judging.picture
     for button in window.findChildren(QPushButton):
@@ -255,7 +284,8 @@ def test_a_missing_picture_is_said_and_cant_be_judged(empty, study):
     (study / first).unlink()
     window = open_session(empty, study)
     assert first in window.judging.trouble.text()
-    press(window, F, J)
+    for key in (F, J):
+        QTest.keyClick(window, key)
     assert standing(study) == []
 
 
