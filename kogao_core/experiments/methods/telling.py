@@ -50,9 +50,9 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
             ("method", "reference", "library", "fit, ms", "warp, ms", "times the first"),
             [_cost(photos, method) for method in methods],
             f"Median and quartiles of a photo's rounds, methods in turns.{over} The last column "
-            f"compares fit and warp together with {first}. B-splines resample their own domain, "
-            "the others the whole photo, all bilinearly. Own rivals are written to be right, not "
-            "fast: their times say little.",
+            f"compares fit and warp together with {first}: the median of the photos' own ratios. "
+            "B-splines resample their own domain, the others the whole photo, all bilinearly. Own "
+            "rivals are written to be right, not fast: their times say little.",
         ),
         Table(
             f"What the methods do{of}",

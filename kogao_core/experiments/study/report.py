@@ -220,7 +220,9 @@ def _lattice_chart(tally: Tally) -> Html:
     shares = [share for _, share in found]
     lines = [charts.Line("this study", [_in_percent(share) for share in shares])]
     lines += [charts.Line(name, ends) for name, ends in _ends(shares)]
-    axis = charts.Axis("lattice spacing R", [f"{variant.lattice:g}" for variant, _ in found])
+    axis = charts.Axis(
+        "lattice spacing R, landmark spacings", [f"{variant.lattice:g}" for variant, _ in found]
+    )
     drawn = charts.line_chart("Unnaturalness by lattice size", axis, "unnatural, %", lines)
     return chart(drawn, "In the shape of figure 11, which has no printed figures to put beside.")
 
