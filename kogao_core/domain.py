@@ -111,12 +111,14 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     # Neighbours' pulls add up, so each face may only use up its share of the threshold; a little
     # less, because single precision may round a pull up.
     least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
-    return Domain(name, image, tuple(_moving(lattice, least_px) for lattice in field.lattices))
+    cells = tuple(_moving(lattice, image, least_px) for lattice in field.lattices)
+    return Domain(name, image, cells)
 
 
-def _moving(lattice: Lattice, least_px: float) -> Cells:
+def _moving(lattice: Lattice, image: Box, least_px: float) -> Cells:
+    lattice = lattice.within(image)
     while lattice.grid.spacing_px > _LARGEST_CELL_PX:
-        lattice = lattice.refined()
+        lattice = lattice.refined().within(image)
     return Cells(lattice, lattice.bound_px > least_px)
 
 

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf, isfinite
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -30,10 +31,20 @@ class Frame:
         Position (x, y) of lattice node (0, 0): halfway between eyes and mouth.
     spacing_px : float
         Mean distance between neighbouring outline landmarks, the unit of R (section 3.3).
+
+    Raises
+    ------
+    ValueError
+        If the origin isn't finite or the spacing isn't above 0.
     """
 
     origin_px: tuple[float, float]
     spacing_px: float
+
+    def __post_init__(self) -> None:
+        """Refuse a frame that can't hold a lattice."""
+        if not all(map(isfinite, self.origin_px)) or not 0.0 < self.spacing_px < inf:
+            raise ValueError("a face's frame needs a finite origin and a spacing above 0")
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +72,11 @@ class Face:
     confidence : array of shape (N + 6,), optional
         How sure each of `points` is, 0 to 1: low where hair or a hand hides the face, 1 for a point
         placed by hand. Absent where the source doesn't tell.
+
+    Raises
+    ------
+    ValueError
+        If landmarks are missing or not finite, or a confidence is none.
     """
 
     outline: Array
@@ -75,16 +91,18 @@ class Face:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        outline = frozen(self.outline, (None, 2))
-        if len(outline) < 3 or np.isnan(outline).any():
-            raise ValueError("a face needs at least 3 finite outline points")
-        object.__setattr__(self, "outline", outline)
-        object.__setattr__(self, "eyes", frozen(self.eyes, (4, 2)))
-        object.__setattr__(self, "mouth", frozen(self.mouth, (2, 2)))
+        for name, count in (("outline", None), ("eyes", 4), ("mouth", 2)):
+            object.__setattr__(self, name, _landmarks(getattr(self, name), name, count))
+        outline = self.outline
+        if len(outline) < 3:
+            raise ValueError(f"a face needs at least 3 outline points, got {len(outline)}")
         if self.targets is not None:
-            object.__setattr__(self, "targets", frozen(self.targets, outline.shape))
+            targets = frozen(self.targets, outline.shape, gaps=True)
+            if (np.isnan(targets[:, 0]) != np.isnan(targets[:, 1])).any():
+                raise ValueError("a face's target has only one coordinate")
+            object.__setattr__(self, "targets", targets)
         if self.confidence is not None:
-            confidence = frozen(self.confidence, (len(outline) + 6,))
+            confidence = frozen(self.confidence, (len(outline) + 6,), gaps=True)
             if not ((confidence >= 0.0) & (confidence <= 1.0)).all():
                 raise ValueError("confidence must lie between 0 and 1")
             object.__setattr__(self, "confidence", confidence)
@@ -184,6 +202,13 @@ class Face:
             "eyes": self.eyes.tolist(),
             "mouth": self.mouth.tolist(),
         }
+
+
+def _landmarks(points: npt.ArrayLike, name: str, count: int | None) -> Array:
+    try:
+        return frozen(points, (count, 2))
+    except ValueError as error:
+        raise ValueError(f"a face's {name} can't be used: {error}") from None
 
 
 def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:

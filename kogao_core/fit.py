@@ -18,12 +18,18 @@ import numpy.typing as npt
 from kogao_core.face import Frame
 from kogao_core.geometry import Array
 from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups
+from kogao_core.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.targets import Pairs
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
 MIN_SPACING_PX: Final = 1.0
+# No lattice is finer than this share of the landmark spacing: there every landmark has control
+# points of its own by far, and a warp distance of 0 would ask for infinitely many.
+LEAST_SPACINGS: Final = 0.05
+# Fades and shields are bounded on lattices of a quarter of the spacing.
+_FINER_PROOF: Final = 4.0
 # Landmarks that want what the lattice can hardly express would need huge control points: the
 # exact fit may use control points this many times as long as the approximation's, together. Over
 # the sliders' range a face that has room needs 0.9 to 1.54.
@@ -42,19 +48,21 @@ class Problem:
     """What one face asks of its lattice: pulls (N, 2) at targets (N, 2), both px.
 
     The first `movers` points are landmarks; the others are protected places, which ask for no pull
-    and bring no control points of their own: protecting a place moves no other.
+    and bring no control points of their own: protecting a place moves no other. A lattice finer
+    than `least_px` isn't tried.
     """
 
     grid: Grid
     target_px: Array
     pull_px: Array
     movers: int
+    least_px: float = 0.0
 
 
 def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
     """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3)."""
     unit = frame.spacing_px if recipe.lattice_unit == "spacing" else pairs.warp_distance_px
-    return max(MIN_SPACING_PX, recipe.lattice * unit)
+    return max(MIN_SPACING_PX, LEAST_SPACINGS * frame.spacing_px, recipe.lattice * unit)
 
 
 def fit(
@@ -68,8 +76,8 @@ def fit(
     Parameters
     ----------
     pairs, frames, recipes : sequences of equal length
-        Landmark pairs, lattice frame and recipe of each face; of the recipes `fit`, `lattice` and
-        `lattice_unit` are used.
+        Landmark pairs, lattice frame and recipe of each face; of the recipes `fit`, `lattice`,
+        `lattice_unit` and, for the limits, `threshold_px` are used.
     protection : Protection
         Places that must not move.
 
@@ -77,11 +85,26 @@ def fit(
     -------
     tuple of Lattice
         The total pull field is their sum.
+
+    Raises
+    ------
+    OutOfBounds
+        If more is asked for than `limits` allows: too many control points for all faces together,
+        or too many points in lattices that reach into each other.
     """
-    problems = [
-        _problem(pair, Grid(frame.origin_px, spacing_px(pair, frame, recipe)), protection)
+    grids = [
+        Grid(frame.origin_px, spacing_px(pair, frame, recipe))
         for pair, frame, recipe in zip(pairs, frames, recipes, strict=True)
     ]
+    _check_control_points(pairs, frames, recipes, grids, protection)
+    problems = [
+        _problem(pair, grid, LEAST_SPACINGS * frame.spacing_px, protection)
+        for pair, frame, grid in zip(pairs, frames, grids, strict=True)
+    ]
+    empty = [_Support(problem).empty for problem in problems]
+    _check_together(problems, empty)
+    if not any(pair.pull_px.any() for pair in pairs):
+        return tuple(empty)
     fitted: dict[int, Lattice] = {}
     for name, solve in _FITS.items():
         mine = [k for k, recipe in enumerate(recipes) if recipe.fit == name]
@@ -89,19 +112,54 @@ def fit(
     return tuple(_on_quanta(fitted[k]) for k in range(len(problems)))
 
 
+def _check_control_points(
+    pairs: Sequence[Pairs],
+    frames: Sequence[Frame],
+    recipes: Sequence[Recipe],
+    grids: Sequence[Grid],
+    protection: Protection,
+) -> None:
+    total = 0.0
+    for pair, frame, recipe, grid in zip(pairs, frames, recipes, grids, strict=True):
+        finest = grid.spacing_px
+        if recipe.fit == "multilevel":
+            finest = max(LEAST_SPACINGS * frame.spacing_px, finest / 2.0**MULTILEVEL_STEPS)
+        if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
+            finest /= _FINER_PROOF
+        columns, rows = (np.ptp(pair.target_px, axis=0) / finest + ORDER).tolist()
+        total += columns * rows
+    if not total <= MOST_CONTROL_POINTS:
+        raise OutOfBounds(
+            f"these faces take {total:.3g} control points at this lattice, and at most "
+            f"{MOST_CONTROL_POINTS} are worked on; make the lattice coarser (a larger R), choose "
+            "fewer faces, or correct landmarks far from their face"
+        )
+
+
+def _check_together(problems: Sequence[Problem], empty: Sequence[Lattice]) -> None:
+    for group in groups(empty):
+        points = sum(len(problems[k].target_px) for k in group)
+        nodes = sum(min(ORDER**2 * problems[k].movers, empty[k].phi[..., 0].size) for k in group)
+        if points * min(points, nodes) > MOST_TOGETHER**2:
+            raise OutOfBounds(
+                f"faces that touch each other have {points} landmarks and protected places "
+                f"together, more than can be solved at once (about {MOST_TOGETHER}); choose fewer "
+                "faces or protect less"
+            )
+
+
 def _on_quanta(lattice: Lattice) -> Lattice:
     phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _problem(pairs: Pairs, grid: Grid, protection: Protection) -> Problem:
-    still = protection.samples_px(STILL_STEP * grid.spacing_px)
+def _problem(pairs: Pairs, grid: Grid, least_px: float, protection: Protection) -> Problem:
     reach = 2.0 * grid.spacing_px
     low, high = pairs.target_px.min(axis=0) - reach, pairs.target_px.max(axis=0) + reach
-    still = still[((still >= low) & (still <= high)).all(axis=1)]
+    still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
     target = np.vstack([pairs.target_px, still])
     pull = np.vstack([pairs.pull_px, np.zeros_like(still)])
-    return Problem(grid, target, pull, len(pairs.target_px))
+    return Problem(grid, target, pull, len(pairs.target_px), least_px)
 
 
 class _Support:
@@ -124,15 +182,34 @@ class _Support:
         """Number of control points in the array."""
         return self.shape[0] * self.shape[1]
 
+    @property
+    def empty(self) -> Lattice:
+        """The lattice that moves nothing."""
+        return self.lattice(np.zeros((self.size, 2)))
+
     def lattice(self, phi: Array) -> Lattice:
         """Return the lattice with these control points, shape (size, 2)."""
         return Lattice(self.grid, self.first, phi.reshape(*self.shape, 2))
 
-    def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> Array:
-        """Return the weight of each of `nodes` at each point, shape (N, len(nodes))."""
-        bx = self.grid.matrix(points_px[:, 0], self.first[0], self.shape[1], 0)
-        by = self.grid.matrix(points_px[:, 1], self.first[1], self.shape[0], 1)
-        return np.asarray(by[:, nodes // self.shape[1]] * bx[:, nodes % self.shape[1]])
+    def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
+        """Return the weight of each of `nodes` at each of the points that they reach."""
+        left, top, right, bottom = self.empty.reach_px
+        x, y = points_px.T
+        rows = np.flatnonzero((x > left) & (x < right) & (y > top) & (y < bottom))
+        bx = self.grid.matrix(x[rows], self.first[0], self.shape[1], 0)
+        by = self.grid.matrix(y[rows], self.first[1], self.shape[0], 1)
+        return _Design(rows, by[:, nodes // self.shape[1]] * bx[:, nodes % self.shape[1]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Design:
+    """The part of A that belongs to one lattice: weights (M, nodes) at points number `rows` (M,).
+
+    Other points are out of its reach: among many faces that is nearly all of them.
+    """
+
+    rows: npt.NDArray[np.int64]
+    weights: Array
 
 
 def approximate(problem: Problem) -> Lattice:
@@ -161,7 +238,7 @@ def multilevel(problem: Problem) -> Lattice:
     lattice = approximate(problem)
     for _ in range(MULTILEVEL_STEPS):
         left = problem.pull_px - lattice.at(problem.target_px)
-        if np.abs(left).max() < LOSSLESS_PX:
+        if np.abs(left).max() < LOSSLESS_PX or lattice.grid.spacing_px < 2.0 * problem.least_px:
             break
         lattice = lattice.refined()
         detail = approximate(dataclasses.replace(problem, grid=lattice.grid, pull_px=left))
@@ -178,7 +255,7 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     can give; then it grows, and all of them give way a little.
     """
     supports = [_Support(problem) for problem in problems]
-    lattices = [support.lattice(np.zeros((support.size, 2))) for support in supports]
+    lattices = [support.empty for support in supports]
     for group in groups(lattices):
         solved = _solve_together([problems[k] for k in group], [supports[k] for k in group])
         for k, lattice in zip(group, solved, strict=True):
@@ -191,9 +268,9 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     pulls = np.vstack([problem.pull_px for problem in problems])
     both = list(zip(problems, supports, strict=True))
     own_nodes = [np.unique(support.nodes[: problem.movers]) for problem, support in both]
-    design = np.hstack([s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)])
+    designs = [s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)]
     effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
-    solution = _ridge_solution(design, pulls, MOST_EFFORT * effort)
+    solution = _ridge_solution(designs, pulls, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []
     for support, nodes, part in zip(
@@ -205,12 +282,14 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     return lattices
 
 
-def _ridge_solution(design: Array, pulls: Array, longest: float) -> Array:
-    """Return the smallest phi with ``design phi = pulls``, or the best one so long."""
-    values, vectors = np.linalg.eigh(design @ design.T)
+def _ridge_solution(designs: Sequence[_Design], pulls: Array, longest: float) -> Array:
+    """Return the smallest phi with ``A phi = pulls``, or the best one so long."""
+    # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: the smaller matrix is the quicker one.
+    many = len(pulls) > sum(part.weights.shape[1] for part in designs)
+    values, vectors = np.linalg.eigh((_inner if many else _outer)(designs, len(pulls)))
     values = np.maximum(values, 0.0)
-    wanted = vectors.T @ pulls
-    energy = values * (wanted**2).sum(axis=1)
+    wanted = vectors.T @ (_transposed(designs, pulls) if many else pulls)
+    energy = (1.0 if many else values) * (wanted**2).sum(axis=1)
     low, high = np.log(_LEAST_RIDGE * values[-1]), np.log(10.0 * values[-1])
     ridge = np.exp(low)
     if (energy / (values + ridge) ** 2).sum() > longest**2:
@@ -220,7 +299,32 @@ def _ridge_solution(design: Array, pulls: Array, longest: float) -> Array:
                 low = np.log(ridge)
             else:
                 high = np.log(ridge)
-    return np.asarray(design.T @ (vectors @ (wanted / (values + ridge)[:, None])))
+    solved = vectors @ (wanted / (values + ridge)[:, None])
+    return np.asarray(solved if many else _transposed(designs, solved))
+
+
+def _outer(designs: Sequence[_Design], points: int) -> Array:
+    """Return A A', shape (points, points)."""
+    total: Array = np.zeros((points, points))
+    for part in designs:
+        total[np.ix_(part.rows, part.rows)] += part.weights @ part.weights.T
+    return total
+
+
+def _inner(designs: Sequence[_Design], points: int) -> Array:
+    """Return A' A, shape (nodes, nodes)."""
+    whole: Array = np.zeros((points, sum(part.weights.shape[1] for part in designs)))
+    start = 0
+    for part in designs:
+        end = start + part.weights.shape[1]
+        whole[part.rows, start:end] = part.weights
+        start = end
+    return np.asarray(whole.T @ whole)
+
+
+def _transposed(designs: Sequence[_Design], values: Array) -> Array:
+    """Return A' z for values z at the points, shape (nodes, 2)."""
+    return np.vstack([part.weights.T @ values[part.rows] for part in designs])
 
 
 def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], list[Lattice]]:

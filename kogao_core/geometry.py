@@ -66,13 +66,15 @@ class Box:
         return Box(0, 0, image.shape[1], image.shape[0])
 
 
-def frozen(points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None) -> Array:
+def frozen(
+    points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, *, gaps: bool = False
+) -> Array:
     """Copy `points` to a read-only float64 array; `shape` is checked where given (None = any).
 
     Raises
     ------
     ValueError
-        If the shape differs or a coordinate is infinite.
+        If the shape differs, or a coordinate is infinite or, without `gaps`, NaN.
     """
     array = np.array(points, dtype=np.float64)
     if shape is not None and (
@@ -82,8 +84,8 @@ def frozen(points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None) -
         )
     ):
         raise ValueError(f"expected points of shape {shape}, got {array.shape}")
-    if np.isinf(array).any():
-        raise ValueError("coordinates must be finite")
+    if np.isinf(array).any() or (not gaps and np.isnan(array).any()):
+        raise ValueError("coordinates must be finite numbers")
     array.setflags(write=False)
     return array
 

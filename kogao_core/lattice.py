@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.bezier import cells_along
-from kogao_core.geometry import Array
+from kogao_core.geometry import Array, Box
 
 ORDER = 4  # control points per axis that reach a point: cubic
 
@@ -146,6 +146,23 @@ class Lattice:
                 self.phi[rows, columns]
             )
         return cut
+
+    def within(self, image: Box) -> Lattice:
+        """Return the same field on `image` without control points that don't reach it."""
+        columns = self._reaching(image.left, image.right, 0)
+        rows = self._reaching(image.top, image.bottom, 1)
+        first, shape = (columns.start, rows.start), (len(rows), len(columns))
+        if (first, shape) == (self.first, self.shape):
+            return self
+        return Lattice(self.grid, first, self.window(first, shape))
+
+    def _reaching(self, start_px: int, stop_px: int, axis: int) -> range:
+        """Return the stored nodes along an axis, at least one, that reach a span of pixels."""
+        cells, _ = self.grid.locate([start_px, stop_px - 1], axis)
+        first, end = int(cells[0]) - 1, int(cells[1]) + ORDER - 1
+        mine = range(self.first[axis], self.first[axis] + self.shape[1 - axis])
+        first = max(first, mine.start)
+        return range(first, max(first + 1, min(end, mine.stop)))
 
     def plus(self, other: Lattice) -> Lattice:
         """Return the sum of two fields on the same grid."""

@@ -14,6 +14,7 @@ from kogao_core.field import Field, Residual, residual
 from kogao_core.fit import fit
 from kogao_core.geometry import Box, Image
 from kogao_core.guard import hold_back
+from kogao_core.limits import check_corners
 from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import DomainName, Recipe
@@ -117,9 +118,12 @@ def render(
     ------
     ValueError
         If the photo's depth or shape can't be warped, or the canvas is over another photo.
+    OutOfBounds
+        If faces, lattice or protection together ask for more than `limits` allows.
     """
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
+    check_corners(protection)
     watch = watch or Stopwatch()
     with one_blas_thread():
         with watch.lap("targets"):

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Affine, Array, frozen
+from kogao_core.limits import MOST_SAMPLES, OutOfBounds
 
 _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
 
@@ -39,34 +40,77 @@ class Stroke:
 
     def __post_init__(self) -> None:
         """Freeze the points and refuse broken strokes."""
-        object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
-        if not len(self.points_px) or np.isnan(self.points_px).any():
-            raise ValueError("a stroke needs at least one finite point")
+        try:
+            object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
+        except ValueError as error:
+            raise ValueError(f"a stroke can't be used: {error}") from None
+        if not len(self.points_px):
+            raise ValueError("a stroke needs at least one point")
         for name in ("radius_px", "feather_px"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} must be 0 or more, got {getattr(self, name)!r}")
 
-    def samples_px(self, step_px: float) -> Array:
-        """Return points along the line and across its width, at most `step_px` apart, (M, 2)."""
+    def samples_px(
+        self, step_px: float, low: npt.ArrayLike = -np.inf, high: npt.ArrayLike = np.inf
+    ) -> Array:
+        """Return points along the line and across its width, at most `step_px` apart, (M, 2).
+
+        Parameters
+        ----------
+        step_px : float
+            Above 0.
+        low, high : arrays of shape (2,), optional
+            Corners of the box outside which points are left out.
+
+        Raises
+        ------
+        OutOfBounds
+            If there are more than `limits.MOST_SAMPLES`.
+        """
         line = _along(self.points_px, step_px)
-        if self.radius_px <= 0.0:
+        radius = self.radius_px
+        low, high = (np.broadcast_to(np.asarray(end, np.float64), 2) for end in (low, high))
+        line = line[((line >= low - radius) & (line <= high + radius)).all(axis=1)]
+        if radius <= 0.0 or not len(line):
             return line
-        reach = int(np.ceil(self.radius_px / step_px))
-        steps = np.linspace(-self.radius_px, self.radius_px, 2 * reach + 1)
-        disc = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-        disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= self.radius_px]
-        covered = (line[:, None, :] + disc).reshape(-1, 2)
+        _check_count(2.0 * radius / step_px)
+        reach = int(np.ceil(radius / step_px))
+        steps = np.linspace(-radius, radius, 2 * reach + 1)
+        covered, count = [], 0
+        for point in line:
+            disc = _disc(steps, radius, low - point, high - point)
+            covered.append(point + disc)
+            count += len(disc)
+            _check_count(count)
+        near = np.concatenate(covered)
         # Discs of neighbouring samples overlap: one point in each quarter of a step is enough.
-        _, first = np.unique(np.round(covered / (step_px / 2.0)), axis=0, return_index=True)
-        return np.asarray(covered[np.sort(first)])
+        _, first = np.unique(np.round(near / (step_px / 2.0)), axis=0, return_index=True)
+        return np.asarray(near[np.sort(first)])
+
+
+def _disc(steps: Array, radius: float, low: Array, high: Array) -> Array:
+    """Return the points of the grid ``steps x steps`` in a disc and in a box, shape (M, 2)."""
+    xs, ys = (steps[(steps >= low[axis]) & (steps <= high[axis])] for axis in (0, 1))
+    _check_count(float(len(xs)) * len(ys))
+    disc = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
+    return np.asarray(disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius])
 
 
 def _along(points: Array, step_px: float) -> Array:
     if len(points) == 1:
         return points
     length = float(_lengths(points)[-1])
+    _check_count(length / step_px)
     count = max(2, int(np.ceil(length / step_px)) + 1)
     return _at(points, np.linspace(0.0, length, count))
+
+
+def _check_count(samples: float) -> None:
+    if not samples <= MOST_SAMPLES:
+        raise OutOfBounds(
+            f"a protected line takes more than {MOST_SAMPLES} samples at this lattice; make it "
+            "narrower or shorter, or the lattice coarser (a larger R)"
+        )
 
 
 def _without(stroke: Stroke, eraser: Stroke) -> list[Stroke]:
@@ -125,9 +169,9 @@ class Protection:
 
     strokes: tuple[Stroke, ...] = ()
 
-    def samples_px(self, step_px: float) -> Array:
-        """Return the samples of every stroke, shape (M, 2)."""
-        parts = [stroke.samples_px(step_px) for stroke in self.strokes]
+    def samples_px(self, step_px: float, low: npt.ArrayLike, high: npt.ArrayLike) -> Array:
+        """Return the samples of every stroke in a box, shape (M, 2); see `Stroke.samples_px`."""
+        parts = [stroke.samples_px(step_px, low, high) for stroke in self.strokes]
         return np.concatenate([np.zeros((0, 2)), *parts])
 
     def mapped(self, transform: Affine) -> Protection:

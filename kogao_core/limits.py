@@ -1,0 +1,122 @@
+"""How far outside a photo anything may lie, and how much may be asked for at once.
+
+Each number alone says little: a face may be as large as the photo, a lattice may be fine, and a
+photo may hold a hundred faces. It is their product that fills the memory, so it is bounded here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from kogao_core.geometry import Array, Box
+
+if TYPE_CHECKING:
+    from kogao_core.face import Face
+    from kogao_core.protection import Protection
+
+# Control points of all faces together, at the finest lattice that is looked at.
+MOST_CONTROL_POINTS: Final = 2**20
+# Landmarks and protected places that are solved for at once, where lattices reach into each other:
+# 230 faces that all touch.
+MOST_TOGETHER: Final = 5000
+# Places along and across a protected stroke, near one face.
+MOST_SAMPLES: Final = 2**20
+# Corners of all protected lines together.
+MOST_CORNERS: Final = 10_000
+# On a photo that is smaller, a stroke may still be as wide as the editor's largest brush.
+WIDEST_PX: Final = 1024.0
+# Landmarks of all faces in one file.
+MOST_LANDMARKS: Final = 50_000
+
+
+class OutOfBounds(ValueError):
+    """Something lies far from the photo, or too much is asked for; the message says what."""
+
+
+def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> None:
+    """Check that landmarks and targets lie on a photo, or not far outside.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        px of the photo. One that is cropped by the photo's edge is fine.
+    image : Box
+        The whole photo.
+    typed : bool
+        Whether coordinates come from a table, in which a decimal point slips: then a point may lie
+        outside by the size of its face, else by the photo's longer side too.
+
+    Raises
+    ------
+    OutOfBounds
+        If one lies farther outside.
+    """
+    for number, face in enumerate(faces, start=1):
+        room = size_px(face) if typed else max(size_px(face), _longer(image))
+        _check_near(face.points, image, room, f"landmark {{}} of face {number}")
+        if face.targets is not None:
+            _check_near(face.targets, image, room, f"target {{}} of face {number}")
+
+
+def size_px(face: Face) -> float:
+    """Return about how wide a face is, px; a few landmarks far away don't make it larger."""
+    from_middle = face.points - np.median(face.points, axis=0)
+    return 2.0 * float(np.median(np.hypot(from_middle[:, 0], from_middle[:, 1])))
+
+
+def check_protection(protection: Protection, image: Box) -> None:
+    """Check that protected places lie on a photo or not far outside, and aren't too many.
+
+    Raises
+    ------
+    OutOfBounds
+        If a corner lies farther outside than the photo is long, a stroke is wider than that and
+        than `WIDEST_PX`, or there are more than `MOST_CORNERS` corners.
+    """
+    check_corners(protection)
+    longer = _longer(image)
+    widest = max(longer, WIDEST_PX)
+    for number, stroke in enumerate(protection.strokes, start=1):
+        _check_near(stroke.points_px, image, longer, f"corner {{}} of protected line {number}")
+        for name, width in (("width", 2.0 * stroke.radius_px), ("feather", stroke.feather_px)):
+            if width > widest:
+                raise OutOfBounds(
+                    f"protected line {number} has a {name} of {width:g} px, on a photo whose "
+                    f"longer side is {longer:g} px; at most {widest:g} px are allowed"
+                )
+
+
+def check_corners(protection: Protection) -> None:
+    """Check that protected lines have no more than `MOST_CORNERS` corners together.
+
+    Raises
+    ------
+    OutOfBounds
+        If they have.
+    """
+    corners = sum(len(stroke.points_px) for stroke in protection.strokes)
+    if corners > MOST_CORNERS:
+        raise OutOfBounds(
+            f"the protected lines have {corners} corners together; at most {MOST_CORNERS} are "
+            "allowed: draw them with fewer"
+        )
+
+
+def _longer(image: Box) -> float:
+    return float(max(image.width, image.height))
+
+
+def _check_near(points: Array, image: Box, room_px: float, name: str) -> None:
+    """Check points of shape (N, 2); rows of NaN lie nowhere and are left out."""
+    low = np.array([image.left, image.top]) - room_px
+    high = np.array([image.right - 1, image.bottom - 1]) + room_px
+    far = np.flatnonzero(((points < low) | (points > high)).any(axis=1))
+    if len(far):
+        x, y = points[far[0]].tolist()
+        raise OutOfBounds(
+            f"{name.format(far[0] + 1)} lies at {x:g}, {y:g}, far outside the photo, which ends at "
+            f"{image.right - 1}, {image.bottom - 1}; correct it"
+        )
