@@ -21,7 +21,7 @@ from kogao_core.strict import BadFile, Node, parse
 VERSION: Final = 1
 Mode = Literal["automatic", "manual"]
 _FORMAT: Final = "kogao-project"
-_MOST_BYTES: Final = 32 * 2**20
+_MOST_BYTES: Final = 8 * 2**20
 _LONGEST_SIDE_PX: Final = 2**20
 _FIELDS: Final = (
     *("format", "version", "program", "photo", "unit_px"),
@@ -231,6 +231,6 @@ def _sheet_dict(sheet: Sheet, unit: int) -> dict[str, Any]:
 def _sheet(node: Node, unit: int) -> Sheet:
     node.only(("recipe", "faces"))
     nodes = node.field("faces").items(project_json.MOST_FACES)
-    faces = tuple(project_json.face(face, unit) for face in nodes)
+    faces = project_json.faces(nodes, unit)
     off = frozenset(n for n, face in enumerate(nodes) if not face.field("on").flag())
     return Sheet(faces, off, project_json.recipe(node.field("recipe")))

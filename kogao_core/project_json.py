@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from kogao_core.face import Face, Frame
 from kogao_core.geometry import Array
+from kogao_core.limits import MOST_CORNERS, MOST_LANDMARKS
 from kogao_core.protection import Protection, Stroke
 from kogao_core.recipe import Recipe
 from kogao_core.strict import BadFile, Node
 
 MOST_FACES: Final = 1000
 _MOST_POINTS: Final = 10_000
-_MOST_STROKES: Final = 10_000
 # Points may be dragged off the photo, but hardly by more than its size.
 _FARTHEST: Final = 64.0
 _LEAST_LENGTH: Final = 1e-9
@@ -40,6 +41,14 @@ def face_dict(face: Face, unit: int) -> dict[str, Any]:
         "source": face.source,
         "recipe": None if face.recipe is None else face.recipe.to_dict(),
     }
+
+
+def faces(nodes: Sequence[Node], unit: int) -> tuple[Face, ...]:
+    """Read the faces of a sheet."""
+    for name in ("outline", "targets", "confidence"):
+        if sum(node.count(name) for node in nodes) > MOST_LANDMARKS:
+            raise BadFile(f"the file's faces have more than {MOST_LANDMARKS} landmarks together")
+    return tuple(face(node, unit) for node in nodes)
 
 
 def face(node: Node, unit: int) -> Face:
@@ -89,7 +98,10 @@ def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
 
 def protection(node: Node, unit: int) -> Protection:
     """Read what `protection_dict` wrote."""
-    strokes = node.only(("strokes",)).field("strokes").items(_MOST_STROKES)
+    strokes = node.only(("strokes",)).field("strokes").items(MOST_CORNERS)
+    corners = sum(stroke.count("points") for stroke in strokes)
+    if corners > MOST_CORNERS:
+        node.refuse(f"has {corners} corners together; at most {MOST_CORNERS} are allowed")
     return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
 
 

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.face import Face
-from kogao_core.geometry import Image
+from kogao_core.geometry import Box, Image
+from kogao_core.limits import OutOfBounds, check_faces, check_protection
 from kogao_core.project import Original, Project, Sheet
 from kogao_core.protection import Protection
 from kogao_core.recipe import Recipe
+from kogao_core.strict import BadFile
 
 SUFFIX: Final = ".kogao.json"
 
@@ -67,12 +69,23 @@ def apply(project: Project, sha256: str, pixels: Image) -> Applied:
     Raises
     ------
     BadFile
-        If the photo has another shape than the project's; one sentence.
+        If the photo has another shape than the project's, or faces or protected places lie far
+        outside; one sentence.
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
+    _check_places(at_hand, Box.of(pixels))
     sheet = sheet_of(at_hand)
     return Applied(sheet.active, sheet.recipe, at_hand.protection, _note(project, sha256, width))
+
+
+def _check_places(project: Project, image: Box) -> None:
+    try:
+        for sheet in filter(None, (project.automatic, project.manual)):
+            check_faces(sheet.faces, image)
+        check_protection(project.protection, image)
+    except OutOfBounds as error:
+        raise BadFile(str(error)) from None
 
 
 def sheet_of(project: Project) -> Sheet:

@@ -43,6 +43,11 @@ class Node:
             self.refuse(f"has {len(self.value)} entries; at most {most} are allowed")
         return [Node(value, f"{self.where}[{n}]") for n, value in enumerate(self.value)]
 
+    def count(self, name: str) -> int:
+        """Return how many elements a field of an object has; 0 where it isn't a list."""
+        value = self.field(name).value
+        return len(value) if isinstance(value, list) else 0
+
     def number(self, low: float, high: float) -> float:
         """Return a finite number within a range."""
         value = self.value
@@ -86,7 +91,9 @@ class Node:
 
 
 def parse(data: bytes, most_bytes: int) -> Node:
-    """Read JSON text; NaN, infinities, deep nesting and twofold fields are refused.
+    """Read JSON text, with or without a byte order mark.
+
+    NaN, infinities, deep nesting and twofold fields are refused.
 
     Raises
     ------
@@ -97,7 +104,7 @@ def parse(data: bytes, most_bytes: int) -> Node:
         raise BadFile(f"the file has {len(data)} bytes; at most {most_bytes} are allowed")
     try:
         value = json.loads(
-            data.decode("utf-8"), parse_constant=_no_constant, object_pairs_hook=_once
+            data.decode("utf-8-sig"), parse_constant=_no_constant, object_pairs_hook=_once
         )
     except RecursionError:
         raise BadFile("the file is nested too deeply") from None

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from kogao_core.face import Face
 from kogao_core.geometry import Array
+from kogao_core.limits import OutOfBounds, check_faces
 
 from .. import points
 from ..document import Document, State
@@ -107,8 +108,7 @@ class Editing(QObject):
         if self._held is not None and self._held.movable:
             start = points.position(self._before, self._held)
             to = self._offset + np.array([x, y])
-            state = points.moved(self._before, self._held, start, to)
-            self.preview(state, self._name_of(self._held))
+            self._take(self._held, points.moved(self._before, self._held, start, to))
 
     def release(self) -> None:
         """Let go: a moved point is one undo step, a centre is chosen."""
@@ -122,8 +122,15 @@ class Editing(QObject):
         handle, state = self._scene.selected, self._document.state
         if handle is not None and handle.movable:
             at = points.position(state, handle)
-            nudged = points.moved(state, handle, at, at + np.array([dx, dy]))
-            self.preview(nudged, self._name_of(handle))
+            self._take(handle, points.moved(state, handle, at, at + np.array([dx, dy])))
+
+    def _take(self, handle: Handle, moved: State) -> None:
+        """Show a handle moved; one drawn far out of the photo stays where it was."""
+        try:
+            check_faces([moved.faces[handle.face]], self._document.image)
+        except OutOfBounds:
+            return
+        self.preview(moved, self._name_of(handle))
 
     def select_next(self, step: int) -> None:
         """Select the point that comes `step` places after the selected one, going round."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -14,6 +16,10 @@ from kogao_core.strict import BadFile
 
 MOST_BYTES: Final = 8 * 2**20
 MOST_POINTS: Final = 10_000
+# Ends of lines: a thousand faces of 189 points, from Windows.
+_MOST_LINES: Final = 400_000
+_LONGEST_LINE: Final = 100_000
+_LINE_ENDS: Final = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]")
 # Farther from the photo's corner nothing is a landmark of it, px.
 FARTHEST_PX: Final = 1e6
 
@@ -52,7 +58,7 @@ def text_of(data: bytes) -> str:
     Raises
     ------
     BadFile
-        If it is too large or no text.
+        If it is too large, has too many or too long lines, or is no text.
     """
     if len(data) > MOST_BYTES:
         raise BadFile(f"the file has more than {MOST_BYTES} bytes, too many for landmarks")
@@ -62,7 +68,17 @@ def text_of(data: bytes) -> str:
         text = "\0"
     if "\0" in text:
         raise BadFile("the file is no text")
+    _check_lines(text)
     return text
+
+
+def _check_lines(text: str) -> None:
+    start = 0
+    ends = [*islice((end.start() for end in _LINE_ENDS.finditer(text)), _MOST_LINES + 1), len(text)]
+    for end in ends:
+        if len(ends) > _MOST_LINES + 1 or end - start > _LONGEST_LINE:
+            raise BadFile("the file has too many lines, or too long ones, for landmarks")
+        start = end
 
 
 def count_in(text: str, what: str) -> int:

@@ -1,5 +1,7 @@
 """iBUG's ``.pts``: version, number of points, and the points in braces.
 
+Rows that begin with # don't count.
+
 They count pixels from 1, as Matlab does: the centre of the first pixel is 1, 1 there and 0, 0 here.
 y runs down.
 """
@@ -26,7 +28,8 @@ def parse(data: bytes) -> PointSet:
     BadFile
         If it is none.
     """
-    found = _WHOLE.fullmatch(text_of(data))
+    lines = [line for line in text_of(data).splitlines() if not line.lstrip().startswith("#")]
+    found = _WHOLE.fullmatch("\n".join(lines))
     if found is None:
         raise BadFile("the file must be 'version: 1', 'n_points: N' and the points in braces")
     count = count_in(found[1], "points")

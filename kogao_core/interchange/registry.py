@@ -13,6 +13,7 @@ from kogao_core.geometry import Box
 from kogao_core.interchange import pts, tables, tem
 from kogao_core.interchange.points import MOST_BYTES, PointSet
 from kogao_core.interchange.templates import OWN_NAMES, TEMPLATES, Template, fitting
+from kogao_core.limits import OutOfBounds, check_faces
 from kogao_core.strict import BadFile
 
 
@@ -179,12 +180,13 @@ def _note(template: Template, faces: Sequence[Face]) -> str:
 
 
 def check_inside(faces: Sequence[Face], image: Box) -> None:
-    """Check that faces lie on a photo.
+    """Check that faces lie on a photo; the photo's edge may crop them.
 
     Raises
     ------
     BadFile
-        If one lies outside: its points belong to another photo, or to another size of this one.
+        If the middle of one lies outside: its points belong to another photo, or to another size
+        of this one. Or if a point lies farther outside than its face is large.
     """
     for number, face in enumerate(faces, start=1):
         x, y = (face.eye_center + face.mouth_center) / 2.0
@@ -193,3 +195,7 @@ def check_inside(faces: Sequence[Face], image: Box) -> None:
                 f"face {number} lies at {x:.0f}, {y:.0f}, outside the photo of {image.width} x "
                 f"{image.height} px; the points belong to another photo or size"
             )
+    try:
+        check_faces(faces, image, typed=True)
+    except OutOfBounds as error:
+        raise BadFile(str(error)) from None

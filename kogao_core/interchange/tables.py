@@ -24,6 +24,7 @@ from kogao_core.interchange.points import (
     number,
     text_of,
 )
+from kogao_core.limits import MOST_LANDMARKS
 from kogao_core.strict import BadFile, Node
 from kogao_core.strict import parse as parse_json
 
@@ -33,13 +34,17 @@ _MOST_FACES: Final = 1000
 def parse_csv(data: bytes) -> list[PointSet]:
     """Read a table with the columns x and y, and face where it holds several; others are left out.
 
+    Columns may be parted by semicolons, and numbers then have a decimal comma.
+
     Raises
     ------
     BadFile
         If it is none.
     """
     try:
-        rows = [row for row in csv.reader(io.StringIO(text_of(data)), strict=True) if row]
+        text = text_of(data)
+        sign = ";" if ";" in text.partition("\n")[0] else ","
+        rows = [row for row in csv.reader(io.StringIO(text), delimiter=sign, strict=True) if row]
     except csv.Error as error:
         raise BadFile(f"the file is no table ({error})") from None
     header = [name.strip().lower() for name in rows[0]] if rows else []
@@ -50,7 +55,8 @@ def parse_csv(data: bytes) -> list[PointSet]:
     place, x, y = (header.index(name) if name in header else -1 for name in ("face", "x", "y"))
     faces: dict[str, list[list[str]]] = {}
     for row in rows[1:]:
-        faces.setdefault(row[place].strip() if place >= 0 else "", []).append([row[x], row[y]])
+        pair = [row[x], row[y]] if sign == "," else [row[k].replace(",", ".") for k in (x, y)]
+        faces.setdefault(row[place].strip() if place >= 0 else "", []).append(pair)
     if not faces or len(faces) > _MOST_FACES:
         raise BadFile(f"the file holds {len(faces)} faces")
     return [PointSet(coordinates(points)) for points in faces.values()]
@@ -78,6 +84,8 @@ def parse_faces(data: bytes) -> list[Face]:
     faces = parse_json(data, MOST_BYTES).field("faces").items(_MOST_FACES)
     if not faces:
         raise BadFile("the file holds no face")
+    if sum(face.count("outline") for face in faces) > MOST_LANDMARKS:
+        raise BadFile(f"the file's faces have more than {MOST_LANDMARKS} landmarks together")
     return [_face(face) for face in faces]
 
 

@@ -158,6 +158,36 @@ def test_a_strange_clipboard_is_said_and_changes_nothing(two, text):
     assert two.state is before
 
 
+def test_settings_that_ask_for_too_much_are_said_and_undone(start, source, photo, pixels):
+    source.faces = [oval_face()] * 250
+    driver = start()
+    driver.open(photo)
+    assert "choose fewer faces" in driver.say()
+    assert driver.say().count("\n") == 0
+
+    source.faces = source.faces[:1]
+    driver.key(KEYS.Key_F, CONTROL)
+    driver.settle()
+    expected = render(pixels, driver.state.active, driver.state.recipe).pixels
+    np.testing.assert_array_equal(driver.shown, expected)
+
+
+def test_settings_of_nothing_to_warp_show_the_photo(two, pixels):
+    QGuiApplication.clipboard().setText('{"percent": 0, "lattice_unit": "warp"}')
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    two.settle()
+    assert two.state.recipe.lattice_unit == "warp"
+    np.testing.assert_array_equal(two.shown, pixels)
+
+
+def test_a_clipboard_with_a_number_of_400_digits_changes_nothing(two):
+    before = two.state
+    QGuiApplication.clipboard().setText('{"percent": 1' + "0" * 400 + "}")
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    assert "no settings" in two.say()
+    assert two.state is before
+
+
 def test_a_face_that_goes_gives_the_panel_back_to_the_photo(two, source):
     choose(two, 2)
     source.faces = source.faces[:1]

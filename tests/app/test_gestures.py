@@ -11,6 +11,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QStyle
 
+from kogao_core.limits import check_faces
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
 
@@ -118,6 +119,19 @@ def test_a_dragged_landmark_follows_the_mouse_and_is_one_step(opened, pixels, ha
     np.testing.assert_array_equal(opened.shown, expected)
     opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert opened.state is before
+
+
+def test_a_landmark_cannot_be_dragged_far_out_of_the_photo(opened):
+    """A project with one would be refused when it is opened again."""
+    editing, image = opened.editor.editing, opened.editor.document.image
+    x, y = position(opened.state, LEFT)
+    editing.grab(LEFT, x, y)
+    editing.drag(-100.0, y)
+    near = position(opened.state, LEFT)
+    editing.drag(x - 1e5, y)
+    editing.release()
+    np.testing.assert_array_equal(position(opened.state, LEFT), near)
+    check_faces(opened.state.faces, image)
 
 
 def test_a_dragged_target_stays_until_it_is_made_automatic(opened):

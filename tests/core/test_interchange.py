@@ -175,6 +175,29 @@ def test_tables_need_only_x_and_y_in_any_order(tmp_path):
     np.testing.assert_array_equal(read(path)[0].points, oval_face().points)
 
 
+def test_a_table_of_a_european_spreadsheet_is_read(tmp_path):
+    rows = ["x;y", *(f"{x:.3f};{y:.3f}".replace(".", ",") for x, y in oval_face().points.tolist())]
+    (tmp_path / "table.csv").write_text("\n".join(rows))
+    (face,) = read(tmp_path / "table.csv")
+    np.testing.assert_allclose(face.points, oval_face().points, atol=ROUNDED)
+
+
+def test_comments_in_pts_dont_count(tmp_path):
+    plain = pts.text(PointSet(oval_face().points))
+    first, rest = plain.split("{\n")
+    (tmp_path / "a.pts").write_text(f"# by hand\n{first}{{\n  # the jaw\n{rest}# end\n")
+    (face,) = read(tmp_path / "a.pts")
+    np.testing.assert_allclose(face.points, oval_face().points, atol=ROUNDED)
+
+
+@pytest.mark.parametrize("suffix", ["json", "csv", "tem", "pts"])
+def test_files_of_windows_editors_begin_with_a_byte_order_mark(tmp_path, suffix):
+    path = tmp_path / f"face.{suffix}"
+    write([oval_face()], path, None if suffix == "json" else "27")
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    np.testing.assert_allclose(read(path)[0].points, oval_face().points, atol=ROUNDED)
+
+
 HEAD = "version: 1\nn_points: 2\n{\n"
 HOSTILE = {
     "empty.tem": b"",
@@ -232,6 +255,21 @@ def test_strange_files_are_refused_in_a_sentence(tmp_path, name):
     assert len(said) < len(str(path)) + 250
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.json", b'{"faces": [{"outline": [' + b"0," * 50_000 + b"0]}]}", "landmarks together"),
+        ("a.csv", b"x,y\n" + b"1,2\n" * 400_001, "too many lines"),
+        ("a.tem", b"1\n" + b"1 " * 100_000, "too long ones, for landmarks"),
+        ("a.pts", b"1 " * 100_000 + b"\n", "too long ones, for landmarks"),
+    ],
+)
+def test_more_points_than_photos_have_faces_for_are_refused(tmp_path, name, content, words):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(BadFile, match=words):
+        read(tmp_path / name)
+
+
 def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
     (tmp_path / "folder.tem").mkdir()
     for name in ("folder.tem", "missing.pts"):
@@ -256,6 +294,14 @@ def test_points_of_another_photo_are_told_from_this_ones():
     interchange.check_inside([oval_face()], Box(0, 0, 480, 360))
     with pytest.raises(BadFile, match="another photo or size"):
         interchange.check_inside([oval_face(), oval_face(4800, 3600)], Box(0, 0, 480, 360))
+
+
+def test_a_point_far_from_its_face_and_the_photo_is_refused():
+    outline = oval_face().outline.copy()
+    outline[2, 0] = 1260.0
+    face = Face(outline, oval_face().eyes, oval_face().mouth)
+    with pytest.raises(BadFile, match="landmark 3 of face 1"):
+        interchange.check_inside([face], Box(0, 0, 480, 360))
 
 
 def test_labels_of_the_189_template_agree_with_the_mesh(shared_data, weights):

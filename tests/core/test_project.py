@@ -142,6 +142,7 @@ HOSTILE = {
     "an empty stroke": changed("protection", "strokes", 0, "points", to=[]),
     "a wide stroke": changed("protection", "strokes", 0, "radius", to=1e9),
     "a thousand faces": changed("automatic", "faces", to=[{}] * 1001),
+    "percent of 400 digits": changed("automatic", "recipe", "percent", to=10**400),
 }
 
 
@@ -177,6 +178,24 @@ def test_hostile_bytes_are_refused_in_a_sentence(data, tmp_path):
     with pytest.raises(BadFile) as refused:
         load(path)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (changed("protection", "strokes", to=[{"points": [[0, 0]] * 5001}] * 2), "corners"),
+        (changed("automatic", "faces", to=[{"outline": [[0, 0]] * 9000}] * 6), "landmarks"),
+    ],
+)
+def test_too_much_of_everything_is_refused_before_it_is_read(values, words):
+    with pytest.raises(BadFile, match=f"{words} together"):
+        from_node(Node(values))
+
+
+def test_a_byte_order_mark_is_no_harm(tmp_path):
+    save(project(), tmp_path / "p.json")
+    (tmp_path / "p.json").write_bytes(b"\xef\xbb\xbf" + (tmp_path / "p.json").read_bytes())
+    assert load(tmp_path / "p.json").original == project().original
 
 
 def test_a_huge_file_is_refused_unread():

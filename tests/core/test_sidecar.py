@@ -91,6 +91,20 @@ def test_another_shape_is_refused_in_a_sentence():
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("mode", ["automatic", "manual"])
+def test_what_lies_far_outside_the_photo_is_refused_in_either_mode(mode):
+    pixels, whole = textured_photo(WIDTH, HEIGHT), project(mode=mode)
+    far = oval_face(center=(60 * WIDTH, 100.0))
+    for strange in (
+        dataclasses.replace(whole, automatic=Sheet((far,))),
+        dataclasses.replace(whole, manual=Sheet((far,))),
+        dataclasses.replace(whole, protection=Protection().with_stroke([[0.0, 1e6]])),
+    ):
+        with pytest.raises(BadFile, match="far outside the photo, which ends at") as refused:
+            sidecar.apply(strange, HASH, pixels)
+        assert "\n" not in str(refused.value)
+
+
 def test_the_mode_decides_whose_faces_count():
     pixels = textured_photo(WIDTH, HEIGHT)
     applied = sidecar.apply(project(mode="manual"), HASH, pixels)
