@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import re
 import threading
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +30,15 @@ _YAML: Final = b"%YAML"
 # A Kazemi file starts with the length of its first word, and the word. Anything else makes OpenCV
 # ask for whatever memory the bytes happen to spell.
 _KAZEMI: Final = (13).to_bytes(8, "little") + b"cascade_depth"
+# OpenCV's parser calls itself for every level and ends the program where there are too many. A
+# model is flat: names with numbers, lists and matrices.
+_DEEPEST_BRACKETS: Final = 16
+_DEEPEST_INDENT: Final = 64
+_MOST_COLONS: Final = 8  # in a line, the one of a path included
+_BRACKETS: Final = re.compile(rb"[\[\]{}]")
+_OF_A_MODEL: Final = (b"n_landmarks:", b"stages_n:")
+# The published LBF and Kazemi models have 54 and 69 MB.
+_MOST_BYTES: Final = 256 * 2**20
 # The detector's box as the models' own trainers saw it, in sides of the face: OpenCV's Haar boxes.
 _SIDE: Final = 1.12
 _UP: Final = 0.12
@@ -96,8 +107,11 @@ def _loaded(model: Path) -> Any:
     try:
         with model.open("rb") as file:
             start = file.read(len(_KAZEMI))
+            text = file.read(_MOST_BYTES) if start.startswith(_YAML) else b""
     except OSError as error:
         raise ModelRefused(f"the model {model} can't be read ({error.strerror})") from error
+    if len(text) == _MOST_BYTES:
+        raise ModelRefused(f"{model} is too large for a landmark model; give another file")
     if start.startswith(_YAML):
         facemark = _silent_lbf()
     elif start == _KAZEMI:
@@ -108,7 +122,7 @@ def _loaded(model: Path) -> Any:
             "(.dat) file of 68 points"
         )
     try:
-        whole = not start.startswith(_YAML) or _is_whole(model)
+        whole = not start.startswith(_YAML) or (_is_flat(text) and _is_whole(model))
         if whole:
             facemark.loadModel(str(model))
     except (cv2.error, SystemError):
@@ -126,6 +140,24 @@ def _silent_lbf() -> Any:
     facemark = cv2.face.createFacemarkLBF()
     facemark.read(settings.root())
     return facemark
+
+
+def _is_flat(text: bytes) -> bool:
+    """Return whether YAML text looks like a model, and OpenCV can read it without a crash."""
+    if not all(name in text for name in _OF_A_MODEL):
+        return False
+    if text.count(b"\r") != text.count(b"\r\n"):  # a line's end to one reader, not to another
+        return False
+    for line in io.BytesIO(text):
+        indent = len(line) - len(line.lstrip(b" \t-"))
+        if indent > _DEEPEST_INDENT or line.count(b":") > _MOST_COLONS:
+            return False
+    depth = 0
+    for bracket in _BRACKETS.finditer(text):
+        depth += 1 if bracket[0] in b"[{" else -1
+        if not 0 <= depth <= _DEEPEST_BRACKETS:
+            return False
+    return True
 
 
 def _is_whole(lbf: Path) -> bool:

@@ -1,5 +1,6 @@
 """The choice of landmark sources, and models that users bring."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -32,6 +33,53 @@ def test_without_networks_the_aam_is_the_default(monkeypatch):
     assert isinstance(source(), AamSource)
     monkeypatch.setattr(sources, "networks_are_here", lambda: True)
     assert isinstance(source(), MeshSource)
+
+
+MODEL = b"%YAML:1.0\n---\nn_landmarks: 68\nstages_n: 5\n"
+
+
+@pytest.mark.parametrize(
+    "nested",
+    [
+        b"a: " + b"[" * 100_000,
+        b"a: " + b"{a:" * 100_000,
+        b"a: " + b"[{a:" * 50_000,
+        b"a:\n   " + b"- " * 100_000 + b"1\n",
+        b"a: " * 100_000 + b"1\n",
+        b"a:" * 100_000 + b"1\n",
+        b"".join(b" " * depth + b"a:\n" for depth in range(100)),
+        b"a: 1\r" + b" " * 70 + b"a: 2\n",
+        b"a: ]\n",
+    ],
+)
+def test_a_nested_model_never_reaches_opencv(tmp_path, monkeypatch, nested):
+    """Its parser runs out of stack, which ends the program."""
+    monkeypatch.setattr(facemark, "_is_whole", lambda _: pytest.fail("it did"))
+    (tmp_path / "model.yml").write_bytes(MODEL + nested)
+    with pytest.raises(ModelRefused, match="damaged"):
+        source(str(tmp_path / "model.yml"))
+
+
+def test_a_flat_model_reaches_opencv(tmp_path):
+    path = tmp_path / "model.yaml"
+    stored = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    stored.write("n_landmarks", 68)
+    stored.write("stages_n", 2)
+    stored.write("model_filename", "C:/models/a: [1].yaml")
+    for stage in range(2):
+        stored.write(f"weights_{stage}", np.random.default_rng(1).random((50, 68)))
+    stored.release()
+    text = path.read_bytes()
+    assert facemark._is_flat(text)
+    assert facemark._is_flat(text.replace(b"\n", b"\r\n"))
+    assert facemark._is_whole(path)
+
+
+def test_a_model_too_large_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(facemark, "_MOST_BYTES", 100)
+    (tmp_path / "model.yaml").write_bytes(MODEL + b"# " * 100)
+    with pytest.raises(ModelRefused, match="too large"):
+        source(str(tmp_path / "model.yaml"))
 
 
 @pytest.mark.parametrize(
