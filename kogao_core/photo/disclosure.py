@@ -52,8 +52,8 @@ def disclose(
 ) -> tuple[Photo, Image]:
     """Return a photo and its new pixels with what is to be told about them, ready for `write`.
 
-    A result that equals the photo tells nothing: there was no retouching. A label changes the
-    pixels of its own rectangle only, the record nothing but the XMP packet.
+    A result that equals the photo tells nothing: there was no retouching (see `untold`). A label
+    changes the pixels of its own rectangle only, the record nothing but the XMP packet.
 
     Parameters
     ----------
@@ -89,6 +89,15 @@ def disclose(
         xmp = edit_record.added(photo.xmp, what, when or datetime.now(UTC))
         photo = dataclasses.replace(photo, xmp=xmp)
     return photo, pixels
+
+
+def untold(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
+    """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
+    if not disclosure.is_wanted or not _is_same(photo.pixels, pixels):
+        return ""
+    wanted = {"label": bool(disclosure.label), "edit record": disclosure.record}
+    missing = " and ".join(name for name, asked in wanted.items() if asked)
+    return f"nothing was changed, so there is no {missing}"
 
 
 def _is_same(before: Image, after: Image) -> bool:

@@ -10,7 +10,7 @@ from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import CannotDisclose
-from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure, disclose
+from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure, disclose, untold
 from kogao_core.photo.edit_record import added
 from kogao_core.photo.label import LONGEST, draw_label
 
@@ -228,3 +228,13 @@ def test_files_tell_what_was_asked(tmp_path, suffix):
         np.testing.assert_array_equal(written.pixels[away], source.pixels[away])
     elif suffix != ".webp":
         np.testing.assert_array_equal(written.pixels[~differs], pixels[~differs])
+
+
+def test_what_an_unchanged_photo_isnt_told_is_said(tmp_path):
+    pixels = textured_photo(64, 48)
+    Image.fromarray(pixels).save(tmp_path / "a.png")
+    source = photo.read(tmp_path / "a.png")
+    assert "no label and edit record" in untold(source, pixels, Disclosure(True, "AI"))
+    assert untold(source, pixels, Disclosure(True)).endswith("there is no edit record")
+    assert untold(source, pixels, NOTHING_TOLD) == ""
+    assert untold(source, 255 - pixels, Disclosure(True, "AI")) == ""
