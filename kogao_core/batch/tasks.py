@@ -119,7 +119,7 @@ def work(task: Task) -> Outcome:
 
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.photo import bits_of, read, write
-    from kogao_core.photo.disclosure import disclose
+    from kogao_core.photo.disclosure import disclose, untold
     from kogao_core.pipeline import render
 
     output = Path(task.output)
@@ -127,11 +127,12 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits)
     done = _replayed(task, photo) if task.project else _found(task, photo)
     rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection, threads=1)
+    left_out = untold(photo, rendering.pixels, task.disclosure)
     photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
     output.parent.mkdir(parents=True, exist_ok=True)
     said = write(photo, pixels, output, force=True)
     achieved = tuple(round(percent, 3) for percent in rendering.achieved)
-    return achieved, "; ".join(filter(None, [done.note, said]))
+    return achieved, "; ".join(filter(None, [done.note, said, left_out]))
 
 
 def _found(task: Task, photo: Photo) -> Applied:
@@ -178,4 +179,7 @@ def _sentence(error: Exception) -> str:
     said = " ".join(str(error).split())
     if isinstance(error, MemoryError):
         return "there isn't enough memory for this photo; try fewer --jobs"
+    built_in = type(error).__module__ == "builtins"
+    if built_in and not isinstance(error, OSError | ValueError | RuntimeError):
+        return f"an error in the program itself ({type(error).__name__}: {said}); please report it"
     return said or type(error).__name__

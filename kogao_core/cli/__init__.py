@@ -6,16 +6,20 @@ import io
 import os
 import shlex
 import sys
+import traceback
 from collections.abc import Sequence
 
 import click
 
 import kogao_core
 from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, warp
-from kogao_core.cli.common import UNREADABLE, USAGE, Stop
+from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop
 
 PROGRAM = "kogao-cli"
 INTERRUPTED = 130
+DEBUG = "KOGAO_DEBUG"
+"""Name of the environment variable that makes tracebacks visible."""
+_LONGEST_SAID = 200
 
 EPILOG = """\b
 Exit codes:
@@ -28,6 +32,8 @@ Exit codes:
      folder, no permission, disk full)
   4  no face found
   5  some photos of a batch weren't done; its report says why
+  70  an error in the program itself, or too little memory; with
+     KOGAO_DEBUG=1 the traceback comes before the line
   130  interrupted; a batch goes on where it stopped when started again
 
 Errors are one line on stderr; nothing half-written is left behind.
@@ -70,12 +76,35 @@ def _run(arguments: Sequence[str] | None) -> int:
         _drop_the_rest()
         return 0
     except OSError as error:
-        if error.filename is not None:
-            raise
-        _drop_the_rest()
         reason = error.strerror or error
+        if error.filename is not None:
+            return _say(f"{os.fsdecode(error.filename)}: {reason}", UNREADABLE)
+        _drop_the_rest()
         return _say(f"what was done can't be printed ({reason}); print it elsewhere", UNREADABLE)
+    except Exception as error:  # whatever happens ends in one line
+        return _unforeseen(error)
     return code if isinstance(code, int) else 0
+
+
+def _unforeseen(error: Exception) -> int:
+    from kogao_core.limits import OutOfBounds
+
+    if isinstance(error, OutOfBounds):
+        return _say(str(error), USAGE)
+    if os.environ.get(DEBUG):
+        traceback.print_exception(error)
+    if isinstance(error, MemoryError):
+        return _say(
+            "this doesn't fit into memory; close other programs, or take a smaller photo or "
+            "fewer faces",
+            UNEXPECTED,
+        )
+    said = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_SAID]
+    return _say(
+        f"an error in the program itself ({said}); please report it with what is printed when "
+        f"{DEBUG}=1 is set",
+        UNEXPECTED,
+    )
 
 
 def _drop_the_rest() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -18,11 +19,25 @@ USAGE: Final = 2
 UNREADABLE: Final = 3
 NO_FACE: Final = 4
 SOME_FAILED: Final = 5
+UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 
 SAMPLE: Final = "samples/average.jpg"
 # Whether it may be read is found, and said, by whoever reads it.
 PHOTO: Final = click.Path(path_type=Path, readable=False)
 _Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+class Number(click.FloatRange):
+    """A finite number within a range; click itself lets NaN through."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Read a number; NaN and infinities are none."""
+        number: float = super().convert(value, param, ctx)
+        if not isfinite(number):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return number
 
 
 class Stop(click.ClickException):
@@ -44,7 +59,7 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
 
 limits_megapixels = click.option(
     "--max-megapixels",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Number(min=0, min_open=True),
     default=300.0,
     show_default=True,
     help="Refuse larger photos.",
@@ -112,7 +127,14 @@ def find_faces(photo: Photo, landmarks: str | None) -> list[Face]:
     from kogao_core.landmarks import ModelRefused
 
     with stopping(AssetMissing, BROKEN), stopping(ModelRefused, BROKEN):
-        faces = landmark_source(landmarks).find(photo.pixels)
+        try:
+            faces = landmark_source(landmarks).find(photo.pixels)
+        except ValueError as error:  # what `Face` refuses
+            raise Stop(
+                f"the landmarks found in {photo.path} are no face: {error}; choose another source "
+                "with --landmarks",
+                NO_FACE,
+            ) from error
     tell_of_fallback(landmarks)
     if not faces:
         raise Stop(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
 import click
 
 from kogao_core import recipe as recipes
+from kogao_core import strict
 from kogao_core.cli import common
 from kogao_core.recipe import Recipe
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
+_MOST_BYTES: Final = 2**20  # of a recipe file
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
@@ -142,10 +143,10 @@ def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:
 
 def _saved_recipe(file: Path) -> Recipe:
     try:
-        return Recipe.from_dict(json.loads(file.read_text(encoding="utf-8")))
+        with file.open("rb") as opened:
+            data = opened.read(_MOST_BYTES + 1)
+        return Recipe.from_dict(strict.parse(data, _MOST_BYTES).value)
     except OSError as error:
         raise ValueError(f"the recipe {file} can't be read ({error.strerror})") from error
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise ValueError(f"the recipe {file} is not JSON ({error})") from error
     except ValueError as error:
         raise ValueError(f"the recipe {file} can't be used: {error}") from error

@@ -50,11 +50,11 @@ def _corners(value: str) -> list[list[float]]:
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
 )  # fmt: skip
 @click.option(
-    "--protect-width", "width_px", type=click.FloatRange(0.0), default=0.0, metavar="PX",
+    "--protect-width", "width_px", type=common.Number(0.0), default=0.0, metavar="PX",
     help="Width of the protected lines [0: the line alone].",
 )  # fmt: skip
 @click.option(
-    "--protect-feather", "feather_px", type=click.FloatRange(0.0), default=0.0, metavar="PX",
+    "--protect-feather", "feather_px", type=common.Number(0.0), default=0.0, metavar="PX",
     help="Keep the lines' very bytes and let the move fade in over PX beside them [0: don't].",
 )  # fmt: skip
 @click.option(
@@ -108,8 +108,9 @@ def command(
     if project_file is not None:
         done = projects.applied(project_file, photo, sha256)
     else:
+        protection = _protection(photo, lines, width_px, feather_px)
         found = points.faces(photo, points_file, points_map, landmarks)
-        done = Applied(_chosen(found, which), recipe, _protection(lines, width_px, feather_px))
+        done = Applied(_chosen(found, which), recipe, protection)
     rendering = _render(photo, done)
     said = _write(photo, rendering, done.what, disclosure, output, force)
     notes = list(filter(None, [done.note, said]))
@@ -158,12 +159,16 @@ def _render(photo: Photo, done: Applied) -> Rendering:
     return render(photo.pixels, done.faces, done.recipe, protection=done.protection)
 
 
-def _protection(lines: list[Any], width_px: float, feather_px: float) -> Protection:
+def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: float) -> Protection:
+    from kogao_core.geometry import Box
+    from kogao_core.limits import OutOfBounds, check_protection
     from kogao_core.protection import NOTHING
 
     protection = NOTHING
     for line in lines:
         protection = protection.with_stroke(line, width_px / 2.0, feather_px)
+    with common.stopping(OutOfBounds, common.USAGE):
+        check_protection(protection, Box.of(photo.pixels))
     return protection
 
 
@@ -176,11 +181,13 @@ def _write(
     force: bool,
 ) -> str:
     from kogao_core.photo import CannotWrite, RefusedOutput, write
-    from kogao_core.photo.disclosure import disclose
+    from kogao_core.photo.disclosure import disclose, untold
 
+    left_out = untold(photo, rendering.pixels, disclosure)
     with (
         common.stopping(CannotWrite, common.UNREADABLE),
         common.stopping(RefusedOutput, common.USAGE),
     ):
         photo, pixels = disclose(photo, rendering.pixels, disclosure, what=what)
-        return write(photo, pixels, output, force=force)
+        said = write(photo, pixels, output, force=force)
+    return "; ".join(filter(None, [said, left_out]))

@@ -34,6 +34,20 @@ def folder(tmp_path, small_portrait):
     return inputs
 
 
+def test_what_nobody_foresaw_fails_one_photo_and_says_whose_fault_it_is(
+    small_portrait, tmp_path, monkeypatch
+):
+    def raising(*_, **__):
+        raise KeyError("strange")
+
+    monkeypatch.setattr("kogao_core.pipeline.render", raising)
+    task = batch.Task(str(small_portrait), str(tmp_path / "out.jpg"), Recipe().to_dict())
+    outcome = batch.work(task)
+    assert outcome.status == "failed"
+    assert "an error in the program itself (KeyError: 'strange')" in outcome.reason
+    assert not list(tmp_path.iterdir())
+
+
 def run(capsys, *arguments):
     with pytest.raises(SystemExit) as ending:
         main(["batch", *map(str, arguments)])

@@ -1,5 +1,6 @@
 """The command line as its users meet it: files, exit codes, one line when something is wrong."""
 
+import dataclasses
 import json
 import os
 import re
@@ -16,9 +17,10 @@ import beside
 import numpy as np
 import pytest
 from PIL import Image
+from scenes import oval_face, textured_photo
 
-from kogao_core import assets, photo, pipeline
-from kogao_core.cli import doctor, licences
+from kogao_core import assets, interchange, photo, pipeline
+from kogao_core.cli import common, doctor, licences
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 
 ROOT = Path(__file__).parents[2]
@@ -249,7 +251,13 @@ def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
         (["--face", "biggest"], "none of all, largest, or numbers"),
         (["--face", "1,"], "none of all, largest, or numbers"),
         (["--recipe", "missing.json"], "missing.json can't be read"),
+        (["--percent", "1" + "0" * 400], "percent must be within 0..15, got inf"),
+        (["--center", "1" + "0" * 400], r"center must be within 1..4, got 1000*…"),
         (["--max-megapixels", "0"], "not in the range"),
+        (["--max-megapixels", "nan"], "nan is not a finite number"),
+        (["--max-megapixels", "inf"], "inf is not a finite number"),
+        (["--protect-width", "nan"], "nan is not a finite number"),
+        (["--protect-feather", "inf"], "inf is not a finite number"),
         (["--sample"], "name one photo, or use --sample"),
         (["--wrong"], "No such option.*see kogao-cli warp --help"),
     ],
@@ -262,21 +270,126 @@ def test_bad_values_are_usage(fails, tmp_path, arguments, words):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "is not JSON"),
-        ("\x80", "is not JSON"),
+        ("", "can't be used: the file is no JSON"),
+        ("\x80", "the file is no JSON"),
         ("[]", "must be a JSON object"),
         ('{"percent": 99}', "can't be used: percent must be"),
         ('{"percent": "4"}', "percent must be a number"),
         ('{"fit": ["exact"]}', "fit must be one of"),
         ('{"strength": 4}', "unknown recipe field 'strength'"),
         ('{"version": 2}', "version"),
-        ("[" * 100_000, "is not JSON"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"percent": 1' + "0" * 400 + "}", "percent must be within 0..15, got 1000*…"),
+        ('{"percent": ' + "9" * 5000 + "}", "the file is no JSON"),
+        ('{"percent": 1e400}', "percent must be within 0..15, got inf"),
+        ('{"version": 1' + "0" * 400 + "}", "version 1, got 1000*…"),
+        ("{" + " " * 2**20, "at most 1048576 are allowed"),
     ],
 )
 def test_a_bad_recipe_file_is_usage(fails, tmp_path, content, words):
     (tmp_path / "r.json").write_bytes(content.encode("latin-1"))
     arguments = ["-o", tmp_path / "out.jpg", "--recipe", tmp_path / "r.json"]
     fails(2, words, "warp", tmp_path / "never-opened.jpg", *arguments)
+
+
+@pytest.fixture
+def marked(tmp_path):
+    """A photo of 480 x 360 px without a face in it, and a file of points that says where one is."""
+    path = tmp_path / "marked.png"
+    Image.fromarray(textured_photo()).save(path)
+    interchange.write([oval_face()], tmp_path / "points.json")
+    return path, "--points", tmp_path / "points.json"
+
+
+def test_a_recipe_from_a_windows_editor_is_read(cli, marked, tmp_path):
+    (tmp_path / "r.json").write_bytes(b"\xef\xbb\xbf" + b'{"percent": 3}')
+    arguments = ("-o", tmp_path / "out.png", "--recipe", tmp_path / "r.json", "--json")
+    code, said, _ = cli("warp", *marked, *arguments)
+    assert (code, json.loads(said)["recipe"]["percent"]) == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--protect", "0,0 1e9,1e9"], r"corner 2 of protected line 1 .* ends at 479, 359"),
+        (["--protect", "1e308,0 5,5"], "corner 1 of protected line 1"),
+        (["--protect", "0,0 5,5", "--protect-width", "1e9"], "has a width of 1e"),
+        (["--protect", "1,2 " * 20_000], "20000 corners together"),
+    ],
+)
+def test_protection_far_outside_the_photo_is_usage(fails, marked, tmp_path, arguments, words):
+    fails(2, words, "warp", *marked, "-o", tmp_path / "out.png", *arguments)
+
+
+def test_points_far_outside_are_refused_and_too_many_faces_too(fails, marked, tmp_path):
+    photo_file, out = marked[0], tmp_path / "out.png"
+    face = oval_face()
+    outline = face.outline.copy()
+    outline[7, 0] *= 1000.0
+    slipped, many = tmp_path / "slipped.json", tmp_path / "many.json"
+    interchange.write([face, dataclasses.replace(face, outline=outline)], slipped)
+    interchange.write([face] * 500, many)
+    words = "landmark 8 of face 2 lies at .* the photo, which ends at 479, 359"
+    fails(3, words, "warp", photo_file, "-o", out, "--points", slipped)
+    fails(2, "500 landmarks.*fewer faces", "warp", photo_file, "-o", out, "--points", many)
+
+
+def test_a_label_on_an_unchanged_photo_is_left_out_and_said(cli, marked, tmp_path):
+    nothing = ("--percent", 0, "--label", "retouched")
+    code, said, _ = cli("warp", *marked, "-o", tmp_path / "out.png", *nothing, "--disclose")
+    assert code == 0
+    assert "nothing was changed, so there is no label and edit record" in said
+    assert (tmp_path / "out.png").read_bytes() == marked[0].read_bytes()
+    assert "nothing was changed" not in cli("warp", *marked, "-o", tmp_path / "two.png")[1]
+
+
+# ---- what nobody foresaw --------------------------------------------------------------------
+
+
+@pytest.fixture
+def breaks(monkeypatch):
+    """Make every rendering raise something."""
+
+    def arrange(error):
+        def raising(*_, **__):
+            raise error
+
+        monkeypatch.setattr(pipeline, "render", raising)
+
+    return arrange
+
+
+def test_an_error_of_our_own_is_one_line_with_its_own_code(fails, marked, tmp_path, breaks):
+    command = ("warp", *marked, "-o", tmp_path / "out.png")
+    breaks(KeyError("something\nstrange " + "x" * 500))
+    fails(70, r"\(KeyError: 'something.*please report it.*KOGAO_DEBUG=1", *command)
+    breaks(MemoryError())
+    fails(70, "doesn't fit into memory; close", *command)
+    breaks(PermissionError(13, "Permission denied", "/some/where"))
+    fails(3, "/some/where: Permission denied", *command)
+
+
+def test_the_traceback_is_shown_on_request(cli, marked, tmp_path, breaks, monkeypatch):
+    monkeypatch.setenv("KOGAO_DEBUG", "1")
+    breaks(KeyError("strange"))
+    code, _, err = cli("warp", *marked, "-o", tmp_path / "out.png")
+    assert code == 70
+    assert "Traceback (most recent call last)" in err
+    assert err.splitlines()[-1].startswith("kogao-cli: an error in the program itself")
+
+
+def test_a_source_whose_landmarks_are_no_numbers_gives_a_sentence(
+    fails, marked, tmp_path, monkeypatch
+):
+    class Broken:
+        name = "broken"
+
+        def find(self, _):
+            return [dataclasses.replace(oval_face(), eyes=np.full((4, 2), np.nan))]
+
+    monkeypatch.setattr(common, "landmark_source", lambda _: Broken())
+    words = "are no face: a face's eyes can't be used.*--landmarks"
+    fails(4, words, "warp", marked[0], "-o", tmp_path / "out.png")
 
 
 def test_missing_words_are_usage(fails, tmp_path):
@@ -402,7 +515,8 @@ def test_help_documents_the_exit_codes_and_version_is_told(cli):
     for arguments in (["--help"], ["warp", "--help"], ["detect", "--help"]):
         code, said, _ = cli(*arguments)
         assert code == 0
-        for meaning in ("0  done", "2  wrong usage", "3  the photo can't be read", "4  no face"):
+        meanings = ("0  done", "2  wrong usage", "3  the photo can't be read", "4  no face")
+        for meaning in (*meanings, "70  an error in the program itself"):
             assert meaning in said
     code, said, _ = cli("--version")
     assert (code, said) == (0, "kogao-cli, version 0.1.0\n")
