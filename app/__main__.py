@@ -10,7 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from PySide6.QtWidgets import QApplication
+
     from kogao_core.face import LandmarkSource
+
+    from .faults import Faults
+    from .storage import Storage
 
 _SIZE: Final = (1280, 800)
 
@@ -28,12 +33,13 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     Returns
     -------
     int
-        0, or with ``--screenshot`` 3 for a file that can't be read or written and 4 for no face.
+        0, or with ``--screenshot`` 1 when the picture can't be rendered or the search for faces
+        fails, 3 for a file that can't be read or written and 4 for no face.
     """
-    options = _parser().parse_args(argv)
     # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
     # of its own makes them up to a hundred times slower. It reads this when numpy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    options = _parser().parse_args(argv)
     if options.screenshot is not None and options.photo is None:
         options.sample = True
     # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
@@ -43,20 +49,39 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     app = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(app, QApplication)
     app.setApplicationName("Kogao")
-    from kogao_core import landmarks
-
-    from .editor import Editor
-    from .screenshot import Look, Screenshot
+    from .faults import Faults
     from .storage import Storage
 
     # A picture shows the program as it comes, whatever this user has made of it.
     aside = None if options.screenshot is None else QTemporaryDir()
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
+    faults = Faults(storage.log)
+    with faults.heard():
+        return _edit(app, options, source, storage, faults)
+
+
+def _edit(
+    app: QApplication,
+    options: argparse.Namespace,
+    source: LandmarkSource | None,
+    storage: Storage,
+    faults: Faults,
+) -> int:
+    from PySide6.QtCore import Qt
+
+    from kogao_core import landmarks
+
+    from .editor import Editor
+    from .screenshot import Look, Screenshot
+
     editor = Editor(app, source or landmarks.source(), storage, options.theme)
     if options.size is not None or not editor.desk.size_known:
         editor.window.resize(*(options.size or _SIZE))
     look = Look(options.show, options.percent, options.protect)
     shot = None if options.screenshot is None else Screenshot(editor, options.screenshot, look)
+    # Queued: what has failed may be a picture in the middle of being painted.
+    told = editor.admit if shot is None else shot.admit
+    faults.caught.connect(told, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
     if options.photo is not None:
         editor.dialogs.open(options.photo)
@@ -93,7 +118,7 @@ def _parser() -> argparse.ArgumentParser:
         "the overlays that leave the photo visible when absent",
     )
     parser.add_argument(
-        "--percent", type=float, metavar="P", help="warp distance in the picture, %% of D"
+        "--percent", type=_percent, metavar="P", help="warp distance in the picture, %% of D"
     )
     parser.add_argument(
         "--protect",
@@ -120,6 +145,15 @@ def _names(text: str) -> frozenset[str]:
         known = ", ".join(sorted(names()))
         raise argparse.ArgumentTypeError(f"{unknown[0]!r} can't be shown; known: {known}")
     return asked
+
+
+def _percent(text: str) -> float:
+    from kogao_core.recipe import Recipe
+
+    try:
+        return Recipe(percent=float(text)).percent
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def _line(text: str) -> tuple[tuple[float, float], ...]:

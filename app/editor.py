@@ -16,7 +16,7 @@ from .controllers.live import Live
 from .controllers.recovery import Recovery
 from .document import Document
 from .garbage import Collector
-from .i18n import sentence
+from .i18n import reason, tr
 from .layers import ON_AT_FIRST, layers
 from .parts.batch import BatchPart
 from .parts.canvas import CanvasPart
@@ -33,7 +33,7 @@ from .parts.saving import SavingPart
 from .scene import Scene
 from .storage import Storage
 from .views.about import about_box
-from .views.bar import Message
+from .views.bar import Message, Step
 from .views.window import Window
 
 
@@ -61,15 +61,18 @@ class Editor(QObject):
     ) -> None:
         super().__init__()
         self._garbage = Collector(self)
-        self._app, self._choice = app, choice
+        self._app, self._choice, self._log = app, choice, storage.log
         self._pool = QThreadPool(self)
         self._pool.setMaxThreadCount(4)
+        # A thread for each of its lanes: whatever else takes minutes, the picture doesn't wait.
+        self._rendering = QThreadPool(self)
+        self._rendering.setMaxThreadCount(3)
         self.scene = Scene(visible=set(ON_AT_FIRST))
         self.document = Document(self)
         self.window = Window(self.scene)
         self.editing = Editing(self.document, self.scene, self)
         self.choices = Choices(self.document, self.scene, self.editing, self)
-        self.live = Live(self.document, self.scene, self.window.canvas, self._pool, self)
+        self.live = Live(self.document, self.scene, self.window.canvas, self._rendering, self)
         self.files = Files(self.document, self.editing, source, self._pool, self)
         self.dialogs = Dialogs(self.document, self.files, self.window)
         self.recovery = Recovery(
@@ -124,6 +127,17 @@ class Editor(QObject):
         )
         return any(part.busy for part in parts)
 
+    def admit(self, why: str) -> None:
+        """Say that something has failed that nobody expected."""
+        text = tr(
+            "Something went wrong in Kogao itself ({why}). Your work is still here: save it, then "
+            "start the program again. {file} tells more.",
+            why=why,
+            file=self._log,
+        )
+        save = Step(tr("Save the project"), self.projects.projects.save)
+        self.window.bar.say(Message(text, () if self.document.photo is None else (save,)))
+
     def close(self) -> None:
         """Close the window without a question and wait for the workers."""
         self._follows_system(False)
@@ -138,7 +152,8 @@ class Editor(QObject):
         self.desk.stop()
         self.display.stop()
         self.window.really_close()
-        self._pool.waitForDone()
+        for pool in (self._rendering, self._pool):
+            pool.waitForDone()
         self._garbage.stop()
         self.recovery.clear()
 
@@ -212,7 +227,14 @@ class Editor(QObject):
         self.experiments.said.connect(window.bar.say)
         self.rating.said.connect(window.bar.say)
         self.interchange.said.connect(window.bar.say)
-        self.live.failed.connect(lambda problem: window.bar.say(Message(sentence(problem))))
+        self.live.failed.connect(self._say_not_drawn)
+
+    def _say_not_drawn(self, problem: Exception) -> None:
+        text = tr(
+            "The picture can't be redrawn ({why}); the next change tries again.",
+            why=reason(problem),
+        )
+        self.window.bar.say(Message(text))
 
     def _follows_system(self, wanted: bool) -> None:
         if wanted == self._following:

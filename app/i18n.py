@@ -14,7 +14,7 @@ def tr(text: str, **values: object) -> str:
 def reason(problem: Exception) -> str:
     """Return what an exception says of itself; some say nothing but their name."""
     if isinstance(problem, MemoryError):
-        return tr("there is not enough memory")
+        return tr("there is not enough memory; close other programs or take a smaller photo")
     return str(problem) or type(problem).__name__
 
 

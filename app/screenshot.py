@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from .before_after import Comparison, comparisons
 from .editor import Editor
+from .i18n import reason
 from .layers import Layer, layers
 from .menus import compare_action, overlay_action, tool_action
 from .tools import Tool, tools
@@ -22,6 +23,7 @@ SEE_THROUGH: Final = frozenset(
 )
 _JAW: Final = 15
 
+FAILED: Final = 1
 UNREADABLE: Final = 3
 NO_FACE: Final = 4
 
@@ -70,13 +72,16 @@ class Screenshot(QObject):
         self._code, self._line = 0, ""
         self._show(SEE_THROUGH if look.show is None else look.show)
         editor.files.unreadable.connect(self._give_up)
+        editor.files.not_found.connect(lambda why: self._end(FAILED, f"no face was found: {why}"))
+        editor.live.failed.connect(self._not_drawn)
+        editor.on_canvas.bending.said.connect(lambda message: self._fail(message.text))
         editor.projects.projects.wants_photo.connect(
             lambda file, _: self._give_up(f"the photo of {file} isn't beside it; put it there")
         )
         editor.files.found.connect(self._arrive)
         editor.live.settled.connect(self._take)
         editor.on_canvas.bending.measured.connect(self._take)
-        self._found = False
+        self._found = self._over = False
 
     def finish(self) -> int:
         """Print what went wrong, if anything, and return the exit code."""
@@ -86,7 +91,7 @@ class Screenshot(QObject):
 
     def _arrive(self, faces: int) -> None:
         self._found = True
-        if not faces:
+        if not faces and not self._code:
             self._end(NO_FACE, f"no face in {self._editor.document.path}")
         self._edit()
         if not self._editor.live.busy:
@@ -124,16 +129,31 @@ class Screenshot(QObject):
             QTimer.singleShot(0, self._shoot)
 
     def _shoot(self) -> None:
-        if self._editor.on_canvas.bending.busy:
-            return  # and takes the picture when it has measured
+        if self._over or self._editor.on_canvas.bending.busy:
+            return  # it takes the picture when that has measured
         if not self._editor.window.grab().save(str(self._path)):
             self._end(
                 UNREADABLE, f"{self._path} can't be written; choose another name ending in .png"
             )
-        self._editor.close()
+        self._leave()
 
-    def _give_up(self, reason: str) -> None:
-        self._end(UNREADABLE, reason)
+    def admit(self, why: str) -> None:
+        """End without a picture: something has failed that nobody expected."""
+        self._fail(f"something went wrong in the program itself ({why}); please report it")
+
+    def _not_drawn(self, problem: Exception) -> None:
+        self._fail(f"{self._editor.document.path} can't be rendered: {reason(problem)}")
+
+    def _fail(self, line: str) -> None:
+        self._end(FAILED, line)
+        self._leave()
+
+    def _give_up(self, why: str) -> None:
+        self._end(UNREADABLE, why)
+        self._leave()
+
+    def _leave(self) -> None:
+        self._over = True
         self._editor.close()
 
     def _end(self, code: int, line: str) -> None:

@@ -19,7 +19,7 @@ class Storage:
     config : Path
         For settings.
     data : Path
-        For recovery files.
+        For recovery files, and a log of what went wrong.
     """
 
     config: Path
@@ -42,6 +42,11 @@ class Storage:
     def recovery(self) -> Path:
         """The folder of recovery files."""
         return self.data / "recovery"
+
+    @property
+    def log(self) -> Path:
+        """Where tracebacks go."""
+        return self.data / "kogao.log"
 
     def settings(self) -> QSettings:
         """Return the settings; every caller sees the same ones."""

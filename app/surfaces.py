@@ -34,6 +34,8 @@ class Frame:
         From px of `rendering` to px of the photo.
     took_ms : float
         Time from the start of the job to the finished picture.
+    whole : bool
+        True for the whole photo by the recipe's own kernel, False for a gesture's preview.
     """
 
     revision: int
@@ -41,6 +43,7 @@ class Frame:
     levels: Sequence[Rgb8]
     to_photo: Affine
     took_ms: float
+    whole: bool
 
     @property
     def scale(self) -> float:
@@ -120,7 +123,7 @@ class FullSurface:
         """Return a frame in the buffer off screen."""
         start = time.perf_counter()
         rendering, levels = self._pair.render(_Job(state.active, state.recipe, state.protection))
-        return Frame(revision, rendering, levels, to_photo(0), _since_ms(start))
+        return Frame(revision, rendering, levels, to_photo(0), _since_ms(start), whole=True)
 
     def shown(self) -> None:
         """Note that the last frame has gone on screen."""
@@ -150,7 +153,7 @@ class PreviewSurface:
             self._protection = self._mapped = NOTHING
         back = to_photo(view.level, (view.box.left, view.box.top))
         rendering, levels = self._pair.render(self._quick(state, back.inverse))
-        return Frame(revision, rendering, levels, back, _since_ms(start))
+        return Frame(revision, rendering, levels, back, _since_ms(start), whole=False)
 
     def _quick(self, state: State, there: Affine) -> _Job:
         if state.protection is not self._protection:

@@ -7,6 +7,8 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QThreadPool, Signal
 
+from .faults import LOG
+
 Job = Callable[[], Any]
 
 
@@ -87,6 +89,7 @@ class Lane(QObject):
             if error is None:
                 self.done.emit(result)
             else:
+                LOG.warning("%s: a job failed", type(self.parent()).__name__, exc_info=error)
                 self._failed(error)
         finally:
             self._running = False

@@ -42,6 +42,8 @@ class Files(QObject):
         A dialog is needed.
     found(int)
         The search for faces is over, with so many.
+    not_found(str)
+        The search for faces failed, and why; `found(0)` follows.
     unreadable(str)
         The photo that was asked for can't be opened, and why.
     saved(Path)
@@ -59,6 +61,7 @@ class Files(QObject):
     wants_save = Signal()
     wants_options = Signal()
     found = Signal(int)
+    not_found = Signal(str)
     unreadable = Signal(str)
     saved = Signal(object)
     wants_leave = Signal(object)
@@ -201,6 +204,7 @@ class Files(QObject):
     def _not_found(self, problem: Exception) -> None:
         self._offer_placing(sentence(problem))
         self.working.emit("")
+        self.not_found.emit(reason(problem))
         self.found.emit(0)
 
     def _offer_placing(self, text: str) -> None:

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.pipeline import Rendering
 
-from ..document import Document
+from ..document import Document, State
 from ..scene import Scene
 from ..surfaces import Frame, FullSurface, PreviewSurface
 from ..views.canvas import PhotoCanvas
@@ -49,6 +49,7 @@ class Live(QObject):
         super().__init__(parent)
         self._document, self._scene, self._canvas = document, scene, canvas
         self._revision = 0
+        self._followed: State | None = None
         self._full: FullSurface | None = None
         self._preview: PreviewSurface | None = None
         self._preview_lane, self._full_lane, self._count_lane = (
@@ -68,6 +69,10 @@ class Live(QObject):
         lanes = (self._preview_lane, self._full_lane, self._count_lane)
         return self._rest.isActive() or any(lane.busy for lane in lanes)
 
+    def is_final(self, frame: Frame | None) -> bool:
+        """Return whether a picture stays as it is unless the document changes."""
+        return frame is not None and frame.whole and frame.revision == self._revision
+
     def stop(self) -> None:
         """Start nothing more."""
         self._rest.stop()
@@ -76,6 +81,7 @@ class Live(QObject):
 
     def _open(self) -> None:
         self.stop()
+        self._followed = None
         photo = self._document.pyramid
         if photo is not None:
             self._full, self._preview = FullSurface(photo), PreviewSurface(photo)
@@ -86,6 +92,14 @@ class Live(QObject):
         # only keep the preview waiting.
         if self._document.pyramid is None:
             return
+        state = self._document.state
+        if state is self._followed:
+            # A gesture has ended with what it last showed: no reason to wait, or to preview again.
+            if self._rest.isActive():
+                self._rest.stop()
+                self._render_full()
+            return
+        self._followed = state
         self._revision += 1
         self._render_preview()
         self._rest.start()

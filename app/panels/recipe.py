@@ -54,8 +54,10 @@ class RecipePanel(QWidget):
         self.guard = QCheckBox(tr("&Guard: hold back what would fold"))
         self.guard.toggled.connect(lambda on: self._choose("guard", on))
         self.one_to_one, self.residual = muted_label(), muted_label()
+        self._readings = "", ""
         for label in (self.one_to_one, self.residual):
             label.setWordWrap(True)
+            label.setToolTip(tr("≈: until the picture is there in full"))
         self.choices = {
             "fit": self._choice("fit", tr("Fit")),
             "domain": self._choice("domain", tr("Domain")),
@@ -95,25 +97,32 @@ class RecipePanel(QWidget):
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: Frame) -> None:
-        """Show whether the warp folds, how far faces came, and how far landmarks are off."""
+        """Take whether the warp folds, how far faces came, and how far landmarks are off."""
         if not frame.rendering.pairs:
-            self.one_to_one.clear()
-            self.residual.clear()
+            self.clear_readings()
             return
-        text, sound = _verdict(frame.rendering)
-        self.one_to_one.setText(text)
+        verdict, sound = _verdict(frame.rendering)
         if self.one_to_one.property("warn") != (not sound):
             self.one_to_one.setProperty("warn", not sound)
             self.one_to_one.style().polish(self.one_to_one)
         left = frame.rendering.residual
-        self.residual.setText(
-            tr(
-                "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
-                percent=_range(frame.rendering.achieved),
-                mean=left.mean_px * frame.scale,
-                contour=left.contour_max_px * frame.scale,
-            )
+        residual = tr(
+            "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
+            percent=_range(frame.rendering.achieved),
+            mean=left.mean_px * frame.scale,
+            contour=left.contour_max_px * frame.scale,
         )
+        self._readings = verdict, residual
+
+    def mark_readings(self, *, final: bool) -> None:
+        """Show the readings as exact, or as about right while the picture is on its way."""
+        for label, text in zip((self.one_to_one, self.residual), self._readings, strict=True):
+            label.setText(text if final or not text else f"≈ {text}")
+
+    def clear_readings(self) -> None:
+        """Show none: there is no picture to read them from."""
+        self._readings = "", ""
+        self.mark_readings(final=True)
 
     def abort(self) -> None:
         """Let go of every slider, as Escape does."""

@@ -28,7 +28,7 @@ class DisplayPart(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._document, self._scene, self._window = document, scene, window
+        self._document, self._scene, self._live, self._window = document, scene, live, window
         choices.chosen.connect(self._show_document)
         document.opened.connect(self._show_photo)
         document.changed.connect(self._show_document)
@@ -45,11 +45,13 @@ class DisplayPart(QObject):
 
     def _show_photo(self) -> None:
         if self._document.photo is not None and self._document.pyramid is not None:
+            self._window.recipe.clear_readings()
             self._window.faces.open(self._document.pyramid)
             self._window.status.show_photo(self._document.photo)
 
     def _show_document(self) -> None:
         self._window.recipe.show_state(self._document.state, self._scene.face)
+        self._window.recipe.mark_readings(final=self._live.is_final(self._scene.frame))
         self._window.faces.show_state(self._document.state, self._scene.face)
         self._show_title()
         self._show_history()
@@ -82,6 +84,7 @@ class DisplayPart(QObject):
 
     def _show_frame(self, frame: Frame) -> None:
         self._window.recipe.show_frame(frame)
+        self._window.recipe.mark_readings(final=self._live.is_final(frame))
         self._window.status.show_speed(frame.took_ms)
 
     def _show_measures(self, rendering: Rendering) -> None:

@@ -72,6 +72,38 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
 
 
 @pytest.mark.parametrize(
+    ("broken", "said"),
+    [
+        ("kogao_app.surfaces.render", "portrait.png can't be rendered: there is not enough memory"),
+        ("kogao_app.controllers.live._counted", "portrait.png can't be rendered: there is not"),
+        ("kogao_app.controllers.bending.straight_lines", "Straight lines can't be measured"),
+        ("kogao_app.screenshot.Screenshot._edit", "something went wrong in the program itself"),
+    ],
+)
+def test_what_cannot_be_drawn_ends_with_1_and_a_sentence(
+    source, photo, shot, capsys, monkeypatch, qtbot, broken, said
+):
+    monkeypatch.setattr(broken, fail)
+    with qtbot.captureExceptions():
+        assert run(source, photo, "--screenshot", shot, "--show", "straight") == 1
+    assert said in capsys.readouterr().err.splitlines()[-1]
+    assert not shot.exists()
+
+
+def test_a_search_that_fails_ends_with_1_and_still_shows_the_window(
+    source, photo, shot, capsys, monkeypatch
+):
+    monkeypatch.setattr(source, "find", fail)
+    assert run(source, photo, "--screenshot", shot) == 1
+    assert "no face was found: there is not enough memory" in capsys.readouterr().err
+    assert shot.is_file()
+
+
+def fail(*_, **__):
+    raise MemoryError
+
+
+@pytest.mark.parametrize(
     "wrong",
     [
         ["--size", "big"],
@@ -79,6 +111,8 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
         ["a.jpg", "--sample"],
         ["--show", "nothing"],
         ["--protect", "1,2"],
+        ["--percent", "nan"],
+        ["--percent", "16"],
     ],
 )
 def test_a_wrong_call_ends_with_2(source, wrong, capsys):

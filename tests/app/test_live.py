@@ -1,0 +1,150 @@
+"""The picture follows the document: first in line, once for each state, and after failures too."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+from kogao_app.document import State
+from kogao_app.points import Handle
+from kogao_app.pyramid import Pyramid
+from kogao_app.surfaces import FullSurface, PreviewSurface, View
+from kogao_app.workers import Lane
+from PySide6.QtCore import QPoint
+from scenes import oval_face, textured_photo
+
+from kogao_core import warp
+from kogao_core.geometry import Box
+from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
+
+
+def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):
+    """Every other lane is busy, as with an experiment, a copy being saved and a full strip."""
+    gate = threading.Event()
+    for lane in opened.editor.findChildren(Lane):
+        if lane.parent() is not opened.editor.live:
+            lane.submit(lambda: gate.wait(60))
+            lane.drop()  # what it returns is nothing that the listeners know
+    try:
+        opened.editor.choices.set_field("percent", 7.0)
+        opened.editor.editing.commit()
+        opened.qtbot.waitUntil(lambda: not opened.editor.live.busy, timeout=10_000)
+        expected = render(pixels, opened.state.active, Recipe(percent=7.0)).pixels
+        np.testing.assert_array_equal(opened.shown, expected)
+    finally:
+        gate.set()
+    opened.settle()
+
+
+def test_letting_go_of_a_point_draws_the_picture_once_more(opened):
+    """The last preview shows it already; only the whole photo is still to come."""
+    opened.editor.live._rest.setInterval(60_000)  # a hand that is quicker than the pause
+    at = opened.on_screen(Handle("outline", 0, 9))
+    opened.press(at)
+    opened.move(at + QPoint(9, 0))
+    drawn = []
+    opened.editor.live.drawn.connect(drawn.append)
+    opened.qtbot.waitUntil(lambda: bool(drawn))
+    drawn.clear()
+    opened.release(at + QPoint(9, 0))
+    opened.settle()
+    assert [frame.whole for frame in drawn] == [True]
+    assert drawn[0].rendering.recipe == opened.state.recipe
+
+
+def surfaces():
+    whole = FullSurface(Pyramid(textured_photo(1500, 1100)))
+    part = PreviewSurface(Pyramid(textured_photo(1500, 1100)))
+    view = View(0, Box(100, 50, 1300, 1050))
+    return {
+        "full": (whole, lambda state: whole.render(1, state)),
+        "preview": (part, lambda state: part.render(1, state, view)),
+    }
+
+
+@pytest.mark.parametrize("kind", ["full", "preview"])
+@pytest.mark.parametrize("where", [(warp._Job, "run"), (Pyramid, "refresh")])
+def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fresh_editor(
+    monkeypatch, kind, where
+):
+    face = oval_face(1500, 1100)
+    states = [State(faces=(face,), recipe=Recipe(percent=p)) for p in (3.0, 5.0, 4.0)]
+    surface, draw = surfaces()[kind]
+    for state in states[:2]:  # both buffers are in use
+        draw(state)
+        surface.shown()
+    with monkeypatch.context() as patch:
+        patch.setattr(*where, failing_after_some(getattr(*where)))
+        with pytest.raises(MemoryError):
+            draw(State(faces=(oval_face(1500, 1100, size=0.3),), recipe=Recipe(percent=9.0)))
+    for state in states:
+        _, fresh = surfaces()[kind]
+        for level, expected in zip(draw(state).levels, fresh(state).levels, strict=True):
+            np.testing.assert_array_equal(level, expected)
+        surface.shown()
+
+
+def failing_after_some(method):
+    """Return a method that does its work and fails then, from the second call on for blocks."""
+    calls = []
+
+    def fail(self, *arguments):
+        calls.append(1)
+        if isinstance(self, Pyramid):
+            # Only the first of the boxes is reduced.
+            method(self, list(*arguments)[:1])
+            raise MemoryError
+        if len(calls) > 3:
+            raise MemoryError
+        method(self, *arguments)
+
+    return fail
+
+
+def test_a_failed_picture_is_said_and_the_next_change_draws_it(opened, pixels, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(warp._Job, "run", failing_after_some(warp._Job.run))
+        opened.editor.choices.set_field("percent", 9.0)
+        opened.editor.editing.commit()
+        opened.settle()
+    assert "can't be redrawn (there is not enough memory" in opened.say()
+    opened.editor.choices.set_field("percent", 6.0)
+    opened.editor.editing.commit()
+    opened.settle()
+    expected = render(pixels, opened.state.active, Recipe(percent=6.0)).pixels
+    np.testing.assert_array_equal(opened.shown, expected)
+
+
+def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
+    """At the same settings there are never two different figures that both look exact."""
+    labels = opened.window.recipe.one_to_one, opened.window.recipe.residual
+    seen: dict[str, set[tuple[str, str]]] = {}
+
+    def look(*_):
+        seen.setdefault(opened.window.recipe.percent._value.text(), set()).add(
+            tuple(label.text() for label in labels)
+        )
+
+    opened.editor.live.drawn.connect(look)
+    opened.editor.document.changed.connect(look)
+    settled = [label.text() for label in labels]
+    assert all(settled)
+    for percent in (5.0, 6.0, 7.0):
+        opened.editor.choices.set_field("percent", percent)
+        assert [label.text() for label in labels] == [f"≈ {text}" for text in settled]
+    opened.editor.editing.commit()
+    opened.settle()
+    assert not any(label.text().startswith("≈") for label in labels)
+    exact = [{text for text in texts if not text[0].startswith("≈")} for texts in seen.values()]
+    assert len(exact[-1]) == 1
+    assert all(len(texts) <= 1 for texts in exact)
+
+
+def test_another_photo_begins_without_readings(opened, photo):
+    labels = opened.window.recipe.one_to_one, opened.window.recipe.residual
+    texts = []
+    opened.editor.document.opened.connect(lambda: texts.extend(label.text() for label in labels))
+    opened.open(photo)
+    assert texts == ["", ""]
