@@ -71,6 +71,7 @@ def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fr
 ):
     face = oval_face(1500, 1100)
     states = [State(faces=(face,), recipe=Recipe(percent=p)) for p in (3.0, 5.0, 4.0)]
+    failed = State(faces=(oval_face(1500, 1100, size=0.3),), recipe=Recipe(percent=9.0))
     surface, draw = surfaces()[kind]
     for state in states[:2]:  # both buffers are in use
         draw(state)
@@ -78,8 +79,8 @@ def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fr
     with monkeypatch.context() as patch:
         patch.setattr(*where, failing_after_some(getattr(*where)))
         with pytest.raises(MemoryError):
-            draw(State(faces=(oval_face(1500, 1100, size=0.3),), recipe=Recipe(percent=9.0)))
-    for state in states:
+            draw(failed)
+    for state in (failed, *states):
         _, fresh = surfaces()[kind]
         for level, expected in zip(draw(state).levels, fresh(state).levels, strict=True):
             np.testing.assert_array_equal(level, expected)
