@@ -99,6 +99,11 @@ def fade_of(recipe: Recipe) -> float:
     return 0.0 if lossless else recipe.threshold_px
 
 
+def threshold_of(recipe: Recipe, field: Field) -> float:
+    """Return the T of a rendering: the recipe's, or the lossless one where its fade was refused."""
+    return LOSSLESS_PX if fade_of(recipe) > field.fade_px else recipe.threshold_px
+
+
 def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     """Select the cells to work on.
 

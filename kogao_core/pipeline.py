@@ -68,6 +68,11 @@ class Rendering:
         """How far landmarks end from their targets."""
         return residual(self.field, self.pairs)
 
+    @property
+    def threshold_px(self) -> float:
+        """The T that this went by: below the recipe's where its fade could have folded."""
+        return domains.threshold_of(self.recipe, self.field)
+
     @cached_property
     def achieved(self) -> tuple[float, ...]:
         """How far the landmarks of each face come towards its centre, % of D (`dose`)."""
@@ -76,7 +81,7 @@ class Rendering:
     @cached_property
     def pixel_counts(self) -> dict[DomainName, int]:
         """Pixels of the three domains of section 4, counted on first use."""
-        return domains.pixel_counts(self.field, self.domain.image, self.recipe.threshold_px)
+        return domains.pixel_counts(self.field, self.domain.image, self.threshold_px)
 
 
 def render(

@@ -206,7 +206,11 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
         return tr("⚠ thin folds at the threshold possible\nJ ≥ {det:.2f}", det=det), False
     if not check.settled:
         return tr("⚠ small folds possible\nJ ≥ {det:.2f}", det=det), False
+    held = []
     if kept < 1.0:
-        text = tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det)
-        return text, False
+        held.append(tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det))
+    if rendering.threshold_px < rendering.recipe.threshold_px:
+        held.append(tr("⚠ threshold not used: its edge could have folded"))
+    if held:
+        return "\n".join(held), False
     return tr("one-to-one ✓ J ≥ {det:.2f}", det=det), True

@@ -38,6 +38,7 @@ def as_json(
         ],
         "residual": dataclasses.asdict(rendering.residual),
         "shares": list(rendering.shares),
+        "threshold_px": rendering.threshold_px,
         "one_to_one": dataclasses.asdict(rendering.one_to_one),
         "lines": [dataclasses.asdict(line) for line in _bent_lines(photo, rendering)],
         "notes": notes,
@@ -72,6 +73,11 @@ def as_text(
     if min(rendering.shares, default=1.0) < 1.0:
         kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
         lines.append(f"guard     held back to {kept} of the move, which would have folded")
+    if rendering.threshold_px < recipe.threshold_px:
+        lines.append(
+            f"guard     threshold {recipe.threshold_px:g} px not used, its edge could have folded: "
+            "all that moves was worked on"
+        )
     if sound.folded_cells:
         lines.append(
             f"warning   the warp folds in {len(sound.folded_cells)} places: lower --percent or "

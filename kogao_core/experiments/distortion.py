@@ -173,6 +173,6 @@ def _local_area(rendering: Rendering) -> float:
     xs = np.linspace(box.left, box.right - 1, _LOCAL_STEPS)
     ys = np.linspace(box.top, box.bottom - 1, _LOCAL_STEPS)
     pull = rendering.field.on_grid(xs, ys)
-    moves = np.hypot(pull[0], pull[1]) > rendering.recipe.threshold_px
+    moves = np.hypot(pull[0], pull[1]) > rendering.threshold_px
     change = rendering.field.det_jacobian(xs, ys)[moves] - 1.0
     return float(np.sqrt(np.square(change).mean()))

@@ -196,13 +196,14 @@ class _Compared:
         cut = np.where(moves if self.whole.ndim == 2 else moves[..., None], self.whole, self.photo)
         rendering = _render(self.subject, recipe, "threshold", threshold_px)
         faded = rendering.pixels[self.box.slices]
-        proven = rendering.one_to_one.edges_proven
+        # A fade that the guard refused isn't in the field any more, which says nothing for it.
+        refused = rendering.threshold_px < threshold_px
         return Step(
             threshold_px,
             int(moves.sum()),
             self._error(cut, np.where(moves, self.pull, 0.0)),
             self._error(faded, _pull(rendering.field, self.box)),
-            proven,
+            rendering.one_to_one.edges_proven and not refused,
         )
 
     def _error(self, pixels: Image, pull: Array) -> Error:

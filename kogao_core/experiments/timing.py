@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from kogao_core.domain import pixel_counts
+from kogao_core.domain import pixel_counts, threshold_of
 from kogao_core.experiments.sessions import Session
 from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import Subject, Told, at_paper_size, set_by_hand, untold
@@ -201,7 +201,8 @@ class _Timer:
     def timing(self, size: Size, way: Way) -> Timing:
         field, laps = self.fields[way.name], self.laps_ms[way.name]
         image = Box.of(self.subject.pixels)
-        counts = pixel_counts(field, image, self.recipe.threshold_px)
+        recipe = dataclasses.replace(self.recipe, domain=way.domain)
+        counts = pixel_counts(field, image, threshold_of(recipe, field))
         return Timing(
             self.subject.name, size, *self.subject.size, len(field.lattices), way.name,
             counts[way.domain] / counts["image"],

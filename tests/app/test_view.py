@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from kogao_app.layers import layers
@@ -16,6 +18,9 @@ from PySide6.QtWidgets import (
     QListWidget,
     QScrollArea,
 )
+
+from kogao_core.domain import pixel_counts
+from kogao_core.recipe import LOSSLESS_PX, Recipe
 
 
 def picture(driver) -> np.ndarray:
@@ -58,6 +63,15 @@ def test_folded_cells_are_drawn_and_counted(opened):
     drawn = picture(opened)
     opened.key(Qt.Key.Key_J)
     assert (picture(opened) != drawn).any()
+
+
+def test_a_threshold_that_is_not_used_is_told(opened):
+    recipe = Recipe(percent=8, lattice=0.5, threshold_px=2.0)
+    opened.editor.editing.step(dataclasses.replace(opened.state, recipe=recipe), "")
+    opened.settle()
+    assert "threshold not used" in opened.window.recipe.one_to_one.text()
+    shown = opened.editor.scene.frame.rendering
+    assert shown.pixel_counts == pixel_counts(shown.field, shown.domain.image, LOSSLESS_PX)
 
 
 def test_the_backslash_shows_the_original_while_it_is_held(opened):

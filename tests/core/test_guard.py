@@ -9,7 +9,7 @@ from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.guard import hold_back
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.targets import aim
 
 FOLDING = Recipe(percent=12, lattice=0.25)
@@ -86,8 +86,10 @@ def test_where_a_fade_is_refused_the_domain_is_the_lossless_one():
     photo, face = textured_photo(), oval_face()
     refused = Recipe(percent=8, lattice=0.5, threshold_px=2.0)
     lossless = Recipe(percent=8, lattice=0.5)
-    pixels = [render(photo, [face], recipe).pixels for recipe in (refused, lossless)]
-    np.testing.assert_array_equal(*pixels)
+    done, plain = (render(photo, [face], recipe) for recipe in (refused, lossless))
+    np.testing.assert_array_equal(done.pixels, plain.pixels)
+    assert done.threshold_px == LOSSLESS_PX
+    assert done.pixel_counts == plain.pixel_counts
 
 
 def test_a_harmless_fade_is_kept():

@@ -176,6 +176,20 @@ def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, portrait,
 
 
 @pytest.mark.usefixtures("portrait")
+def test_a_threshold_that_is_not_used_is_told(cli, tmp_path):
+    arguments = ["warp", "--sample", "--percent", 8, "--lattice", 0.5, "--threshold", 8, "--force"]
+    arguments += ["-o", tmp_path / "out.png"]
+    report = json.loads(cli(*arguments, "--json")[1])
+    assert report["recipe"]["threshold_px"] == 8
+    assert report["threshold_px"] == 1 / 64
+    assert "threshold 8 px not used" in cli(*arguments)[1]
+    arguments[arguments.index("--threshold") + 1] = 0.1
+    report = json.loads(cli(*arguments, "--json")[1])
+    assert report["threshold_px"] == 0.1
+    assert "not used" not in cli(*arguments)[1]
+
+
+@pytest.mark.usefixtures("portrait")
 def test_folding_is_held_back_or_told(cli, tmp_path):
     arguments = ["warp", "--sample", "--percent", 12, "--lattice-unit", "warp", "--force"]
     arguments += ["--lattice", 0.5, "-o", tmp_path / "out.png"]
