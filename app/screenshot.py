@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QBuffer, QIODevice, QObject, QTimer
+from PySide6.QtGui import QPixmap
+
+from kogao_core.atomic import put
 
 from .before_after import Comparison, comparisons
 from .editor import Editor
@@ -131,9 +135,13 @@ class Screenshot(QObject):
     def _shoot(self) -> None:
         if self._over or self._editor.on_canvas.bending.busy:
             return  # it takes the picture when that has measured
-        if not self._editor.window.grab().save(str(self._path)):
+        try:
+            put(_encoded(self._editor.window.grab(), self._path.suffix), self._path)
+        except OSError as error:
+            why = error.strerror or error
             self._end(
-                UNREADABLE, f"{self._path} can't be written; choose another name ending in .png"
+                UNREADABLE,
+                f"{self._path} can't be written ({why}); choose another name ending in .png",
             )
         self._leave()
 
@@ -158,3 +166,12 @@ class Screenshot(QObject):
 
     def _end(self, code: int, line: str) -> None:
         self._code, self._line = code, line
+
+
+def _encoded(picture: QPixmap, suffix: str) -> bytes:
+    """Return a picture as a file of the kind that an ending tells."""
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, suffix.removeprefix(".") or "png"):
+        raise OSError(errno.EINVAL, f"no kind of picture ends in {suffix}")
+    return bytes(buffer.data().data())

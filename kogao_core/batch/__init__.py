@@ -3,10 +3,11 @@
 from kogao_core.batch.planning import NothingToDo, check_free, plan
 from kogao_core.batch.report import REPORT, record
 from kogao_core.batch.tasks import Outcome, Task, work
-from kogao_core.batch.workers import Workers, run
+from kogao_core.batch.workers import NoWorkers, Workers, run
 
 __all__ = [
     "REPORT",
+    "NoWorkers",
     "NothingToDo",
     "Outcome",
     "Task",

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from kogao_core.atomic import is_aside
 from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
 from kogao_core.photo.model import READ_ONLY, READABLE
@@ -127,14 +128,18 @@ def _named(place: Path, suffix: str) -> Path:
 
 
 def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield photos and their places below the output folder."""
-    if path.is_file():
-        yield path, Path(path.name)
-    elif path.is_dir():
+    """Yield photos and their places below the output folder.
+
+    Pipes and links to nothing whose names are those of photos are among them: they fail by name.
+    """
+    if path.is_dir():
         for below in sorted(path.rglob("*")):
             mine = below.is_relative_to(folder) and not path.is_relative_to(folder)
-            if below.suffix.lower() in READABLE and below.is_file() and not mine:
+            named = below.suffix.lower() in READABLE and not is_aside(below)
+            if named and not below.is_dir() and not mine:
                 yield below, below.relative_to(path)
+    elif os.path.lexists(path):
+        yield path, Path(path.name)
     else:
         raise NothingToDo(f"{path} doesn't exist")
 

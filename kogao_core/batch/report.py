@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final, TextIO
 
+from kogao_core.atomic import check_target
 from kogao_core.batch.tasks import Outcome
 
 REPORT: Final = "kogao-batch.jsonl"
@@ -41,6 +42,7 @@ def record(outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], 
 def _appended(report: Path) -> TextIO:
     """Open a report to go on with, on a line of its own."""
     report.parent.mkdir(parents=True, exist_ok=True)
+    check_target(report)
     if report.is_file():
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):

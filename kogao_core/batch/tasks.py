@@ -164,12 +164,14 @@ def _key(task: Task) -> str:
             sort_keys=True,
         ).encode()
     )
-    for path in filter(None, (task.source, task.project, task.output)):
+    for path in map(Path, filter(None, (task.source, task.project, task.output))):
+        if not path.is_file():  # a pipe would be waited for
+            return ""
         try:
-            with Path(path).open("rb") as file:
+            with path.open("rb") as file:
                 while chunk := file.read(_CHUNK_BYTES):
                     total.update(chunk)
-        except (FileNotFoundError, PermissionError):  # whoever reads it finds a sentence
+        except OSError:  # whoever reads it finds a sentence
             return ""
         total.update(b"\0next\0")
     return total.hexdigest()

@@ -18,6 +18,12 @@ from kogao_core.batch.tasks import Outcome, Task, work
 
 # Photos handed out ahead of each worker: enough to keep it busy, few enough to stop at once.
 _AHEAD: Final = 2
+# What a cluster is given to answer, and its workers to join: tasks would wait for them for ever.
+_ANSWER_S, _JOIN_S = 10.0, 8.0
+
+
+class NoWorkers(Exception):
+    """A cluster's scheduler has nobody to do the work."""
 
 
 class Workers:
@@ -61,10 +67,17 @@ class Workers:
             If dask.distributed isn't installed.
         OSError
             If nobody answers at `address`.
+        NoWorkers
+            If a scheduler does, but no worker joins it in a few seconds.
         """
         from distributed import Client
 
-        client = Client(address, timeout="10s")
+        client = Client(address, timeout=_ANSWER_S)
+        try:
+            client.wait_for_workers(1, timeout=_JOIN_S)
+        except TimeoutError:
+            client.close()
+            raise NoWorkers from None
         count = max(1, sum(client.nthreads().values()))
         return Workers(lambda: client.get_executor(retries=2), count, client.close)
 

@@ -117,7 +117,7 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
 
 
 def _workers(dask: str | None, jobs: int) -> Workers:
-    from kogao_core.batch import Workers
+    from kogao_core.batch import NoWorkers, Workers
 
     if dask is None:
         return Workers.processes(jobs)
@@ -126,6 +126,11 @@ def _workers(dask: str | None, jobs: int) -> Workers:
     except ImportError:
         raise common.Stop(
             "--dask needs dask.distributed: pip install 'kogao[cluster]'", common.BROKEN
+        ) from None
+    except NoWorkers:
+        raise common.Stop(
+            f"the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
+            common.USAGE,
         ) from None
     except (OSError, ValueError) as error:
         raise common.Stop(f"no dask scheduler answers at {dask} ({error})", common.USAGE) from error

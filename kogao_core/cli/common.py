@@ -57,6 +57,20 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
         raise Stop(error, code) from error
 
 
+def check_free(file: Path, force: bool) -> None:
+    """Stop when a file may not be written: one is there without `force`, or no file can be."""
+    from kogao_core.atomic import NotAFile, check_target
+
+    try:
+        check_target(file)
+    except NotAFile as error:
+        raise Stop(
+            f"{file} can't be replaced: {error.strerror}; name another file", USAGE
+        ) from None
+    if file.exists() and not force:
+        raise Stop(f"{file} exists; --force replaces it", USAGE)
+
+
 limits_megapixels = click.option(
     "--max-megapixels",
     type=Number(min=0, min_open=True),

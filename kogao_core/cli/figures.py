@@ -117,8 +117,7 @@ def _write(
         for kind in kinds
     }
     for path in targets:
-        if path.exists() and not force:
-            raise common.Stop(f"{path} exists; --force replaces it", common.USAGE)
+        common.check_free(path, force)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path, (drawing, kind) in targets.items():

@@ -96,8 +96,7 @@ def _write(
     from kogao_core import interchange
 
     for file in interchange.files(target, faces):
-        if file.exists() and not force:
-            raise common.Stop(f"{file} exists; --force replaces it", common.USAGE)
+        common.check_free(file, force)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         written = interchange.write(faces, target, template)

@@ -45,8 +45,8 @@ class Outputs:
         if list(files.values()).count(STDOUT) > 1:
             raise common.Stop("only one of the files can be printed; name the others", common.USAGE)
         for file in files.values():
-            if file != STDOUT and file.exists() and not force:
-                raise common.Stop(f"{file} exists; --force replaces it", common.USAGE)
+            if file != STDOUT:
+                common.check_free(file, force)
             if file != STDOUT and file.parent != folder:
                 _check_folder(file.parent, made=False)
         if folder is not None:

@@ -54,8 +54,7 @@ def check_free(photo: Path, sample: bool, force: bool) -> None:
     if sample:
         raise common.Stop("the sample keeps no project; copy it to a folder first", common.USAGE)
     place = sidecar_of(photo)
-    if place.exists() and not force:
-        raise common.Stop(f"{place} exists; --force replaces it", common.USAGE)
+    common.check_free(place, force)
     if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
         raise common.Stop(
             f"the folder {place.parent} isn't writable, so no project can be kept beside the "

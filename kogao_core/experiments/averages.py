@@ -18,6 +18,7 @@ from typing import Final
 import cv2
 import numpy as np
 
+from kogao_core.atomic import put
 from kogao_core.domain import reduce
 from kogao_core.face import Frame
 from kogao_core.field import Field
@@ -114,7 +115,7 @@ def main(arguments: list[str]) -> None:
         chosen = [portrait for portrait in portraits if belongs(portrait.gender)]
         print(f"{name}: the mean of {len(chosen)} faces")
         quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-        cv2.imwrite(str(target / f"{name}.jpg"), average(chosen), quality)
+        put(cv2.imencode(".jpg", average(chosen), quality)[1].tobytes(), target / f"{name}.jpg")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from kogao_core import assets
+from kogao_core.atomic import put
 from kogao_core.geometry import Image
 from kogao_core.landmarks import MeshSource
 from kogao_core.photo import read
@@ -51,7 +52,8 @@ def main(arguments: list[str]) -> None:
     folder = Path(arguments[0])
     folder.mkdir(parents=True, exist_ok=True)
     bgr = cv2.cvtColor(before_after(), cv2.COLOR_RGB2BGR)
-    cv2.imwrite(str(folder / "before-after.jpg"), bgr, [cv2.IMWRITE_JPEG_QUALITY, 90])
+    jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, 90])[1]
+    put(jpeg.tobytes(), folder / "before-after.jpg")
     offscreen = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
     for name, options in WINDOWS.items():
         window = ["--sample", "--screenshot", str(folder / f"{name}.png"), *options]

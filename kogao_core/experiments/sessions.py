@@ -19,6 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final
 
+from kogao_core.atomic import check_target
 from kogao_core.strict import BadFile, Node, parse
 
 VERSION: Final = 1
@@ -72,6 +73,7 @@ def append(path: Path, session: Session) -> None:
     values = {"version": VERSION, **dataclasses.asdict(session)}
     line = json.dumps(values, ensure_ascii=False).encode() + b"\n"
     path.parent.mkdir(parents=True, exist_ok=True)
+    check_target(path)
     with path.open("a+b") as file:
         # A line that a killed program left unfinished must not swallow this one.
         if file.tell() and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b"\n":

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.atomic import put
 from kogao_core.geometry import Array
 from kogao_core.landmarks.aam.points import similarity
 
@@ -36,7 +37,7 @@ def main(arguments: list[str]) -> None:
     shapes = [np.loadtxt(path, delimiter=",", skiprows=1) for path in files]
     rows = [f"{x:.4f},{y:.4f}" for x, y in mean_face(shapes).tolist()]
     target = Path(__file__).with_name("mean189.csv")
-    target.write_text("\n".join(["x,y", *rows]) + "\n", encoding="ascii")
+    put(("\n".join(["x,y", *rows]) + "\n").encode("ascii"), target)
     print(f"{target}: mean of {len(shapes)} faces")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -12,6 +11,7 @@ import jpeglib
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.atomic import aside
 from kogao_core.geometry import Image
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 
@@ -41,7 +41,7 @@ class Kept:
     share: float
 
 
-def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes) -> Kept:
+def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folder: Path) -> Kept:
     """Put a source's coefficients into a new encoding, except where pixels changed.
 
     Parameters
@@ -52,6 +52,8 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes) -> Ke
         Its pixels and the new ones.
     encoded : bytes
         The new pixels as a JPEG with the source's tables and subsampling.
+    folder : Path
+        Where files may be laid aside for a moment: jpeglib knows nothing else.
 
     Returns
     -------
@@ -63,8 +65,8 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes) -> Ke
     CannotKeepBlocks
         If tables, subsampling, colours or size differ from the source's.
     """
-    with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
-        fresh = Path(folder) / "fresh.jpg"
+    with aside(folder) as place:
+        fresh = place / "fresh"
         fresh.write_bytes(encoded)
         old, new = _read(source), _read(fresh)
         _check_alike(old, new)
@@ -76,7 +78,7 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes) -> Ke
             mask = spread[: kept.shape[0], : kept.shape[1]]
             kept[mask] = getattr(new, name)[mask]
             setattr(new, name, kept)
-        merged = Path(folder) / "merged.jpg"
+        merged = place / "merged"
         new.write_dct(str(merged), flags=["+OPTIMIZE_CODING"])
         return Kept(_with_headers_of(encoded, merged.read_bytes()), 1.0 - float(changed.mean()))
 

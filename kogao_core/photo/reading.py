@@ -68,6 +68,10 @@ def read(
 def _present(path: Path) -> Path:
     if path.is_dir():
         raise UnreadablePhoto(f"{path} is a folder; name a photo inside it")
+    if path.is_symlink() and not path.exists():
+        raise UnreadablePhoto(
+            f"{path} is a link to {path.readlink()}, where there is nothing; name the photo itself"
+        )
     if not path.exists():
         raise UnreadablePhoto(f"{path} doesn't exist; check the name and the folder")
     if not path.is_file():
@@ -94,7 +98,8 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
             raise
         except UnidentifiedImageError:
             raise UnreadablePhoto(
-                f"{path} is not a JPEG, PNG, TIFF or WebP picture; convert it to one of them first"
+                f"{path} is not a JPEG, PNG, TIFF, WebP, HEIC or raw photo; convert it to one of "
+                "them first"
             ) from None
         except MemoryError:
             raise UnreadablePhoto(

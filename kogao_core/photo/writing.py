@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from kogao_core.atomic import put
+from kogao_core.atomic import NotAFile, check_target, put
 from kogao_core.geometry import Image
 from kogao_core.photo import kinds
 from kogao_core.photo.encoding import becomes_colour, encode
@@ -67,7 +67,7 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         else:
             data, blocks = _encoded(photo, pixels, path, form), ""
             if form == "JPEG" and photo.format == "JPEG":
-                data, blocks = _with_blocks_kept(photo, pixels, data)
+                data, blocks = _with_blocks_kept(photo, pixels, data, path)
             said = _worth_knowing(photo, pixels, form, blocks)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
             said = f"the photo as it was is {_backed_up(path)}" + (f"; {said}" if said else "")
@@ -86,7 +86,7 @@ def _backed_up(path: Path) -> Path:
     target = Path(os.path.realpath(path))
     backup = target.with_name(f"{target.stem}.original{target.suffix}")
     if not backup.exists():
-        put(target.read_bytes(), backup)
+        put(target.read_bytes(), backup, like=target)
         shutil.copystat(target, backup)
     return backup
 
@@ -97,7 +97,8 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
     Raises
     ------
     RefusedOutput
-        If the ending is unknown, or the file exists and `force` isn't set.
+        If the ending is unknown, the file exists and `force` isn't set, or no file can be there: a
+        device, a pipe, a link in a circle.
     CannotWrite
         If the folder is missing or not writable.
     """
@@ -111,6 +112,10 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
         raise CannotWrite(f"the folder {path.parent} doesn't exist; make it first")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise CannotWrite(f"the folder {path.parent} isn't writable; choose another one")
+    try:
+        check_target(path)
+    except NotAFile as error:
+        raise RefusedOutput(f"{path} can't be replaced: {error.strerror}; name a file") from None
     if path.exists() and not force:
         raise RefusedOutput(f"{path} exists; choose another name, or --force to replace it")
     return form
@@ -194,7 +199,7 @@ def _spread(photo: Photo, pixels: Image) -> str:
     return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
 
 
-def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[bytes, str]:
+def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes, path: Path) -> tuple[bytes, str]:
     from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
 
     reason = ""
@@ -208,7 +213,8 @@ def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes) -> tuple[byte
         reason = f"{photo.path} has changed since it was read"
     else:
         try:
-            kept = keep_blocks(photo.path, photo.pixels, pixels, encoded)
+            folder = Path(os.path.realpath(path)).parent
+            kept = keep_blocks(photo.path, photo.pixels, pixels, encoded, folder)
         except CannotKeepBlocks as why:
             reason = str(why)
         else:

@@ -183,7 +183,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     written = sorted(out.glob("*.jpg"))
     assert done < len(written) < 40
     assert all(photo.read(path).pixels.shape == (300, 300, 3) for path in written)
-    assert not [path for path in out.iterdir() if path.suffix == ".partial"]
+    assert not list(out.rglob("*.partial"))
 
 
 def test_the_window_never_stalls_while_a_batch_runs(empty, tmp_path):

@@ -132,10 +132,10 @@ def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, r
         tmp_path / "other.jpg", "JPEG", **{"subsampling": "4:2:0"} | options
     )
     with pytest.raises(CannotKeepBlocks, match=reason):
-        keep_blocks(path, picture, picture, (tmp_path / "other.jpg").read_bytes())
+        keep_blocks(path, picture, picture, (tmp_path / "other.jpg").read_bytes(), tmp_path)
     (tmp_path / "text.jpg").write_text("no JPEG at all")
     with pytest.raises(CannotKeepBlocks, match="read"):
-        keep_blocks(tmp_path / "text.jpg", picture, picture, path.read_bytes())
+        keep_blocks(tmp_path / "text.jpg", picture, picture, path.read_bytes(), tmp_path)
 
 
 @pytest.mark.parametrize("rare", [cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411,

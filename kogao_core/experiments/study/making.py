@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from kogao_core.atomic import put
+from kogao_core.atomic import aside, put
 from kogao_core.experiments.study import page, pictures, plan
 from kogao_core.experiments.study.origin import Origin, Photographed, digest
 from kogao_core.experiments.study.plan import Key, Meaning, Study
@@ -107,8 +106,8 @@ def make(
     check_folder(folder)
     seed = choices.seed or secrets.token_hex(_SEED_BYTES)
     # All of it aside first: a study that can't be finished leaves nothing behind.
-    with tempfile.TemporaryDirectory(dir=folder.resolve().parent, prefix=".study-") as aside:
-        drawn, ready = Path(aside, "drawn"), Path(aside, "ready")
+    with aside(folder.resolve().parent) as place:
+        drawn, ready = place / "drawn", place / "ready"
         drawn.mkdir()
         ready.mkdir()
         meanings = dict(_drawn(subjects, choices, seed, drawn, told))
@@ -147,7 +146,7 @@ def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
 
 
 def _drawn(
-    subjects: Sequence[Subject], choices: Choices, seed: str, aside: Path, told: Told
+    subjects: Sequence[Subject], choices: Choices, seed: str, place: Path, told: Told
 ) -> Iterator[tuple[str, Meaning]]:
     total = len(subjects) * len(choices.variants)
     for index, subject in enumerate(subjects):
@@ -155,7 +154,7 @@ def _drawn(
         for number, variant in enumerate(choices.variants, start=1):
             name = plan.picture_name(seed, content, index, variant)
             data, measured = pictures.drawn(subject, variant.recipe(choices.recipe))
-            (aside / name).write_bytes(data)
+            (place / name).write_bytes(data)
             told(index * len(choices.variants) + number, total)
             yield name, Meaning(index, variant, measured)
 

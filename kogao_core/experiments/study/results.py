@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final, get_args
 
 from kogao_core import __version__
+from kogao_core.atomic import check_target
 from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.plan import Study
 from kogao_core.experiments.study.session import Answer, Record, Session
@@ -73,6 +74,7 @@ class Log:
 
     def __init__(self, path: Path, study: Study, rater: str) -> None:
         self.path = path
+        check_target(path)
         data = path.read_bytes() if path.exists() else b""
         self._on_new_line = not data or data.endswith(b"\n")
         if b"\n" in data:

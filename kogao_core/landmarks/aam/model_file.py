@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 import zipfile
 import zlib
@@ -12,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.atomic import put
 from kogao_core.landmarks.aam.features import DIRECTIONS
 from kogao_core.landmarks.aam.model import KEYPOINTS, Model, Packed, Scale, Start, Update
 from kogao_core.landmarks.aam.points import COUNT
@@ -44,8 +46,9 @@ def write(model: Model, path: Path) -> None:
     if size > MOST_BYTES - 100_000:
         raise ValueError(f"the model needs {size} bytes, more than its file may have")
     # Stored, not compressed: zlib's bytes differ between its versions, and gain little here.
-    with path.open("wb") as stream:
+    with io.BytesIO() as stream:
         np.savez(stream, allow_pickle=False, **arrays)
+        put(stream.getvalue(), path)
 
 
 def _arrays(model: Model) -> Iterator[tuple[str, npt.NDArray[Any]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import click
 import cv2
 import numpy as np
 
+from kogao_core.atomic import put
 from kogao_core.geometry import Array
 from kogao_core.landmarks.edges import network, refine
 from kogao_core.landmarks.edges.examples import studio, wild
@@ -37,7 +39,9 @@ def main(data: Path, labels: Path, model: Path, folds: int) -> None:
             _cross_validate(pairs, folds, data)
         parameters = learn([one for one, _ in pairs])
     names = [f"{index:02}" for index in range(len(parameters))]
-    np.savez(model, allow_pickle=False, **dict(zip(names, parameters, strict=True)))
+    with io.BytesIO() as stream:
+        np.savez(stream, allow_pickle=False, **dict(zip(names, parameters, strict=True)))
+        put(stream.getvalue(), model)
 
 
 def _cross_validate(pairs: Sequence[Pair], folds: int, data: Path) -> None:
