@@ -14,9 +14,11 @@ import numpy.typing as npt
 from kogao_core.atomic import aside
 from kogao_core.geometry import Image
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
+from kogao_core.stderr import hushed
 
 _BLOCK_PX: Final = 8
 _SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
+_ARITHMETIC_FRAMES: Final = (0xC9, 0xCA)  # jpeglib's libjpeg knows none
 
 Mask = npt.NDArray[np.bool_]
 
@@ -35,10 +37,13 @@ class Kept:
         The file.
     share : float
         Part of the minimum coded units that are the source's, 0 to 1.
+    damage : tuple of str
+        What the decoder said of damaged data in the source.
     """
 
     data: bytes
     share: float
+    damage: tuple[str, ...] = ()
 
 
 def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folder: Path) -> Kept:
@@ -65,8 +70,9 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
     CannotKeepBlocks
         If tables, subsampling, colours or size differ from the source's.
     """
-    with aside(folder) as place:
-        fresh = place / "fresh"
+    _check_coding(source)
+    with aside(folder) as place, hushed() as said:
+        fresh, merged = place / "fresh", place / "merged"
         fresh.write_bytes(encoded)
         old, new = _read(source), _read(fresh)
         _check_alike(old, new)
@@ -78,9 +84,15 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
             mask = spread[: kept.shape[0], : kept.shape[1]]
             kept[mask] = getattr(new, name)[mask]
             setattr(new, name, kept)
-        merged = place / "merged"
         new.write_dct(str(merged), flags=["+OPTIMIZE_CODING"])
-        return Kept(_with_headers_of(encoded, merged.read_bytes()), 1.0 - float(changed.mean()))
+        data = _with_headers_of(encoded, merged.read_bytes())
+    return Kept(data, 1.0 - float(changed.mean()), tuple(said))
+
+
+def _check_coding(source: Path) -> None:
+    with source.open("rb") as file:
+        if any(code in _ARITHMETIC_FRAMES for code, _ in segments(file)):
+            raise CannotKeepBlocks("it is coded in a rare way")
 
 
 def _read(path: Path) -> jpeglib.DCTJPEG:

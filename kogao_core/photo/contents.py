@@ -15,7 +15,10 @@ from kogao_core.photo.model import JpegCoding
 
 _FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
 _X_RESOLUTION, _UNIT = 0x011A, 0x0128
-_RARE_FRAMES: Final = (0xC3, *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
+_FRAMES: Final = (*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
+# Baseline, extended, progressive, lossless; then the first and third coded arithmetically.
+_KNOWN_FRAMES: Final = (*range(0xC0, 0xC4), 0xC9, 0xCA)
+_KNOWN_DEPTH: Final = 8
 
 
 def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
@@ -43,8 +46,11 @@ def settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
 
 
 def is_rare_jpeg(file: IO[bytes]) -> bool:
-    """Tell whether an open JPEG file is lossless, hierarchical or arithmetically coded."""
-    return any(code in _RARE_FRAMES for code, _ in segments.segments(file))
+    """Tell whether an open JPEG file is of a kind that libjpeg doesn't know, or too deep."""
+    return any(
+        code in _FRAMES and (code not in _KNOWN_FRAMES or segment[4:5] != bytes([_KNOWN_DEPTH]))
+        for code, segment in segments.segments(file)
+    )
 
 
 def blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:

@@ -111,7 +111,7 @@ def _holdable(content: _Content, form: Format) -> _Content:
 def _jpeg(content: _Content, photo: Photo) -> bytes:
     content = dataclasses.replace(content, pixels=_without_alpha(content.pixels))
     coding = photo.jpeg
-    if coding is None:
+    if coding is None or not coding.tables:
         saved = content.saved("JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
     else:
         saved = content.saved(

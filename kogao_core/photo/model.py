@@ -37,7 +37,7 @@ class JpegCoding:
     Parameters
     ----------
     tables : tuple of tuple of int
-        Quantisation tables, 64 numbers each, in Pillow's order.
+        Quantisation tables, 64 numbers each, in Pillow's order; none in a lossless file.
     subsampling : int
         Pillow's code: 0 is 4:4:4, 1 is 4:2:2, 2 is 4:2:0.
     progressive : bool

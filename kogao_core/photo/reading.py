@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import os
 import threading
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,10 +14,22 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
-from kogao_core.photo import colour, contents, deep, extras, heif, metadata, raw, riff, tiff
+from kogao_core.photo import (
+    colour,
+    contents,
+    deep,
+    extras,
+    heif,
+    jpeg_data,
+    metadata,
+    raw,
+    riff,
+    tiff,
+)
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.model import READ_ONLY, Format, Photo, Stamp
 from kogao_core.photo.turning import turn_upright
+from kogao_core.stderr import hushed
 
 MAX_MEGAPIXELS: Final = 300.0
 # TIFF has a way of its own.
@@ -83,7 +94,7 @@ def _present(path: Path) -> Path:
 
 def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
     stamp = Stamp.of(os.fstat(file.fileno()))
-    with _own_limits():
+    with _own_limits(), hushed() as said:
         try:
             if READ_ONLY.get(path.suffix.lower()) == "RAW":
                 photo = _read_raw(file, path, max_megapixels, bits)
@@ -97,6 +108,8 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
         except UnreadablePhoto:
             raise
         except UnidentifiedImageError:
+            if contents.is_rare_jpeg(file):
+                raise _rare(path) from None
             raise UnreadablePhoto(
                 f"{path} is not a JPEG, PNG, TIFF, WebP, HEIC or raw photo; convert it to one of "
                 "them first"
@@ -110,14 +123,21 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
                 f"{path} is damaged or incomplete; copy it again from where it came"
             ) from error
     photo.pixels.setflags(write=False)
-    return photo
+    notes = (*photo.notes, *(f"the file is slightly damaged: {one}" for one in said[:1]))
+    return dataclasses.replace(photo, notes=notes)
+
+
+def _rare(path: Path) -> UnreadablePhoto:
+    return UnreadablePhoto(
+        f"{path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); save it as an "
+        "ordinary JPEG or as PNG first"
+    )
 
 
 @contextmanager
 def _own_limits() -> Iterator[None]:
-    # Our limit replaces Pillow's, and its warnings are not for the user; both are global state.
-    with _LOCK, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    # Our limit replaces Pillow's, which is global state.
+    with _LOCK:
         limit, Pillow.MAX_IMAGE_PIXELS = Pillow.MAX_IMAGE_PIXELS, None
         try:
             yield
@@ -146,21 +166,15 @@ def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
         deep_png = deep.is_16_bit_png(image, file)
         if deep_png:
             deep.verify_png(file)
-        try:
-            image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
-        except OSError:
-            if jpeg is not None and contents.is_rare_jpeg(file):
-                raise UnreadablePhoto(
-                    f"{path} is a JPEG that is coded in a rare way (arithmetic or lossless); save "
-                    "it as an ordinary JPEG or as PNG first"
-                ) from None
-            raise
-        contents.settle_profile(image, file)
+        elif jpeg is not None:
+            jpeg_data.check(file, path)
+        decoded, damage = _decoded(image, file, path)
+        contents.settle_profile(decoded, file)
         notes: tuple[str, ...] = ()
         if deep_png:
             pixels = deep.decode(_all_of(file))
         else:
-            pixels, image.info["icc_profile"], notes = colour.to_array(image)
+            pixels, image.info["icc_profile"], notes = colour.to_array(decoded)
         blocks = contents.blocks(image, file, 1 if pixels.ndim == 2 else pixels.shape[2])
         turn = metadata.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
@@ -172,8 +186,26 @@ def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
             orientation=turn,
             jpeg=jpeg if not notes else None,
             lossless_webp=riff.is_lossless(file),
-            notes=notes,
+            notes=(*damage, *notes),
         )
+
+
+def _decoded(
+    image: Pillow.Image, file: IO[bytes], path: Path
+) -> tuple[Pillow.Image, tuple[str, ...]]:
+    """Decode an open picture; return it, or what a JPEG without its end holds, and a note."""
+    try:
+        image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
+    except OSError:
+        if not isinstance(image, JpegImagePlugin.JpegImageFile):
+            raise
+        if contents.is_rare_jpeg(file):
+            raise _rare(path) from None
+        whole = jpeg_data.without_end(_all_of(file))
+        if whole is None:
+            raise
+        return whole, ("the file is slightly damaged: its end marker is missing",)
+    return image, ()
 
 
 def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
@@ -184,6 +216,7 @@ def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
     profile = tags.icc_profile
     # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
     # good, so Pillow's is asked where it can.
+    tags.check_compression(path)
     if tags.is_deep:
         tags.check_layout(path)
         pixels = tags.decode(_all_of(file))

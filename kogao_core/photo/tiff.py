@@ -16,21 +16,36 @@ from PIL import TiffImagePlugin
 from kogao_core.geometry import Image
 from kogao_core.photo import deep, photoshop
 from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.stderr import hushed
 
 HEADS: Final = (b"II*\0", b"MM\0*")
 _BIG_HEADS: Final = (b"II+\0", b"MM\0+")
-_WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _ORIENTATION = 256, 257, 258, 262, 274
+_WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC, _ORIENTATION = 256, 257, 258, 259, 262, 274
 _SAMPLES, _PLANES, _EXTRA, _SAMPLE_FORMAT = 277, 284, 338, 339
 _X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT, _XMP, _ICC = 282, 283, 296, 700, 34675
+_DENSITY: Final = (_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT)
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB = 0, 1, 2
 _UNSIGNED, _FLOAT = 1, 3
 _PREMULTIPLIED, _STRAIGHT = 1, 2
 _NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
 _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
+_COMPRESSIONS: Final = {
+    7: "JPEG",
+    **dict.fromkeys((33003, 33005, 34712), "JPEG 2000"),
+    34887: "LERC",
+    34925: "LZMA",
+    50000: "Zstandard",
+    50001: "WebP",
+    **dict.fromkeys((50002, 52546), "JPEG XL"),
+}
+_OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
+_PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES: Final = 8
 _IPTC, _PHOTOSHOP = 33723, 34377
 _LONG: Final = 4
+# What Pillow raises on damaged blocks, from one version to the next.
+_DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
 _EXIF_DIRECTORY, _GPS_DIRECTORY, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 # What a TIFF directory says about the picture rather than about its storage: names, description,
@@ -120,6 +135,22 @@ class TiffTags:
     def is_deep(self) -> bool:
         """Whether a channel has more than 8 bits."""
         return self._first(_BITS, 1) > 8
+
+    def check_compression(self, path: Path) -> None:
+        """Refuse what the libtiff of neither decoder is built for.
+
+        Raises
+        ------
+        UnreadablePhoto
+            If the pixels are compressed in such a way.
+        """
+        number = self._first(_COMPRESSION, 1)
+        if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
+            name = _COMPRESSIONS.get(number, f"number {number}")
+            raise UnreadablePhoto(
+                f"{path} is a TIFF of a compression that Kogao doesn't read ({name}); save it "
+                "uncompressed, or with LZW or Deflate"
+            )
 
     def check_layout(self, path: Path) -> None:
         """Refuse deep layouts that OpenCV decodes wrongly, without a word, or not at all.
@@ -278,18 +309,31 @@ def with_metadata(
     for tag, stored in blocks.items():
         if stored:
             directory[tag] = stored
-    if exif is not None:
-        block = Pillow.Exif()
-        block.load(exif)
-        for tag, value in _telling(block):
+    for tag, value in entries_of(exif) or ():
+        if density is None or tag not in _DENSITY:
             directory[tag] = value
-        for tag in (_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT):
-            if density is None and tag in block:
-                directory[tag] = block[tag]
     with io.BytesIO() as out:
         directory.save(out)
         out.write(written[_HEADER_BYTES:start])
         return out.getvalue()
+
+
+def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
+    """Return what a directory can say of an EXIF block; None where that can't be read or written."""
+    if exif is None:
+        return None
+    block, directory = Pillow.Exif(), TiffImagePlugin.ImageFileDirectory_v2()
+    with hushed():  # Pillow warns of what it finds
+        try:
+            block.load(exif)
+            density = [(tag, block[tag]) for tag in _DENSITY if tag in block]
+            found = [*_telling(block), *density]
+            for tag, value in found:
+                directory[tag] = value
+            directory.save(io.BytesIO())
+        except _DAMAGED:
+            return None
+    return found
 
 
 def _telling(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from kogao_core.atomic import NotAFile, check_target, put
 from kogao_core.geometry import Image
-from kogao_core.photo import kinds
+from kogao_core.photo import kinds, tiff
 from kogao_core.photo.encoding import becomes_colour, encode
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.kinds import Extra
@@ -183,7 +183,11 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, blocks: str) -> st
     grey = ""
     if photo.icc_profile and becomes_colour(pixels, form):
         grey = "grey became RGB, without its colour profile"
-    return "; ".join(filter(None, [*photo.notes, lost, grey, _spread(photo, pixels), blocks]))
+    exif = ""
+    if form == "TIFF" and photo.exif and tiff.entries_of(photo.exif) is None:
+        exif = "the EXIF block is damaged, and TIFF can't hold it as it is: it is left out"
+    spread = _spread(photo, pixels)
+    return "; ".join(filter(None, [*photo.notes, lost, exif, grey, spread, blocks]))
 
 
 def _spread(photo: Photo, pixels: Image) -> str:
@@ -207,6 +211,8 @@ def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes, path: Path) -
         reason = "the photo was turned upright"
     elif photo.jpeg is None:
         reason = "its colours were converted to RGB"
+    elif not photo.jpeg.tables:
+        reason = "it was lossless"
     elif pixels.shape != photo.pixels.shape:
         reason = "its size or its colours have changed"
     elif not _source_is_there(photo):
@@ -220,7 +226,8 @@ def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes, path: Path) -
         else:
             said = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
             more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
-            return kept.data, said + more
+            damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
+            return kept.data, said + more + damage
     return encoded, f"every block of the JPEG was compressed again: {reason}"
 
 

@@ -1,0 +1,103 @@
+"""What C libraries write to standard error, which no hook of theirs turns off.
+
+libjpeg, libtiff, libpng and LibRaw complain there about damaged files, past Python, amid what the
+program itself says.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import re
+import sys
+import tempfile
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Final
+
+_FD: Final = 2
+_LOCK: Final = threading.Lock()
+# Pillow hands libtiff a file of this name, rawpy hands LibRaw one without a name. The rest of
+# libjpeg's are all its warnings; libtiff's start with the function or the codec.
+_DAMAGE: Final = re.compile(r"(?:\w+: )?Corrupt JPEG data: (.+)|unknown file: (.+)")
+_NOISE: Final = re.compile(
+    r"tempfile\.tif: |unknown file: |libpng (?:warning|error): |(?:JPEGLib: )?Corrupt JPEG data: "
+    r"|_?TIFF\w+: |\w*(?:Decode|Encode|Setup|ReadHeader|VGetField|VSetField)\w*: "
+    r"|Premature end of JPEG file|Invalid SOS parameters|Inconsistent progression sequence"
+    r"|Unknown Adobe color transform|Warning: unknown JFIF revision"
+)
+
+
+@contextmanager
+def hushed() -> Iterator[list[str]]:
+    """Keep decoders' complaints from standard error, and Python's warnings.
+
+    Whatever else comes meanwhile, from other threads say, is passed on at the end. Where
+    `faulthandler` is on, to tell of crashes, or there is no standard error, nothing is kept. One
+    thread at a time.
+
+    Yields
+    ------
+    list of str
+        Filled at the end with what was said of damage, in words for a note.
+    """
+    said: list[str] = []
+    with _LOCK, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        caught = None if _must_stay() else _memory()
+        if caught is None:
+            yield said
+            return
+        with caught:
+            aside = os.dup(_FD)
+            os.dup2(caught.fileno(), _FD)
+            try:
+                yield said
+            finally:
+                os.dup2(aside, _FD)
+                os.close(aside)
+                caught.seek(0)
+                said += _told(caught.read())
+
+
+def _must_stay() -> bool:
+    return sys.__stderr__ is None or faulthandler.is_enabled()
+
+
+def _memory() -> IO[bytes] | None:
+    """Return a file that nothing waits for, however much is written; None where there is no room.
+
+    A pipe could fill up under a library that holds Python's lock.
+    """
+    try:
+        if sys.platform == "linux":
+            return os.fdopen(os.memfd_create("stderr"), "w+b")
+        else:  # noqa: RET505 (mypy knows platforms by it)
+            return tempfile.TemporaryFile()
+    except OSError:
+        return None
+
+
+def _told(data: bytes) -> list[str]:
+    """Return what was said of damage; pass on what no decoder said."""
+    said = []
+    for line in data.splitlines(keepends=True):
+        text = line.decode(errors="replace").strip()
+        damage = _DAMAGE.match(text)
+        if damage:
+            said.append(damage[1] or damage[2])
+        elif not _NOISE.match(text):
+            os.write(_FD, line)
+    return list(dict.fromkeys(said))
+
+
+def open_standard_streams() -> None:
+    """Open what a program was started without: a file of ours would get the descriptor.
+
+    What a C library writes to standard error would then stand in a photo.
+    """
+    while (opened := os.open(os.devnull, os.O_RDWR)) <= _FD:
+        os.set_inheritable(opened, True)
+    os.close(opened)
