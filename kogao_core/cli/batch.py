@@ -86,6 +86,7 @@ def command(
         if not force and not report.exists():
             batch.check_free(tasks)
     common.landmark_source(landmarks)
+    common.check_networks()
     common.tell_of_fallback(landmarks)
     workers = _workers(dask, jobs)
     progress = _Progress(len(tasks))

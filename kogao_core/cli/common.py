@@ -123,6 +123,14 @@ def landmark_source(wanted: str | None) -> LandmarkSource:
         return source(wanted)
 
 
+def check_networks() -> None:
+    """Stop when a network is damaged: every photo of a batch would fail."""
+    from kogao_core import landmarks
+
+    with stopping(landmarks.ModelRefused, BROKEN):
+        landmarks.check_networks()
+
+
 def tell_of_fallback(wanted: str | None) -> None:
     """Say so on stderr when landmarks come from the AAM for want of the networks."""
     from kogao_core.landmarks import networks_are_here

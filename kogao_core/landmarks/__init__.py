@@ -2,7 +2,7 @@
 
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.mesh import MeshSource
-from kogao_core.landmarks.sources import CHOICES, Choice, networks_are_here, source
+from kogao_core.landmarks.sources import CHOICES, Choice, check_networks, networks_are_here, source
 from kogao_core.landmarks.template import template_face
 
 __all__ = [
@@ -10,6 +10,7 @@ __all__ = [
     "Choice",
     "MeshSource",
     "ModelRefused",
+    "check_networks",
     "networks_are_here",
     "source",
     "template_face",

@@ -12,10 +12,9 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
-from kogao_core import assets
 from kogao_core.face import OUTLINE_POINTS, Face
 from kogao_core.geometry import Array, Image
-from kogao_core.landmarks import search
+from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, View
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.mesh import LEAST_SCORE
@@ -67,7 +66,7 @@ class FacemarkSource:
 
     @cached_property
     def _detector(self) -> BlazeFace:
-        return BlazeFace(assets.path("models/face_detection_back.tflite"))
+        return BlazeFace(locked.network(locked.DETECTOR))
 
     def find(self, rgb: Image) -> list[Face]:
         """Return the faces of an upright image, largest first; see `MeshSource.find`."""

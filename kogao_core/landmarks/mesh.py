@@ -14,7 +14,7 @@ import numpy as np
 from kogao_core import assets
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array, Image
-from kogao_core.landmarks import search
+from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, View
 from kogao_core.landmarks.edges import EdgeNetwork, refine
 from kogao_core.landmarks.outline import silhouette
@@ -174,7 +174,7 @@ class MeshSource:
 
     @cached_property
     def _detector(self) -> BlazeFace:
-        return BlazeFace(assets.path("models/face_detection_back.tflite"))
+        return BlazeFace(locked.network(locked.DETECTOR))
 
     @cached_property
     def _edges(self) -> EdgeNetwork:
@@ -182,7 +182,7 @@ class MeshSource:
 
     @cached_property
     def _network(self) -> MeshNetwork:
-        return MeshNetwork(assets.path("models/face_landmarks_detector.tflite"))
+        return MeshNetwork(locked.network(locked.MESH))
 
     def find(self, rgb: Image) -> list[Face]:
         """Return the faces of an upright image, largest first.
@@ -202,6 +202,8 @@ class MeshSource:
         ------
         AssetMissing
             If the networks aren't in this installation.
+        ModelRefused
+            If they are damaged.
         ValueError
             If `rgb` isn't an image.
         """

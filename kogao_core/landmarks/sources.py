@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from kogao_core import assets
 from kogao_core.face import LandmarkSource
+from kogao_core.landmarks import locked
 from kogao_core.landmarks.aam import AamSource
 from kogao_core.landmarks.facemark import FacemarkSource
 from kogao_core.landmarks.mesh import MeshSource
 
-_NETWORKS: Final = ("models/face_detection_back.tflite", "models/face_landmarks_detector.tflite")
+_NETWORKS: Final = (locked.DETECTOR, locked.MESH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,3 +76,16 @@ def networks_are_here() -> bool:
         return all(assets.path(name).exists() for name in _NETWORKS)
     except assets.AssetMissing:
         return False
+
+
+def check_networks() -> None:
+    """Check that the networks which are here are those that Kogao came with.
+
+    Raises
+    ------
+    ModelRefused
+        If one is damaged.
+    """
+    for name in _NETWORKS:
+        with suppress(assets.AssetMissing):
+            locked.network(name)

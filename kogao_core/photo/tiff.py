@@ -319,7 +319,7 @@ def with_metadata(
 
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
-    """Return what a directory can say of an EXIF block; None where that can't be read or written."""
+    """Return what a directory can say of an EXIF block; None where nobody can read or write it."""
     if exif is None:
         return None
     block, directory = Pillow.Exif(), TiffImagePlugin.ImageFileDirectory_v2()

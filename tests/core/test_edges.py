@@ -8,7 +8,7 @@ import pytest
 
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks import template_face
+from kogao_core.landmarks import ModelRefused, template_face
 from kogao_core.landmarks.edges import EdgeNetwork, network, refine, training
 from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
 from kogao_core.landmarks.pixels import Pyramid
@@ -45,7 +45,7 @@ def test_the_model_in_the_repository_is_small() -> None:
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "other.npz", a=np.zeros(3, np.float32))
-    with pytest.raises(ValueError, match=r"other\.npz isn't a model"):
+    with pytest.raises(ModelRefused, match=r"other\.npz isn't a model"):
         EdgeNetwork.read(tmp_path / "other.npz")
 
 

@@ -11,7 +11,7 @@ from typing import Final
 from kogao_core import assets
 from kogao_core.face import Face
 from kogao_core.geometry import Image
-from kogao_core.landmarks import search
+from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.aam import points
 from kogao_core.landmarks.aam.fitting import Fit, fit_both_ways
 from kogao_core.landmarks.aam.haar import HaarFaces
@@ -54,7 +54,7 @@ class AamSource:
     @cached_property
     def _detector(self) -> BlazeFace | None:
         try:
-            return BlazeFace(assets.path("models/face_detection_back.tflite"))
+            return BlazeFace(locked.network(locked.DETECTOR))
         except assets.AssetMissing:
             return None
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import zipfile
+import zlib
 from pathlib import Path
 from typing import Final
 
@@ -11,11 +14,13 @@ from kogao_core.geometry import Array
 from kogao_core.landmarks.edges import network
 from kogao_core.landmarks.edges.network import Floats
 from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
+from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
 from kogao_core.threads import one_blas_thread
 
 MODEL: Final = "models/edges.npz"
+_DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError)
 
 # Steps, each 1 % of the outer inter-ocular distance: how far the edge lies from the silhouette, how
 # much its distance changes from line to line, and what counts as the same place.
@@ -44,13 +49,16 @@ class EdgeNetwork:
 
         Raises
         ------
-        ValueError
-            If the file holds another kind of model.
+        ModelRefused
+            If the file is damaged or holds another kind of model.
         """
-        with np.load(path, allow_pickle=False) as file:
-            parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
+        except (OSError, EOFError, KeyError, ValueError, *_DAMAGED_ARCHIVE) as error:
+            raise ModelRefused(f"{path} is damaged ({error}); reinstall Kogao") from error
         if [array.shape for array in parameters] != network.shapes():
-            raise ValueError(f"{path.name} isn't a model of the outline's edge")
+            raise ModelRefused(f"{path.name} isn't a model of the outline's edge; reinstall Kogao")
         return EdgeNetwork(parameters)
 
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
