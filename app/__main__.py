@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from kogao_core.stderr import open_standard_streams
+
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
@@ -36,6 +38,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         0, or with ``--screenshot`` 1 when the picture can't be rendered or the search for faces
         fails, 3 for a file that can't be read or written and 4 for no face.
     """
+    open_standard_streams()
     # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
     # of its own makes them up to a hundred times slower. It reads this when numpy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

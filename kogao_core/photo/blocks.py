@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 import io
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Final
 
 import jpeglib
 import numpy as np
 import numpy.typing as npt
+from jpeglib import dct_jpeg
 
 from kogao_core.atomic import aside
 from kogao_core.geometry import Image
@@ -71,7 +77,7 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
         If tables, subsampling, colours or size differ from the source's.
     """
     _check_coding(source)
-    with aside(folder) as place, hushed() as said:
+    with aside(folder) as place, hushed() as said, _copies_in(place):
         fresh, merged = place / "fresh", place / "merged"
         fresh.write_bytes(encoded)
         old, new = _read(source), _read(fresh)
@@ -87,6 +93,22 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
         new.write_dct(str(merged), flags=["+OPTIMIZE_CODING"])
         data = _with_headers_of(encoded, merged.read_bytes())
     return Kept(data, 1.0 - float(changed.mean()), tuple(said))
+
+
+@contextmanager
+def _copies_in(place: Path) -> Iterator[None]:
+    """Let the copies that jpeglib makes of its sources lie there, not in the temporary folder.
+
+    A program that is killed would leave whole photos there. One thread at a time.
+    """
+    theirs = dct_jpeg.tempfile
+    dct_jpeg.tempfile = SimpleNamespace(
+        NamedTemporaryFile=functools.partial(tempfile.NamedTemporaryFile, dir=place)
+    )
+    try:
+        yield
+    finally:
+        dct_jpeg.tempfile = theirs
 
 
 def _check_coding(source: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 from pathlib import Path
@@ -76,9 +77,9 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         return said
     except OSError as error:
         reason = error.strerror or error
-        raise CannotWrite(
-            f"{path} can't be written ({reason}); choose another folder or make room"
-        ) from error
+        too_long = error.errno == errno.ENAMETOOLONG
+        way_out = "choose a shorter name" if too_long else "choose another folder or make room"
+        raise CannotWrite(f"{path} can't be written ({reason}); {way_out}") from error
 
 
 def _backed_up(path: Path) -> Path:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from pathlib import Path
+
 import cv2
 import pytest
 from kogao_app.__main__ import main
@@ -64,6 +68,15 @@ def test_no_face_ends_with_4_and_still_shows_the_window(source, photo, shot, cap
     assert run(source, photo, "--screenshot", shot) == 4
     assert "no face" in capsys.readouterr().err
     assert shot.is_file()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
+def test_a_picture_replaces_only_files(source, photo, tmp_path, capsys):
+    link = tmp_path / "window.png"
+    link.symlink_to(os.devnull)
+    assert run(source, photo, "--screenshot", link) == 3
+    assert "it is a device, not a file" in capsys.readouterr().err
+    assert Path(os.devnull).is_char_device()
 
 
 def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, capsys):

@@ -2,7 +2,9 @@
 
 A child saves photos and their projects over and over, its own source among them, or works on a
 batch with projects, and is killed at a random moment. Afterwards every file must be whole: the old
-version or the new one. A batch that is let alone in the end must do the rest.
+version or the new one, and nothing may lie in the folder for temporary files. What a program left
+beside its target must be gone when the next one has saved there. A batch that is let alone in the
+end must do the rest.
 """
 
 from __future__ import annotations
@@ -18,12 +20,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from kogao_core import photo, project
+from kogao_core.atomic import is_aside, put
 from kogao_core.project import Project, Sheet
 from kogao_core.sidecar import original, sidecar_of
 from kogao_core.strict import BadFile
@@ -38,7 +42,7 @@ BATCH_SECONDS = (0.5, 4.0)
 BATCH_SHARE = 0.1
 EXPECTED = (
     *("killed while saving", "killed in a batch", "batch had ended before"),
-    "left a partial file",
+    "left something aside until the next run",
 )
 SUFFIXES = (".jpg", ".png", ".tif", ".webp")
 
@@ -77,7 +81,7 @@ def unreadable(folder: Path) -> list[str]:
     """Return which photos and projects in a folder are no longer whole."""
     found = []
     for path in sorted(folder.rglob("*.*")):
-        if "aside" in path.parts or path.suffix in (".partial", ".jsonl"):
+        if "aside" in path.parts or is_aside(path) or path.suffix == ".jsonl":
             continue
         try:
             if path.suffix == ".json":
@@ -100,19 +104,45 @@ def harm(folder: Path) -> list[str]:
     return found
 
 
-def partials(folder: Path) -> int:
-    """Remove what a killed program had written aside; return whether there was something."""
-    left = list(folder.rglob(".*.partial"))
-    for partial in left:
-        partial.unlink()
-    return bool(left)
+def left_aside(folder: Path) -> bool:
+    """Return whether a killed program has left something beside its targets."""
+    return any(is_aside(path) for path in folder.rglob("*"))
+
+
+def left_for_good(folder: Path, temporary: Path) -> list[str]:
+    """Return what nobody would ever remove once another program has saved in the folder."""
+    child = os.fork()
+    if not child:
+        for place in {folder, *(path.parent for path in folder.rglob("*") if is_aside(path))}:
+            if not is_aside(place):
+                put(b"", place / "next.jsonl")
+        os._exit(0)
+    os.waitpid(child, 0)
+    stayed = [f"{path.name} was never removed" for path in folder.rglob("*") if is_aside(path)]
+    return stayed + [f"{path} lies in the temporary folder" for path in temporary.iterdir()]
+
+
+@contextlib.contextmanager
+def _folders() -> Iterator[tuple[Path, Path]]:
+    """Make a folder to work in, and one that programs take for the system's temporary one."""
+    with tempfile.TemporaryDirectory(prefix="kills-") as name:
+        folder, temporary = Path(name, "work"), Path(name, "temporary")
+        folder.mkdir()
+        temporary.mkdir()
+        before, os.environ["TMPDIR"] = os.environ.get("TMPDIR"), str(temporary)
+        tempfile.tempdir = None  # asked again
+        try:
+            yield folder, temporary
+        finally:
+            tempfile.tempdir = None
+            del os.environ["TMPDIR"]
+            os.environ.update({"TMPDIR": before} if before else {})
 
 
 def kill_savers(kills: int, seed: int, counts: collections.Counter[str]) -> None:
     """Kill programs that save, and count what happened."""
     rng = np.random.default_rng(seed)
-    with tempfile.TemporaryDirectory(prefix="kills-") as name:
-        folder = Path(name)
+    with _folders() as (folder, temporary):
         prepare(folder)
         for kill in range(kills):
             child = os.fork()
@@ -122,15 +152,16 @@ def kill_savers(kills: int, seed: int, counts: collections.Counter[str]) -> None
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             counts["killed while saving"] += 1
-            counts["left a partial file"] += partials(folder)
+            counts["left something aside until the next run"] += left_aside(folder)
             counts.update(harm(folder))
+            counts.update(left_for_good(folder, temporary))
 
 
 def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter[str]) -> None:
     """Kill batches with all their workers, let a last one end, and count what happened."""
     rng = np.random.default_rng(seed)
-    with tempfile.TemporaryDirectory(prefix="kills-") as name:
-        inputs, out = Path(name) / "in", Path(name) / "out"
+    with _folders() as (folder, temporary):
+        inputs, out = folder / "in", folder / "out"
         bad = thousand.make(inputs, photos, rng)
         before = thousand.digest(inputs)
         for _ in range(kills):
@@ -145,8 +176,9 @@ def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter
                 os.killpg(running.pid, signal.SIGKILL)
             running.wait()
             counts["killed in a batch"] += 1
-            counts["left a partial file"] += partials(out)
+            counts["left something aside until the next run"] += left_aside(out)
             counts.update(unreadable(out))
+            counts.update(left_for_good(folder, temporary))
             if before != thousand.digest(inputs):
                 counts["a source or a project has changed"] += 1
         thousand.run(inputs, out, 2)

@@ -98,7 +98,7 @@ def judge(inputs: Path, out: Path, damaged: set[Path], done_as: set[str]) -> lis
             wrong.append(f"{result.name} is {'there' if result.exists() else 'missing'}")
         elif result.exists() and photo.read(result).pixels.shape != photo.read(path).pixels.shape:
             wrong.append(f"{result.name} has another shape")
-    return wrong + [f"{path.name} was left" for path in out.rglob(".*.partial")]
+    return wrong + [f"{path.name} was left" for path in out.rglob(".kogao-*")]
 
 
 def report(out: Path) -> list[dict[str, str]]:

@@ -4,9 +4,11 @@ import dataclasses
 import io
 import os
 import struct
+import tempfile
 import zlib
 
 import cv2
+import files
 import numpy as np
 import pytest
 from PIL import ExifTags, Image, ImageCms, PngImagePlugin
@@ -565,3 +567,43 @@ def test_metadata_too_long_for_jpeg_is_a_sentence(tmp_path, picture):
     with pytest.raises(CannotWrite, match=r"can't be encoded as JPEG.*write it as"):
         photo.write(source, picture, tmp_path / "out.jpg")
     assert not (tmp_path / "out.jpg").exists()
+
+
+@pytest.mark.parametrize("exif", [b"Exif\0\0nonsense", b"Exif\0\0II*\0\x08\0\0\0\xff\xff"])
+def test_an_exif_block_that_no_tiff_can_hold_is_left_out_with_a_word(tmp_path, picture, exif):
+    source = photo.read(saved(tmp_path / "in.jpg", picture))
+    said = photo.write(dataclasses.replace(source, exif=exif), picture, tmp_path / "out.tif")
+    if exif.endswith(b"nonsense"):
+        assert "EXIF block is damaged, and TIFF can't hold it" in said
+    np.testing.assert_array_equal(photo.read(tmp_path / "out.tif").pixels, picture)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "compression", "name"),
+    [(np.uint16, 50000, "Zstandard"), (np.uint16, 34925, "LZMA"), (np.uint8, 50001, "WebP"),
+     (np.uint8, 34712, "JPEG 2000"), (np.float32, 7, "JPEG"), (np.uint8, 4711, "number 4711")],
+)  # fmt: skip
+def test_a_compression_that_nobody_reads_is_no_damage(tmp_path, dtype, compression, name):
+    path = tmp_path / "in.tif"
+    data = files.tiff(np.zeros((9, 9, 3), dtype))
+    entry = struct.pack("<HHI", 259, 3, 1)
+    at = data.index(entry) + len(entry)
+    path.write_bytes(data[:at] + struct.pack("<H", compression) + data[at + 2 :])
+    assert_refused(path, rf"compression that Kogao doesn't read \({name}\); save it uncomp")
+
+
+def test_a_full_temporary_folder_is_no_trouble(tmp_path, picture, monkeypatch):
+    source = photo.read(saved(tmp_path / "in.jpg", picture))
+    pixels = source.pixels.copy()
+    pixels[:8, :8] ^= 255
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    assert "source's own" in photo.write(source, pixels, tmp_path / "out.jpg")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX files")
+def test_a_name_may_be_as_long_as_the_file_system_takes(tmp_path, picture):
+    path = saved(tmp_path / ("x" * 251 + ".png"), picture)
+    photo.write(photo.read(path), picture, tmp_path / ("y" * 251 + ".jpg"))
+    with pytest.raises(CannotWrite, match=r"name too long.*choose a shorter name"):
+        photo.write(photo.read(path), 255 - picture, path, force=True)
+    np.testing.assert_array_equal(photo.read(path).pixels, picture)

@@ -4,6 +4,7 @@ import concurrent.futures
 import dataclasses
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -217,6 +218,44 @@ def test_the_report_names_what_was_asked(folder, tmp_path):
     assert batch.work(dataclasses.replace(task, done=outcome.key)).status == "skipped"
     other = dataclasses.replace(task, done=outcome.key, recipe=Recipe(percent=4.0).to_dict())
     assert batch.work(other).status == "done"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
+def test_what_looks_like_a_photo_and_is_none_fails_by_name(capsys, small_portrait, tmp_path):
+    inputs, out = tmp_path / "in", tmp_path / "out"
+    (inputs / "album.jpg").mkdir(parents=True)  # a folder may be called anything
+    shutil.copy(small_portrait, inputs / "a.jpg")
+    os.mkfifo(inputs / "pipe.jpg")
+    (inputs / "dangling.jpg").symlink_to("gone.jpg")
+    (inputs / "circle.jpg").symlink_to("circle.jpg")
+    (inputs / ".kogao-0123456789abcdef.partial").mkdir()
+    shutil.copy(small_portrait, inputs / ".kogao-0123456789abcdef.partial" / "b.jpg")
+    code, _, err = run(capsys, inputs, "-o", out, "-j", 1)
+    assert code == 5
+    assert "4 of 4: 1 done, 3 failed" in err
+    for name, words in (
+        ("pipe.jpg", "is not an ordinary file"),
+        ("dangling.jpg", "is a link to gone.jpg, where there is nothing"),
+        ("circle.jpg", "is a link to circle.jpg, where there is nothing"),
+    ):
+        assert re.search(f"{name} {words}", err), err
+        code, _, err_of_one = run(capsys, inputs / name, "-o", tmp_path / name)
+        assert code == 5
+        assert words in err_of_one
+
+
+def test_a_cluster_without_workers_is_not_waited_for(capsys, small_portrait, tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
+    assert workers._ANSWER_S + workers._JOIN_S < 20
+    monkeypatch.setattr(workers, "_JOIN_S", 0.2)
+    with distributed.LocalCluster(
+        n_workers=0, dashboard_address=None, silence_logs="CRITICAL"
+    ) as cluster:
+        address = cluster.scheduler_address
+        code, said, err = run(capsys, small_portrait, "-o", tmp_path / "out", "--dask", address)
+    assert (code, said) == (2, "")
+    assert "has no workers; start some with: dask worker" in err
+    assert len(err.splitlines()) == 1
 
 
 def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portrait, tmp_path):

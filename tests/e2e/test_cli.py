@@ -476,6 +476,39 @@ def test_bad_outputs(fails, tmp_path, faceless):
     fails(2, "JPEG can't hold this 16-bit photo", "warp", deep, "-o", tmp_path / "out.jpg")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
+@pytest.mark.parametrize("kind", ["pipe", "link to a pipe", "link to a device", "circle"])
+def test_only_files_are_replaced(fails, portrait, tmp_path, kind):
+    photo = tmp_path / "photo.jpg"
+    shutil.copy(portrait, photo)
+    os.mkfifo(tmp_path / "pipe")
+    to = {"link to a pipe": tmp_path / "pipe", "link to a device": os.devnull}
+
+    def put(name):
+        path = tmp_path / name
+        if kind == "pipe":
+            os.mkfifo(path)
+        else:
+            path.symlink_to(to.get(kind, path))
+        return path
+
+    commands = {
+        "out.jpg": ("warp", photo, "-o", tmp_path / "out.jpg"),
+        "photo.jpg.kogao.json": ("warp", photo, "-o", tmp_path / "new.jpg", "--save-project"),
+        "photo.tem": ("landmarks", "export", photo, "--format", "tem", "-o", tmp_path),
+        "photo-lattice.png": ("experiment", "figures", photo, "-o", tmp_path),
+        "report.html": ("experiment", "domains", photo, "--html", tmp_path / "report.html"),
+    }
+    for name, command in commands.items():
+        path = put(name)
+        for force in ((), ("--force",)):
+            fails(2, "can't be replaced: it is a", *command, *force)
+        path.unlink()
+    put("batch.jsonl")
+    words = "report .*can't be written .it is a"
+    fails(3, words, "batch", photo, "-o", tmp_path / "out", "--report", tmp_path / "batch.jsonl")
+
+
 def test_a_full_disk_leaves_nothing(fails, portrait, tmp_path, monkeypatch):
     def full(_):
         raise OSError(28, "No space left on device")
@@ -511,6 +544,20 @@ def test_landmarks_come_from_where_they_are_asked_for(cli, portrait, tmp_path):
     code, said, err = cli("detect", portrait, "--landmarks", tmp_path / "model.yaml")
     assert (code, said) == (2, "")
     assert "no landmark model" in err
+
+
+@pytest.mark.parametrize("name", ["face_detection_back", "face_landmarks_detector"])
+def test_a_damaged_network_is_no_photo_without_a_face(fails, portrait, tmp_path, monkeypatch, name):
+    everything = assets.path
+    damaged = tmp_path / f"{name}.tflite"
+    data = bytearray(everything(f"models/{name}.tflite").read_bytes())
+    data[len(data) // 2 :][:64] = bytes(64)
+    damaged.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+    monkeypatch.setattr(assets, "path", lambda one: damaged if name in one else everything(one))
+    words = f"{name}.tflite is damaged or another file.*doctor"
+    fails(1, words, "detect", portrait)
+    fails(1, words, "warp", portrait, "-o", tmp_path / "out.jpg")
+    fails(1, words, "batch", portrait, "-o", tmp_path / "out")
 
 
 def test_missing_networks_say_how_to_get_them(fails, faceless, tmp_path, monkeypatch):

@@ -1,0 +1,126 @@
+"""Decoders' complaints become notes; everything else still reaches standard error."""
+
+import os
+import re
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+from files import directory
+from PIL import Image
+from scenes import textured_photo
+
+from kogao_core import stderr
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="closes a descriptor")
+SAVING = """
+    import sys
+    from kogao_core import photo
+    from kogao_core.stderr import open_standard_streams
+    open_standard_streams()
+    try:
+        source = photo.read(sys.argv[1])
+        pixels = source.pixels.copy()
+        pixels[:8, :8] ^= 255
+        print(source.notes, photo.write(source, pixels, sys.argv[2], force=True))
+    except photo.UnreadablePhoto as problem:
+        print(problem)
+"""
+
+
+def run(code, *arguments, options=(), **more):
+    """Run a program, since pytest turns on what leaves standard error alone."""
+    command = [sys.executable, *options, "-c", textwrap.dedent(code), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, **more)
+    return done.stdout.strip(), done.stderr
+
+
+@pytest.fixture
+def damaged(tmp_path):
+    """A JPEG with bytes too many before its end, which decoders skip with a word."""
+    path = tmp_path / "in.jpg"
+    Image.fromarray(textured_photo(80, 64, 3)).save(path, quality=95)
+    path.write_bytes(path.read_bytes()[:-2] + bytes(300) + b"\xff\xd9")
+    return path
+
+
+def test_what_a_decoder_says_of_damage_becomes_a_note(damaged, tmp_path):
+    said, err = run(SAVING, damaged, tmp_path / "out.jpg")
+    assert re.search("slightly damaged: 2[0-9]+ extraneous bytes before marker 0xd9", said)
+    assert err == ""
+
+
+def test_libtiff_is_not_heard(tmp_path):
+    path = tmp_path / "in.tif"
+    tags = {
+        256: (4, 40), 257: (4, 30), 258: (3, [8] * 3), 259: (3, 8), 262: (3, 2), 273: (4, 8),
+        277: (3, 3), 278: (4, 30), 279: (4, 200),
+    }  # fmt: skip
+    path.write_bytes(b"II*\0" + (208).to_bytes(4, "little") + b"\xaa" * 200 + directory(tags, 208))
+    said, err = run(SAVING, path, tmp_path / "out.tif")
+    assert "damaged or incomplete" in said
+    assert err == ""
+
+
+def test_what_others_say_meanwhile_is_passed_on():
+    said, err = run("""
+        import os, sys, warnings
+        from kogao_core.stderr import hushed
+        with hushed() as said:
+            os.write(2, b"Corrupt JPEG data: bad Huffman code\\ntempfile.tif: Bad\\nof others\\n")
+            print("our own", file=sys.stderr, flush=True)
+            warnings.warn("of Pillow")
+        with hushed() as again:
+            os.write(2, b"unknown file: data corrupted at 9\\n")
+        print("after", file=sys.stderr)
+        print(said, again)
+    """)
+    assert said == "['bad Huffman code'] ['data corrupted at 9']"
+    assert err == "of others\nour own\nafter\n"
+
+
+def test_who_looks_for_crashes_hears_everything():
+    _, err = run(
+        """
+        import os
+        from kogao_core.stderr import hushed
+        with hushed():
+            os.write(2, b"Corrupt JPEG data: bad Huffman code\\n")
+            os.kill(os.getpid(), 0)
+        """,
+        options=("-X", "faulthandler"),
+    )
+    assert err == "Corrupt JPEG data: bad Huffman code\n"
+
+
+@posix
+def test_a_closed_standard_error_changes_no_byte(damaged, tmp_path):
+    run(SAVING, damaged, tmp_path / "out.jpg")
+    run(SAVING, damaged, tmp_path / "closed.jpg", preexec_fn=lambda: os.close(2))
+    assert (tmp_path / "closed.jpg").read_bytes() == (tmp_path / "out.jpg").read_bytes()
+
+
+@posix
+def test_files_never_get_the_descriptor_of_a_standard_stream(tmp_path):
+    said, _ = run(
+        """
+        import sys
+        from kogao_core.stderr import open_standard_streams
+        open_standard_streams()
+        with open(sys.argv[1], "wb") as file:
+            print(file.fileno() > 2)
+        """,
+        tmp_path / "file",
+        preexec_fn=lambda: os.closerange(2, 3),
+    )
+    assert said == "True"
+
+
+def test_an_error_within_still_lets_go():
+    with pytest.raises(ValueError, match="mine"), stderr.hushed():
+        raise ValueError("mine")
+    with stderr.hushed() as said:
+        np.zeros(1)
+    assert said == []
