@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -45,3 +46,12 @@ def small_portrait(portrait: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     path = tmp_path_factory.mktemp("portrait") / "small.jpg"
     Image.open(portrait).resize((300, 300)).save(path, quality=92)
     return path
+
+
+@pytest.fixture
+def device() -> Iterator[Path]:
+    """A device in a file system where nobody can replace it: a terminal of our own."""
+    ours, theirs = os.openpty()
+    yield Path(os.ttyname(theirs))
+    os.close(ours)
+    os.close(theirs)

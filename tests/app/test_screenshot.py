@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import sys
-from pathlib import Path
 
 import cv2
 import pytest
@@ -71,12 +69,12 @@ def test_no_face_ends_with_4_and_still_shows_the_window(source, photo, shot, cap
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
-def test_a_picture_replaces_only_files(source, photo, tmp_path, capsys):
+def test_a_picture_replaces_only_files(source, photo, tmp_path, device, capsys):
     link = tmp_path / "window.png"
-    link.symlink_to(os.devnull)
+    link.symlink_to(device)
     assert run(source, photo, "--screenshot", link) == 3
     assert "it is a device, not a file" in capsys.readouterr().err
-    assert Path(os.devnull).is_char_device()
+    assert device.is_char_device()
 
 
 def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, capsys):

@@ -24,19 +24,19 @@ with aside(Path(sys.argv[1])) as place:
 """
 
 
-def not_files(folder):
+def not_files(folder, device):
     """Make what files must not replace, and links to it."""
     os.mkfifo(folder / "pipe")
     (folder / "folder").mkdir()
     (folder / "a").symlink_to(folder / "b")
     (folder / "b").symlink_to(folder / "a")
     (folder / "to a pipe").symlink_to("pipe")
-    (folder / "to a device").symlink_to(os.devnull)
+    (folder / "to a device").symlink_to(device)
     yield from ("pipe", "folder", "a", "to a pipe", "to a device")
 
 
-def test_only_files_are_replaced(tmp_path):
-    names = list(not_files(tmp_path))
+def test_only_files_are_replaced(tmp_path, device):
+    names = list(not_files(tmp_path, device))
     before = {path: path.lstat() for path in tmp_path.iterdir()}
     for name in names:
         with pytest.raises(NotAFile, match="it is a"):

@@ -32,12 +32,12 @@ def fails(cli, tmp_path):
     """Run a command that must fail with a code, one line on stderr, and leave no file behind."""
 
     def run(code, words, *arguments):
-        before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+        before = {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")}
         found, out, err = cli(*arguments)
         assert (found, out) == (code, "")
         assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
         assert re.search(words, err), err
-        assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+        assert {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
     return run
 
@@ -478,11 +478,11 @@ def test_bad_outputs(fails, tmp_path, faceless):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
 @pytest.mark.parametrize("kind", ["pipe", "link to a pipe", "link to a device", "circle"])
-def test_only_files_are_replaced(fails, portrait, tmp_path, kind):
+def test_only_files_are_replaced(fails, portrait, tmp_path, device, kind):
     photo = tmp_path / "photo.jpg"
     shutil.copy(portrait, photo)
     os.mkfifo(tmp_path / "pipe")
-    to = {"link to a pipe": tmp_path / "pipe", "link to a device": os.devnull}
+    to = {"link to a pipe": tmp_path / "pipe", "link to a device": device}
 
     def put(name):
         path = tmp_path / name
