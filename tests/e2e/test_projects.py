@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from kogao_core import batch, photo
+from kogao_core.batch import report
 from kogao_core.recipe import Recipe
 from kogao_core.sidecar import sidecar_of
 
@@ -249,9 +250,11 @@ def test_a_report_that_was_cut_is_gone_on_with(cli, kept, tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
-def test_a_report_that_cannot_be_written_is_one_line(cli, kept, tmp_path):
-    code, said, err = cli("batch", kept, "-o", tmp_path / "out", "-j", 1, "--report", "/dev/full")
-    one_line(code, err, 3, "/dev/full can't be written.*what is done stays done")
+def test_a_report_that_cannot_be_written_is_one_line(cli, kept, tmp_path, monkeypatch):
+    full = Path("/dev/full")
+    monkeypatch.setattr(report, "_appended", lambda _: full.open("a", encoding="utf-8"))
+    code, said, err = cli("batch", kept, "-o", tmp_path / "out", "-j", 1)
+    one_line(code, err, 3, "jsonl can't be written .No space.*what is done stays done")
     assert said == ""
     assert (tmp_path / "out" / "a.jpg").exists()
 
