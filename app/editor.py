@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QThreadPool
+from PySide6.QtCore import QObject, Qt, QThreadPool
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.face import LandmarkSource
@@ -174,8 +174,8 @@ class Editor(QObject):
                 "closer": lambda: canvas.zoom_to(canvas.zoom * 1.5),
                 "farther": lambda: canvas.zoom_to(canvas.zoom / 1.5),
                 "find": self.files.find,
-                "next-point": lambda: self.editing.select_next(1),
-                "previous-point": lambda: self.editing.select_next(-1),
+                "next-point": lambda: self._select_next(1),
+                "previous-point": lambda: self._select_next(-1),
                 "place": self.files.place,
                 "copy-settings": self.choices.copy,
                 "paste-settings": self.choices.paste,
@@ -187,8 +187,14 @@ class Editor(QObject):
             action = self.window.actions_by_name[menus.overlay_action(layer.name)]
             action.toggled.connect(lambda on, name=layer.name: canvas.show_overlay(name, on))
 
+    def _select_next(self, step: int) -> None:
+        # Wherever the keys went before, the arrows move the point now.
+        self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.editing.select_next(step)
+
     def _join_canvas(self) -> None:
         canvas, window = self.window.canvas, self.window
+        canvas.picked.connect(self.choices.choose)
         canvas.grabbed.connect(self.editing.grab)
         canvas.dragged.connect(self.editing.drag)
         canvas.released.connect(self.editing.release)

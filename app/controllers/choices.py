@@ -42,12 +42,16 @@ class Choices(QObject):
         document.changed.connect(self._follow)
         editing.took.connect(self._take)
         editing.centre_taken.connect(self._take_centre)
+        editing.escaped.connect(lambda: self.choose(None))
 
     def choose(self, face: int | None) -> None:
         """Edit the settings of a face from now on; None for the photo's."""
         if face != self._scene.face:
             self._editing.commit()
             self._scene.face = face
+            selected = self._scene.selected
+            if face is not None and selected is not None and selected.face != face:
+                self._editing.let_selection_go()
             self.chosen.emit()
 
     def set_field(self, field: str, value: object) -> None:

@@ -26,6 +26,8 @@ class Editing(QObject):
     -------
     aborted
         The gesture in hand is over; views let go of it.
+    escaped
+        There was nothing to abort and no point to let go.
     named(str)
         What the point under the cursor is called; empty for none.
     restyled
@@ -37,6 +39,7 @@ class Editing(QObject):
     """
 
     aborted = Signal()
+    escaped = Signal()
     named = Signal(str)
     restyled = Signal()
     took = Signal(int)
@@ -71,13 +74,15 @@ class Editing(QObject):
         self._document.commit(self._text)
 
     def abort(self) -> None:
-        """End the gesture in hand as if it hadn't been."""
+        """End the gesture in hand as if it hadn't been; without one, let point, then face go."""
         self._held = None
         self.aborted.emit()
         if self._document.in_gesture:
             self._document.abort()
-        else:
+        elif self._scene.selected is not None:
             self._select(None)
+        else:
+            self.escaped.emit()
 
     def undo(self) -> None:
         """Take the last gesture back; one in hand is only aborted."""

@@ -36,5 +36,11 @@ def specs() -> tuple[Spec, ...]:
             tr("Keep these settings under a name"),
         ),
         Spec("keys", menu, tr("&Keys…"), "Ctrl+K", tr("Choose other keys"), ends_group=True),
-        Spec("abort", menu, tr("&Abort the gesture"), "Escape", tr("Leave everything as it was")),
+        Spec(
+            "abort",
+            menu,
+            tr("&Abort the gesture"),
+            "Escape",
+            tr("Leave everything as it was; without a gesture, let the point go, then the face"),
+        ),
     )

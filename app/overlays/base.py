@@ -86,7 +86,7 @@ class Overlay(pg.GraphicsObject):
         scene = self.shown
         if scene.original or not scene.image.area or not self.wanted():
             return
-        place = Place(_affine(painter.worldTransform()), viewport_of(painter, widget))
+        place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
         painter.save()
         painter.setWorldTransform(QTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -102,7 +102,8 @@ class Overlay(pg.GraphicsObject):
         raise NotImplementedError
 
 
-def _affine(transform: QTransform) -> Affine:
+def affine(transform: QTransform) -> Affine:
+    """Return a transform of Qt's."""
     matrix = np.array([[transform.m11(), transform.m21()], [transform.m12(), transform.m22()]])
     return Affine(matrix, np.array([transform.dx(), transform.dy()]))
 

@@ -107,19 +107,45 @@ def arrow(painter: QPainter, shafts: Sequence[QLineF], colour: QColor) -> None:
     lines(painter, [*shafts, *heads], colour, 1.2)
 
 
-def label(painter: QPainter, at: QPointF, text: str, *, bold: bool = False) -> None:
+def plate(
+    font: QFont, at: QPointF, text: str, *, bold: bool = False, within: QRectF | None = None
+) -> QRectF:
+    """Return the plate of a label; one whose place is `within` an area lies there as a whole."""
+    heavy = QFont(font)
+    heavy.setBold(bold)
+    metrics = QFontMetricsF(heavy)
+    box = QRectF(at.x(), at.y() - metrics.height() / 2 - 1, 0, metrics.height() + 2)
+    box.setWidth(metrics.horizontalAdvance(text) + 8)
+    if within is not None:
+        box.moveRight(min(box.right(), within.right()))
+        box.moveLeft(max(box.left(), within.left()))
+        box.moveBottom(min(box.bottom(), within.bottom()))
+        box.moveTop(max(box.top(), within.top()))
+    return box
+
+
+def label(
+    painter: QPainter,
+    at: QPointF,
+    text: str,
+    *,
+    bold: bool = False,
+    within: QRectF | None = None,
+) -> None:
     """Write light text on a dark plate whose left edge is at `at`, centred in height."""
+    on_plate(painter, plate(painter.font(), at, text, bold=bold, within=within), text, bold=bold)
+
+
+def on_plate(painter: QPainter, box: QRectF, text: str, *, bold: bool = False) -> None:
+    """Write light text on a dark plate."""
     font = QFont(painter.font())
     font.setBold(bold)
     painter.setFont(font)
-    metrics = QFontMetricsF(font)
-    plate = QRectF(at.x(), at.y() - metrics.height() / 2 - 1, 0, metrics.height() + 2)
-    plate.setWidth(metrics.horizontalAdvance(text) + 8)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(0, 0, 0, 170))
-    painter.drawRoundedRect(plate, 3, 3)
+    painter.drawRoundedRect(box, 3, 3)
     painter.setPen(QColor(255, 255, 255))
-    painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
 def warning(painter: QPainter, at: QPointF, size: float = 14.0) -> None:

@@ -136,4 +136,5 @@ class Names(Overlay):
             face = scene.state.faces[scene.hovered.face]
             count, confidence = len(face.outline), points.confidence(face, scene.hovered)
             sure = "" if confidence is None else tr(" · {n:.0f} % sure", n=100 * confidence)
-            glyphs.label(painter, at + QPointF(14, -14), points.name(scene.hovered, count) + sure)
+            text = points.name(scene.hovered, count) + sure
+            glyphs.label(painter, at + QPointF(14, -14), text, within=place.viewport)

@@ -32,6 +32,6 @@ class StraightLines(Overlay):
                 glyphs.lines(painter, [chord, *ticks], glyphs.STRAIGHT, 1.0)
                 continue
             glyphs.lines(painter, [chord, *ticks], glyphs.BENT, 2.4)
-            glyphs.label(
-                painter, chord.center() + _BESIDE, tr("{px:.1f} px", px=line.bend_px), bold=True
-            )
+            middle, text = chord.center(), tr("{px:.1f} px", px=line.bend_px)
+            within = place.viewport if place.viewport.contains(middle) else None
+            glyphs.label(painter, middle + _BESIDE, text, bold=True, within=within)

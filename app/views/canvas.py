@@ -7,16 +7,20 @@ from typing import Final
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from ..i18n import tr
 from ..layers import layers
+from ..overlays.base import Place, affine
 from ..overlays.comparison import KNOB_PX
+from ..overlays.numbers import badges
 from ..points import Handle, corners, handles
+from ..regions import face_at
 from ..scene import Scene
 from .viewport import Viewport
 
 GRAB_RADIUS_PX: Final = 12.0
+_MARK_PX: Final = 5.0
 _ARROWS: Final = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
@@ -33,6 +37,8 @@ class PhotoCanvas(Viewport):
 
     Signals
     -------
+    picked(int)
+        A face is clicked.
     grabbed(Handle, float, float), dragged(float, float), released
         A handle is taken at (x, y) px of the photo, moved there, and let go.
     hovered(object, float, float)
@@ -45,6 +51,7 @@ class PhotoCanvas(Viewport):
         Arrow keys: steps in px of the photo, and the key let go.
     """
 
+    picked = Signal(int)
     grabbed = Signal(object, float, float)
     dragged = Signal(float, float)
     released = Signal()
@@ -61,8 +68,8 @@ class PhotoCanvas(Viewport):
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(
             tr(
-                "Drag points to correct them; arrow keys nudge one. With a tool in hand they move "
-                "its place, and Enter sets it down and lifts it"
+                "Click a face to select it, drag its points to correct them; arrow keys nudge one. "
+                "With a tool in hand they move its place, and Enter sets it down and lifts it"
             )
         )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -71,11 +78,13 @@ class PhotoCanvas(Viewport):
         self._space = False
         self._held: Handle | None = None
         self._painting = self._wiping = False
+        # Where the button went down on no handle: a click, until the cursor goes far from there.
+        self._clicked: QPointF | None = None
         self._pointer: QPointF | None = None
 
     def let_go(self) -> None:
         """Forget what is in hand, as Escape does; the button may still be down."""
-        self._held, self._painting = None, False
+        self._held, self._painting, self._clicked = None, False, None
 
     def hold_space(self, held: bool) -> None:
         """Pan with the left button while Space is held."""
@@ -88,20 +97,37 @@ class PhotoCanvas(Viewport):
         self._point_at(None)
 
     def handle_at(self, at: QPointF) -> Handle | None:
-        """Return the nearest handle within reach of a point of the viewport."""
+        """Return the nearest handle within reach of a point of the viewport.
+
+        In another face than the selected one, those of the selected one answer only on their marks.
+        """
         scene = self.shown
         if scene.original or scene.brush.paints:
             return None
         kinds = {kind for name in scene.visible for kind in self._handle_kinds[name]}
-        here = self.to_photo(at)
-        nearest, least = None, GRAB_RADIUS_PX * self.devicePixelRatioF() / self.zoom
+        here, elsewhere = self.to_photo(at), self.face_at(at) not in (None, scene.face)
+        nearest, least = None, self._in_photo(_MARK_PX if elsewhere else GRAB_RADIUS_PX)
         for handle, position in handles(scene.state, kinds, scene.placing):
             distance = float(np.hypot(*(position - here)))
-            if distance < least:
+            if distance < least and scene.answers(handle):
                 nearest, least = handle, distance
         if nearest is None and scene.marking and scene.placing is None:
             return Handle("mark", 0, 0)
         return nearest or self._body_at(at)
+
+    def face_at(self, at: QPointF) -> int | None:
+        """Return the face that a click on a point of the viewport selects: on number or skin."""
+        scene, area = self.shown, self.viewport().rect().toRectF()
+        if len(scene.state.faces) < 2 or scene.busy_hands:
+            return None
+        place = Place(affine(self._to_screen()), area)
+        for badge in reversed(list(badges(scene, place, self.viewport().font()))):
+            if badge.plate.contains(at):
+                return badge.face
+        return face_at(scene.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
+
+    def _in_photo(self, screen_px: float) -> float:
+        return screen_px * float(self.devicePixelRatioF()) / self.zoom
 
     def on_knob(self, at: QPointF) -> bool:
         """Return whether a point of the viewport lies on the divider's knob."""
@@ -127,9 +153,9 @@ class PhotoCanvas(Viewport):
         takes = left and not self._space
         if takes and self.on_knob(at):
             self._wiping = True
-        elif not (takes and self._set_down(at)) and (
-            left or event.button() == Qt.MouseButton.MiddleButton
-        ):
+        elif takes and not self._set_down(at):
+            self._clicked = at
+        elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
             self.start_pan(at)
         event.accept()
 
@@ -152,6 +178,8 @@ class PhotoCanvas(Viewport):
         elif self._in_hand:
             shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
             self._move_to(at, straight=bool(shift))
+        elif self._clicked is not None:
+            self._pan_once_dragged(self._clicked, at)
         elif self.panning:
             self.pan_to(at)
         elif event.buttons() == Qt.MouseButton.NoButton:
@@ -159,8 +187,16 @@ class PhotoCanvas(Viewport):
             self._point_at(handle)
             if self.on_knob(at):
                 self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
+            elif handle is None and self.face_at(at) not in (None, self.shown.face):
+                self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
             self.hovered.emit(handle, *self.to_photo(at).tolist())
         event.accept()
+
+    def _pan_once_dragged(self, start: QPointF, at: QPointF) -> None:
+        if (at - start).manhattanLength() >= QApplication.startDragDistance():
+            self._clicked = None
+            self.start_pan(start)
+            self.pan_to(at)
 
     @property
     def _in_hand(self) -> bool:
@@ -174,8 +210,11 @@ class PhotoCanvas(Viewport):
             self.dragged.emit(x, y)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go."""
+        """Let go, or select the face that was clicked."""
         self._wiping = False
+        face = None if self._clicked is None else self.face_at(self._clicked)
+        if face is not None:
+            self.picked.emit(face)
         self._lift()
         self.end_pan()
         self.hold_space(self._space)

@@ -78,6 +78,10 @@ class Driver:
     def release(self, at: QPoint) -> None:
         QTest.mouseRelease(self.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
 
+    def click(self, at: QPoint) -> None:
+        self.press(at)
+        self.release(at)
+
     def drag(self, start: QPoint, by: QPoint) -> None:
         self.press(start)
         for part in (by / 3, by / 2, by):
@@ -150,6 +154,15 @@ def empty(start: Callable[[], Driver]) -> Driver:
 
 @pytest.fixture
 def opened(start: Callable[[], Driver], photo: Path) -> Driver:
+    driver = start()
+    driver.open(photo)
+    return driver
+
+
+@pytest.fixture
+def two(start: Callable[[], Driver], source: KnownFaces, photo: Path) -> Driver:
+    """A photo with two faces."""
+    source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
     driver = start()
     driver.open(photo)
     return driver

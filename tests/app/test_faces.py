@@ -8,24 +8,12 @@ from kogao_app.points import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
-from scenes import oval_face
 
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 KEYS = Qt.Key
-
-
-@pytest.fixture
-def two(start, source, photo):
-    source.faces = [
-        oval_face(center=(120, 170), size=0.45),
-        oval_face(center=(350, 170), size=0.45),
-    ]
-    driver = start()
-    driver.open(photo)
-    return driver
 
 
 def choose(driver, row):
@@ -108,31 +96,14 @@ def test_what_only_the_photo_can_choose_stays_the_photos(two):
     assert two.state.faces[1].recipe is None
 
 
-def test_a_point_in_hand_selects_its_face_once_one_is_selected(two):
-    chin = Handle("outline", 1, 10)
-    at = two.on_screen(chin)
-    two.press(at)
-    two.release(at)
-    assert two.editor.scene.face is None
-    choose(two, 1)
-    two.press(at)
-    two.release(at)
-    assert two.editor.scene.face == 1
-    assert two.window.recipe.owner.title.text() == "Face 2"
-
-
-def test_a_clicked_centre_belongs_to_a_face_with_its_own_settings(two):
+def test_a_clicked_centre_is_that_of_the_selected_face_alone(two):
     choose(two, 2)
-    press(two, percent(two), KEYS.Key_End)
-    choose(two, 0)
     two.key(KEYS.Key_L)
     two.key(KEYS.Key_T)
-    for face in (0, 1):
-        at = two.on_screen(Handle("centre", face, 3 - face))
-        two.press(at)
-        two.release(at)
-    assert two.state.recipe.center == 4
+    two.click(two.on_screen(Handle("centre", 1, 2)))
     assert two.state.faces[1].recipe.center == 3
+    assert two.state.recipe == Recipe()
+    assert two.state.faces[0].recipe is None
 
 
 def test_settings_are_copied_from_face_to_face_and_to_another_photo(two, start, photo):

@@ -39,6 +39,20 @@ def test_keys_select_points_and_arrows_move_them(opened):
     assert opened.editor.scene.selected.kind == "target", "from the first one round to the last"
 
 
+def test_the_arrows_move_the_point_wherever_the_keys_went_before(opened):
+    slider = opened.window.recipe.percent.slider
+    slider.setFocus()
+    QTest.keyClick(slider, KEYS.Key_Right)
+    opened.key(KEYS.Key_Period, CONTROL)
+    before = opened.state
+    for _ in range(2):
+        QTest.keyClick(opened.window.focusWidget(), KEYS.Key_Left)
+    opened.settle()
+    assert opened.state.recipe == before.recipe
+    moved = opened.state.faces[0].outline[0] - before.faces[0].outline[0]
+    np.testing.assert_allclose(moved, (-2.0, 0.0))
+
+
 def test_a_stroke_is_painted_with_arrows_and_enter(opened):
     opened.key(KEYS.Key_B)
     start = middle(opened)
