@@ -86,7 +86,9 @@ def _edit(
     told = editor.admit if shot is None else shot.admit
     faults.caught.connect(told, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
-    if options.photo is not None:
+    if options.photo is not None and shot is None:
+        editor.desk.show_places([options.photo])
+    elif options.photo is not None:
         editor.dialogs.open(options.photo)
     elif options.sample:
         editor.files.open_sample()
@@ -102,7 +104,13 @@ def _edit(
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="kogao", description="Make faces a little smaller.")
     what = parser.add_mutually_exclusive_group()
-    what.add_argument("photo", nargs="?", type=Path, metavar="PHOTO", help="photo to open")
+    what.add_argument(
+        "photo",
+        nargs="?",
+        type=Path,
+        metavar="PHOTO",
+        help="photo or project to open, or a folder of photos",
+    )
     what.add_argument("--sample", action="store_true", help="open the portrait that is built in")
     what.add_argument(
         "--rate", type=Path, metavar="FOLDER", help="rate the pictures of a study (docs/study.md)"

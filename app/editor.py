@@ -115,7 +115,13 @@ class Editor(QObject):
         self._follows_system(True)
         self._dress()
         self.display = DisplayPart(
-            self.document, self.scene, self.choices, self.live, self.window, self
+            self.document,
+            self.scene,
+            self.choices,
+            self.live,
+            self.window,
+            (self.on_canvas.protecting.changed, self.by_hand.manual.changed, self.editing.restyled),
+            self,
         )
 
     @property
@@ -183,6 +189,7 @@ class Editor(QObject):
                 "about": lambda: about_box(self.window).open(),
             },
         )
+        self.window.actions_by_name["hide-overlays"].toggled.connect(self.window.overlays.hide_all)
         for layer in layers():
             action = self.window.actions_by_name[menus.overlay_action(layer.name)]
             action.toggled.connect(lambda on, name=layer.name: canvas.show_overlay(name, on))
@@ -202,6 +209,8 @@ class Editor(QObject):
         canvas.nudge_ended.connect(self.editing.commit)
         canvas.hovered.connect(self.editing.hover)
         canvas.hovered.connect(lambda _, x, y: window.status.show_cursor(x, y))
+        canvas.dragged.connect(window.status.show_cursor)
+        canvas.stroked.connect(lambda x, y, _: window.status.show_cursor(x, y))
         window.original_held.connect(canvas.show_original)
         window.asked_to_close.connect(
             lambda: self.batch.guard(lambda: self.dialogs.guard(self.close))
@@ -224,7 +233,11 @@ class Editor(QObject):
         window = self.window
         self.files.said.connect(window.bar.say)
         self.recovery.said.connect(window.bar.say)
+        self.desk.said.connect(window.bar.say)
         self.files.quiet.connect(window.bar.clear)
+        self.document.undo.indexChanged.connect(window.bar.move_on)
+        self.document.opened.connect(window.bar.move_on)
+        self.files.quiet.connect(window.empty.hide)
         self.files.unreadable.connect(lambda _: self.desk.pass_over())
         self.files.working.connect(window.status.hint)
         self.editing.named.connect(window.status.name_point)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 from .i18n import tr
@@ -33,6 +34,11 @@ def layers() -> tuple[Layer, ...]:
         Layer("straight", tr("Straight lines and their bend"), "S"),
         Layer("protection", tr("Protected places"), "P"),
     )
+
+
+def kinds(visible: AbstractSet[str]) -> set[Kind]:
+    """Return the kinds of handles that the visible overlays show."""
+    return {kind for layer in layers() if layer.name in visible for kind in layer.handles}
 
 
 ON_AT_FIRST = frozenset({"landmarks", "targets", "centre", "folds", "protection"})

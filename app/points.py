@@ -154,11 +154,6 @@ def name(handle: Handle, count: int) -> str:
             return tr("a new landmark")
 
 
-def hint(state: State) -> str:
-    """Return what can be done with the points there are."""
-    return tr("Drag a point to correct it") if state.faces else ""
-
-
 def confidence(face: Face, handle: Handle) -> float | None:
     """Return how sure the landmark is, 0 to 1; None where nobody says or it is no landmark."""
     first = {"outline": 0, "eye": len(face.outline), "mouth": len(face.outline) + 4}

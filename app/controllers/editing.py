@@ -192,6 +192,11 @@ class Editing(QObject):
         self._scene.placing = len(state.faces)
         self.restyled.emit()
 
+    @property
+    def placing(self) -> bool:
+        """True while a face is dragged into place."""
+        return self._scene.placing is not None
+
     def end_placing(self) -> None:
         """Take the frame away: the face is in place."""
         self._scene.placing = None

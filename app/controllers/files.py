@@ -14,7 +14,7 @@ from kogao_core.photo import FORMATS, CannotDisclose, Photo
 from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
 from kogao_core.strict import BadFile
 
-from .. import photos, points
+from .. import photos
 from ..document import Document
 from ..i18n import reason, sentence, tr
 from ..projects import Work, state_of
@@ -35,9 +35,9 @@ class Files(QObject):
     said(Message)
         For the bar over the canvas.
     working(str)
-        What is under way, or what can be done next.
+        What is under way or has just been done; empty for nothing.
     quiet
-        Earlier messages no longer hold.
+        Something is tried now: what was said of the last action no longer holds.
     wants_open, wants_save, wants_options
         A dialog is needed.
     found(int)
@@ -137,12 +137,17 @@ class Files(QObject):
                 tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
                 tr("Hold \\ to see the photo as it was."),
             )
-            self.said.emit(Message("\n".join(lines), (self._open_step(),), wrong=False))
+            text, steps = "\n".join(lines), (self._open_step(),)
+            self.said.emit(Message(text, steps, wrong=False, holds=self._on_sample))
+
+    def _on_sample(self) -> bool:
+        path = self._document.path
+        return path is None or photos.is_sample(path)
 
     def _opened(self, opened: _Opened) -> None:
         # Whoever went on with the old photo meanwhile hasn't been asked about that.
         if self._document.in_gesture or self._document.state is not self._left:
-            self.working.emit(points.hint(self._document.state))
+            self.working.emit("")
             self.wants_leave.emit(lambda: self._show(opened))
         else:
             self._show(opened)
@@ -157,7 +162,7 @@ class Files(QObject):
         if work is not None:
             text = tr("The photo starts afresh, its project can't be used: {problem}", problem=work)
             self.said.emit(Message(sentence(text)))
-        self.find()
+        self._look()
 
     def _go_on_with(self, work: Work, photo: Photo) -> None:
         state = state_of(work.project.at_size(photo.width, photo.height))
@@ -166,7 +171,7 @@ class Files(QObject):
             self.working.emit(tr("The unsaved changes are back"))
         else:
             self._document.begin_with(state)
-            self.working.emit(tr("Drag a point to correct it") if state.faces else "")
+            self.working.emit("")
         self.restored.emit(work)
         self.found.emit(len(state.faces))
 
@@ -183,7 +188,11 @@ class Files(QObject):
         self.find()
 
     def find(self) -> None:
-        """Look for faces."""
+        """Look for faces again."""
+        self.quiet.emit()
+        self._look()
+
+    def _look(self) -> None:
         photo = self._document.photo
         if photo is not None:
             self._finding.drop()
@@ -198,7 +207,7 @@ class Files(QObject):
             self._editing.replace_faces(faces)
         else:
             self._document.start_with(faces)
-        self.working.emit(points.hint(self._document.state))
+        self.working.emit("")
         self.found.emit(len(faces))
 
     def _not_found(self, problem: Exception) -> None:
@@ -223,7 +232,7 @@ class Files(QObject):
         text = tr(
             "Drag the frame onto the face; a corner turns and sizes it. Then drag single points."
         )
-        self.said.emit(Message(text, (done,), wrong=False))
+        self.said.emit(Message(text, (done,), wrong=False, holds=lambda: self._editing.placing))
 
     # -- saving ----------------------------------------------------------------------------------
 
@@ -244,6 +253,7 @@ class Files(QObject):
         photo, original = self._document.photo, self._document.path
         if photo is None or original is None:
             return
+        self.quiet.emit()
         if path.exists() and original.exists() and path.samefile(original):
             self._refuse(tr("That is the original; it is never written over."))
             return

@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Signal
 
 from kogao_core.project import Mode
 
-from .. import marking, points
+from .. import marking
 from ..clock import SettingClock
 from ..document import Document, State
 from ..i18n import tr
@@ -22,14 +22,11 @@ class Manual(QObject):
     -------
     changed
         Another mode or tool is in hand, or the clock was stopped or set going.
-    hinted(str)
-        What to do next.
     applied
         Everything is set, and the clock has stopped.
     """
 
     changed = Signal()
-    hinted = Signal(str)
     applied = Signal()
 
     def __init__(
@@ -64,8 +61,6 @@ class Manual(QObject):
     def take_marker(self, marking_now: bool) -> None:
         """Let a press on the photo mark a landmark, or drag the photo again."""
         self._scene.marking = marking_now and self.mode == "manual"
-        state = self._document.state
-        self.hinted.emit(marking.next_hint(state) if self._scene.marking else points.hint(state))
         self.changed.emit()
 
     def apply(self) -> None:
@@ -98,7 +93,6 @@ class Manual(QObject):
         if self._start is not None:
             self._start = None
             self._editing.commit()
-            self.hinted.emit(marking.next_hint(self._document.state))
 
     # -- the selected point ------------------------------------------------------------------------
 

@@ -100,6 +100,7 @@ class Projects(QObject):
         photo = self._document.photo
         if photo is None:
             return
+        self._files.quiet.emit()
         if not is_project(file):
             file, replace = file.with_name(file.name + sidecar.SUFFIX), False
         if file.exists() and file != self._own and not replace:
@@ -140,6 +141,7 @@ class Projects(QObject):
 
     def open(self, file: Path) -> None:
         """Open the photo that a project file is about, with what the file holds."""
+        self._files.quiet.emit()
         self.working.emit(tr("Opening {name}…", name=file.name))
         self._loading.submit(lambda: (file, *opened_with(file)))
 

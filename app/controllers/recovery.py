@@ -178,7 +178,7 @@ class Recovery(QObject):
             Step(tr("Restore"), lambda: self._guard(lambda: self._restore(orphan))),
             Step(tr("Discard"), lambda: self._discard(orphan)),
         )
-        self.said.emit(Message(text, steps, wrong=False))
+        self.said.emit(Message(text, steps, wrong=False, holds=lambda: True))
 
     def _restore(self, orphan: Orphan) -> None:
         self._files.open(Path(orphan.project.original.path), Work(orphan.project))

@@ -16,6 +16,15 @@ def specs() -> tuple[Spec, ...]:
         Spec("closer", menu, tr("Zoom &in"), "+", tr("Look closer")),
         Spec("farther", menu, tr("Zoom &out"), "-", tr("See more"), ends_group=True),
         *_overlays(menu),
+        Spec(
+            "hide-overlays",
+            menu,
+            tr("Hide all &overlays"),
+            "O",
+            tr("The photo without marks, or the same marks again"),
+            checked=False,
+            ends_group=True,
+        ),
         Spec("panels", menu, "", "", ""),
         Spec(
             "hide-panels",

@@ -14,6 +14,7 @@ from kogao_core.targets import center_candidates
 
 from .. import points
 from ..i18n import tr
+from ..layers import kinds
 from . import glyphs
 from .base import Overlay, Place
 
@@ -119,7 +120,7 @@ class Placement(Overlay):
 
 
 class Names(Overlay):
-    """The point under the cursor by its name, and a ring round the selected one."""
+    """The point under the cursor by its name, and a ring round the selected one, where shown."""
 
     def wanted(self) -> bool:
         """Show it whenever there is such a point."""
@@ -128,10 +129,11 @@ class Names(Overlay):
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the ring below the name."""
         scene = self.shown
-        if scene.selected is not None:
+        shown = {*kinds(scene.visible), "corner"}
+        if scene.selected is not None and scene.selected.kind in shown:
             (at,) = place.points(points.position(scene.state, scene.selected))
             glyphs.ring(painter, at, glyphs.HALO, 2.0)
-        if scene.hovered is not None and scene.hovered.kind != "body":
+        if scene.hovered is not None and scene.hovered.kind in shown:
             (at,) = place.points(points.position(scene.state, scene.hovered))
             face = scene.state.faces[scene.hovered.face]
             count, confidence = len(face.outline), points.confidence(face, scene.hovered)

@@ -19,8 +19,8 @@ class PixelGrid(Overlay):
     """Thin lines between the pixels of the photo, half way between their centres."""
 
     def wanted(self) -> bool:
-        """Show it whenever the zoom is high enough, which `draw` knows."""
-        return True
+        """Show it where the zoom is high enough, as `draw` knows, unless everything is hidden."""
+        return bool(self.shown.visible)
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the lines on screen."""

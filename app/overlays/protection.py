@@ -23,10 +23,9 @@ class Protected(Overlay):
     _shapes: tuple[tuple[Stroke, QPainterPath, QPainterPath], ...] = ()
 
     def wanted(self) -> bool:
-        """Show it also while a tool is in hand that changes it."""
-        return bool(self.shown.state.protection.strokes) and (
-            super().wanted() or self.shown.brush.paints
-        )
+        """Show it also while a tool is in hand that changes it, unless everything is hidden."""
+        handled = self.shown.brush.paints and bool(self.shown.visible)
+        return bool(self.shown.state.protection.strokes) and (super().wanted() or handled)
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch that stays with the photo."""

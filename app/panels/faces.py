@@ -70,7 +70,8 @@ class FacesPanel(QWidget):
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
                 item = self.item(index)
                 item.setCheckState(check)
-                item.setText(_caption(index, face))
+                item.setText("\n".join(_caption(index, face)))
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
 
     def _fill(self, faces: tuple[Face, ...]) -> None:
@@ -97,8 +98,14 @@ class FacesPanel(QWidget):
             self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
 
 
-def _caption(index: int, face: Face) -> str:
+def _caption(index: int, face: Face) -> list[str]:
+    """Return the lines beside the thumbnail: number, score, and whose settings the face goes by."""
     by_hand = face.source == "manual"
     score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
-    number = str(index + 1) if face.recipe is None else tr("{n} · own", n=index + 1)
-    return f"{number}\n{score}"
+    return [str(index + 1), score, *([] if face.recipe is None else [tr("own")])]
+
+
+def _spoken(index: int, face: Face) -> str:
+    _, score, *own = _caption(index, face)
+    what = [tr("Face {n}", n=index + 1), score, *(tr("settings of its own") for _ in own)]
+    return ", ".join(what)

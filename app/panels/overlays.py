@@ -25,6 +25,7 @@ class OverlaysPanel(QWidget):
 
     def __init__(self, actions: Mapping[str, QAction]) -> None:
         super().__init__()
+        self._actions, self._hidden = list(actions.values()), list[QAction]()
         column = column_of(self, spacing=2 * GRID_PX)
         column.addWidget(heading(tr("Overlays")))
         grid = QGridLayout()
@@ -34,6 +35,13 @@ class OverlaysPanel(QWidget):
             grid.addWidget(self._box(name, action), row, 0)
             grid.addWidget(_key_label(action), row, 1)
         column.addLayout(grid)
+
+    def hide_all(self, hidden: bool) -> None:
+        """Switch all overlays off, or those on again that were."""
+        if hidden:
+            self._hidden = [action for action in self._actions if action.isChecked()]
+        for action in self._hidden:
+            action.setChecked(not hidden)
 
     def _box(self, name: str, action: QAction) -> QCheckBox:
         box = QCheckBox(action.text())

@@ -10,6 +10,7 @@ from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from kogao_core.domain import NAMES
+from kogao_core.pipeline import Rendering
 from kogao_core.recipe import DomainName
 
 from ..i18n import tr
@@ -18,6 +19,7 @@ from ..theme import GRID_PX
 from .controls import column_of, heading, muted_label
 
 _BAR_PX: Final = 8
+_NONE: Final = "–"  # noqa: RUF001
 
 
 class ReadingsPanel(QWidget):
@@ -31,7 +33,21 @@ class ReadingsPanel(QWidget):
         row.setSpacing(8 * GRID_PX)
         row.addWidget(self.timings, 1)
         row.addWidget(self.domains, 1)
+        self.forget()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def show_rendering(self, rendering: Rendering) -> None:
+        """Show what a whole result took and changed; dashes where no face was to be moved."""
+        if rendering.pairs:
+            self.timings.show_laps(rendering.timings_ms)
+            self.domains.show_counts(rendering.pixel_counts)
+        else:
+            self.forget()
+
+    def forget(self) -> None:
+        """Show dashes: nothing is measured yet."""
+        self.timings.forget()
+        self.domains.forget()
 
 
 class _Timings(QWidget):
@@ -57,6 +73,13 @@ class _Timings(QWidget):
             lap = laps_ms.get(stage, 0.0)
             bar.show_share(lap / total if total else 0.0)
             value.setText(tr("{ms:.1f} ms", ms=lap))
+
+    def forget(self) -> None:
+        """Show a dash for each stage."""
+        self.total.clear()
+        for bar, value in self._rows.values():
+            bar.show_share(0.0)
+            value.setText(_NONE)
 
     def texts(self) -> dict[str, str]:
         """Return what each stage's row says."""
@@ -90,6 +113,12 @@ class _Domains(QWidget):
             pixels.setText(tr("{n:,} px", n=count).replace(",", "\u2009"))
             share.setText(tr("{n:.1f} %", n=100 * count / whole))
             saved.setText(tr("{n:.1f} % saved", n=100 * (1 - count / whole)))
+
+    def forget(self) -> None:
+        """Show a dash for each domain."""
+        for row in self._rows.values():
+            for cell in row:
+                cell.setText(_NONE)
 
     def texts(self) -> dict[DomainName, tuple[str, ...]]:
         """Return what each domain's row says: pixels, their share, and what is saved."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
@@ -19,6 +20,8 @@ from .centre import CentreChoice
 from .controls import Fold, Scale, ValueSlider, column_of, muted_label
 from .gauge import NaturalnessGauge
 from .owner import OwnerLine
+
+_NONE: Final = "–"  # noqa: RUF001
 
 
 class RecipePanel(QWidget):
@@ -140,7 +143,7 @@ class RecipePanel(QWidget):
         moved = pairs.warp_distance_px
         spacing = fit.spacing_px(pairs, face.frame, state.recipe_of(index))
         self.percent.note.setText(tr("{px:.1f} px on average", px=moved))
-        per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else "∞"
+        per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else _NONE
         self.lattice.note.setText(
             tr(
                 "{px:.0f} px · {r:.2f} × landmark spacing\n{w} × warp distance",  # noqa: RUF001

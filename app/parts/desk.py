@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSettings, QThreadPool
+from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
 
 from .. import actions, recent
 from ..controllers.dialogs import Dialogs
@@ -14,12 +14,21 @@ from ..document import Document
 from ..i18n import tr
 from ..photos import is_sample
 from ..views import shortcuts
+from ..views.bar import Message
 from ..views.palette import Palette
 from ..views.window import Window
 
 
 class Desk(QObject):
-    """Joins all that to the window."""
+    """Joins all that to the window.
+
+    Signals
+    -------
+    said(Message)
+        For the bar over the canvas.
+    """
+
+    said = Signal(object)
 
     def __init__(
         self,
@@ -38,11 +47,13 @@ class Desk(QObject):
         self._wanted: Path | None = None
         shortcuts.restore(settings, window.actions_by_name)
         self.size_known = window.docks.restore(settings)
+        # It was left with photos; now it is empty.
+        window.docks.hide("strip")
         window.history.setStack(document.undo)
         self._join_actions()
         self._join_photos()
         document.opened.connect(self._follow)
-        window.empty.show_recent(recent.paths(settings))
+        window.empty.show_recent(recent.there(settings))
 
     @property
     def busy(self) -> bool:
@@ -62,8 +73,9 @@ class Desk(QObject):
             welcome()
 
     def pass_over(self) -> None:
-        """Go on along the strip after a photo that couldn't be opened."""
+        """Go on along the strip after a photo that couldn't be opened, or from the beginning."""
         self._window.strip.pass_over(self._wanted)
+        self._window.empty.setVisible(self._document.photo is None)
 
     def _join_actions(self) -> None:
         window, named = self._window, self._window.actions_by_name
@@ -99,12 +111,14 @@ class Desk(QObject):
             self.strip.show(places)
 
     def _show_strip(self, paths: list[Path]) -> None:
+        if not paths:
+            self._window.docks.hide("strip")
+            self.said.emit(Message(tr("There is no photo in that folder; choose another one.")))
+            return
         self._window.docks.show("strip")
-        if paths and self._document.path not in paths:
+        if self._document.path not in paths:
             self._wanted = paths[0]
             self._dialogs.open(paths[0])
-        elif not paths:
-            self._window.status.hint(tr("There is no photo in that folder"))
         self._window.strip.mark(self._document.path)
 
     def _open(self, path: Path) -> None:
@@ -119,20 +133,19 @@ class Desk(QObject):
         path = self._document.path
         if path is not None and not is_sample(path):
             recent.add(self._settings, path)
-            self._window.empty.show_recent(recent.paths(self._settings))
+            self._window.empty.show_recent(recent.there(self._settings))
         self._window.strip.mark(path)
-        self._window.empty.hide()
 
     def _fill_recent(self) -> None:
-        menu, paths = self._window.recent, recent.paths(self._settings)
+        menu, paths = self._window.recent, recent.there(self._settings)
         menu.clear()
-        for path in paths:
-            action = menu.addAction(path.name.replace("&", "&&"))
+        for path, title in zip(paths, recent.titles(paths), strict=True):
+            action = menu.addAction(title.replace("&", "&&"))
             action.setToolTip(str(path))
             action.triggered.connect(lambda _=False, path=path: self._open(path))
         menu.addSeparator()
         forget = menu.addAction(tr("&Forget these"))
-        forget.setEnabled(bool(paths))
+        forget.setEnabled(bool(recent.paths(self._settings)))
         forget.triggered.connect(lambda: recent.clear(self._settings))
 
     def _show_palette(self) -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject
+from collections.abc import Sequence
+
+from PySide6.QtCore import QObject, SignalInstance
 
 from kogao_core.pipeline import Rendering
 
 from ..controllers.choices import Choices
 from ..controllers.live import Live
 from ..document import Document
+from ..hints import hint
 from ..i18n import tr
 from ..scene import Scene
 from ..surfaces import Frame
@@ -16,7 +19,13 @@ from ..views.window import Window
 
 
 class DisplayPart(QObject):
-    """Follows the document and the renderings, and brings the window up to date."""
+    """Follows the document and the renderings, and brings the window up to date.
+
+    Parameters
+    ----------
+    tools : sequence of SignalInstance
+        What tells that another tool is in hand.
+    """
 
     def __init__(
         self,
@@ -25,11 +34,14 @@ class DisplayPart(QObject):
         choices: Choices,
         live: Live,
         window: Window,
+        tools: Sequence[SignalInstance],
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._document, self._scene, self._live, self._window = document, scene, live, window
         choices.chosen.connect(self._show_document)
+        for changed in (document.changed, choices.chosen, *tools):
+            changed.connect(self._show_tool)
         document.opened.connect(self._show_photo)
         document.changed.connect(self._show_document)
         document.undo.cleanChanged.connect(self._show_title)
@@ -48,6 +60,7 @@ class DisplayPart(QObject):
             self._window.recipe.clear_readings()
             self._window.faces.open(self._document.pyramid)
             self._window.status.show_photo(self._document.photo)
+            self._window.readings.forget()
 
     def _show_document(self) -> None:
         self._window.recipe.show_state(self._document.state, self._scene.face)
@@ -55,6 +68,9 @@ class DisplayPart(QObject):
         self._window.faces.show_state(self._document.state, self._scene.face)
         self._show_title()
         self._show_history()
+
+    def _show_tool(self) -> None:
+        self._window.status.show_tool(hint(self._scene))
 
     def _show_zoom(self) -> None:
         if self._document.photo is not None:
@@ -88,5 +104,4 @@ class DisplayPart(QObject):
         self._window.status.show_speed(frame.took_ms)
 
     def _show_measures(self, rendering: Rendering) -> None:
-        self._window.readings.timings.show_laps(rendering.timings_ms)
-        self._window.readings.domains.show_counts(rendering.pixel_counts)
+        self._window.readings.show_rendering(rendering)

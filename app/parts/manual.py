@@ -40,7 +40,6 @@ class ManualPart(QObject):
         clock.ticked.connect(lambda: window.manual.show_clock(clock))
         window.activated.connect(clock.focus)
         clock.focus(window.isActiveWindow())
-        self.manual.hinted.connect(window.status.hint)
         self.manual.changed.connect(self._show)
         self.modes.compared.connect(lambda it: ModesDialog(it, window).open())
         self.modes.said.connect(window.bar.say)

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QElapsedTimer, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from ..i18n import tr
 from ..theme import GRID_PX
+
+# What is done sooner after a message came was done without having read it.
+UNREAD_MS: Final = 2000
+LINGER_MS: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +27,32 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What the bar says, the steps it offers, and whether something went wrong."""
+    """What the bar says.
+
+    Parameters
+    ----------
+    text : str
+        What happened.
+    steps : tuple of Step
+        What can be done about it.
+    wrong : bool
+        Whether something went wrong.
+    holds : callable, optional
+        Whether it still holds; such a message stays until it doesn't, or is answered. One without
+        is about the last action and goes with the next.
+    """
 
     text: str
     steps: tuple[Step, ...] = ()
     wrong: bool = True
+    holds: Callable[[], bool] | None = None
 
 
 class MessageBar(QFrame):
-    """One message at a time.
+    """One message at a time: the newest about the last action, else the newest that still holds.
+
+    A message about the last action goes with the next step of the document (`move_on`) or the next
+    attempt to open, save or find something (`clear`). One that only informs also goes by itself.
 
     Signals
     -------
@@ -51,11 +73,51 @@ class MessageBar(QFrame):
         self._row.setSpacing(2 * GRID_PX)
         self._row.addWidget(self.text, 1)
         self.buttons: list[QPushButton] = []
+        self._last: Message | None = None
+        self._holding: list[Message] = []
+        self._shown: Message | None = None
+        self._since = QElapsedTimer()
+        self._linger = QTimer(self, singleShot=True, interval=LINGER_MS)
+        self._linger.timeout.connect(self._fade)
         self.hide()
 
     def say(self, message: Message) -> None:
-        """Show a message in place of the last one."""
-        self.clear()
+        """Show a message, in place of the last one unless that one holds."""
+        if message.holds is None:
+            self._last = message
+        else:
+            others = [known for known in self._holding if known.text != message.text]
+            self._holding = [*others, message]
+        self._show()
+
+    def move_on(self) -> None:
+        """Take a step of the document as the answer to what was said of the last action."""
+        if self._since.isValid() and self._since.hasExpired(UNREAD_MS):
+            self._last = None
+        self._show()
+
+    def clear(self) -> None:
+        """Say nothing more of the last action."""
+        self._last = None
+        self._show()
+
+    def _fade(self) -> None:
+        if self.underMouse() or any(button.hasFocus() for button in self.buttons):
+            self._linger.start()
+        else:
+            self.clear()
+
+    def _show(self) -> None:
+        self._holding = [message for message in self._holding if message.holds and message.holds()]
+        message = self._last or (self._holding[-1] if self._holding else None)
+        if message is self._shown:
+            return
+        self._empty()
+        self._shown = message
+        if message is not None:
+            self._fill(message)
+
+    def _fill(self, message: Message) -> None:
         self.text.setText(message.text)
         self.setProperty("bar", "wrong" if message.wrong else "hint")
         self.style().polish(self)
@@ -63,13 +125,16 @@ class MessageBar(QFrame):
         for step in message.steps:
             self._add(step.text, step.act)
         self._add(tr("Dismiss"), lambda: None)
+        self._since.start()
+        if not message.wrong and not message.steps and message.holds is None:
+            self._linger.start()
         self.show()
         self.raise_()
 
-    def clear(self) -> None:
-        """Say nothing."""
+    def _empty(self) -> None:
         if any(button.hasFocus() for button in self.buttons):
             self.left.emit()
+        self._linger.stop()
         self.hide()
         for button in self.buttons:
             self._row.removeWidget(button)
@@ -84,5 +149,7 @@ class MessageBar(QFrame):
         self.buttons.append(button)
 
     def _take(self, act: Callable[[], object]) -> None:
+        answered = self._shown
+        self._holding = [message for message in self._holding if message is not answered]
         self.clear()
         act()

@@ -10,7 +10,7 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ..i18n import tr
-from ..layers import layers
+from ..layers import kinds
 from ..overlays.base import Place, affine
 from ..overlays.comparison import KNOB_PX
 from ..overlays.numbers import badges
@@ -74,7 +74,6 @@ class PhotoCanvas(Viewport):
         )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
-        self._handle_kinds = {layer.name: layer.handles for layer in layers()}
         self._space = False
         self._held: Handle | None = None
         self._painting = self._wiping = False
@@ -104,10 +103,9 @@ class PhotoCanvas(Viewport):
         scene = self.shown
         if scene.original or scene.brush.paints:
             return None
-        kinds = {kind for name in scene.visible for kind in self._handle_kinds[name]}
         here, elsewhere = self.to_photo(at), self.face_at(at) not in (None, scene.face)
         nearest, least = None, self._in_photo(_MARK_PX if elsewhere else GRAB_RADIUS_PX)
-        for handle, position in handles(scene.state, kinds, scene.placing):
+        for handle, position in handles(scene.state, kinds(scene.visible), scene.placing):
             distance = float(np.hypot(*(position - here)))
             if distance < least and scene.answers(handle):
                 nearest, least = handle, distance

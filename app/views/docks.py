@@ -35,6 +35,7 @@ class Docks(QObject):
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
         self._hidden: list[QDockWidget] = []
+        self._in_front: list[QDockWidget] = []
         self._first: QByteArray | None = None
         window.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
         window.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
@@ -70,6 +71,10 @@ class Docks(QObject):
         self._docks[name].show()
         self._docks[name].raise_()
 
+    def hide(self, name: str) -> None:
+        """Hide a dock."""
+        self._docks[name].hide()
+
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide each dock."""
         return [dock.toggleViewAction() for dock in self._docks.values()]
@@ -83,10 +88,14 @@ class Docks(QObject):
         """Leave the canvas alone in the window, or bring back what was there."""
         if hidden:
             self._hidden = [dock for dock in self._docks.values() if not dock.isHidden()]
+            # Of docks that share a place only the one in front can be seen.
+            self._in_front = [dock for dock in self._hidden if not dock.visibleRegion().isEmpty()]
         for dock in self._hidden:
             dock.setHidden(hidden)
         if not hidden:
-            self._hidden = []
+            for dock in self._in_front:
+                dock.raise_()
+            self._hidden = self._in_front = []
 
     def save(self, settings: QSettings) -> None:
         """Remember the window's size and its docks; the next start shows those all hidden now."""

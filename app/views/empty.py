@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QVBoxLayout
 
+from .. import recent
 from ..i18n import tr
 from ..panels.controls import heading, muted_label
 from ..theme import GRID_PX
@@ -59,15 +60,17 @@ class EmptyState(QFrame):
         """Offer the photos opened lately."""
         for link in self._links:
             link.deleteLater()
-        self._links = [self._link(path) for path in paths[:_MOST_RECENT]]
+        shown = paths[:_MOST_RECENT]
+        titles = recent.titles(shown)
+        self._links = [self._link(*one) for one in zip(shown, titles, strict=True)]
         for link in self._links:
             self._recent.addWidget(link)
         self._title.setVisible(bool(paths))
 
-    def _link(self, path: Path) -> QLabel:
-        link = QLabel(f'<a href="#">{_escaped(path.name)}</a>')
+    def _link(self, path: Path, title: str) -> QLabel:
+        link = QLabel(f'<a href="#">{_escaped(title)}</a>')
         link.setToolTip(str(path))
-        link.setAccessibleName(tr("Open {name}", name=path.name))
+        link.setAccessibleName(tr("Open {name}", name=title))
         link.setTextInteractionFlags(
             Qt.TextInteractionFlag.LinksAccessibleByMouse
             | Qt.TextInteractionFlag.LinksAccessibleByKeyboard

@@ -19,7 +19,7 @@ class StatusLine(QStatusBar):
         self.setSizeGripEnabled(False)
         self._hint, self._cursor, self._photo, self._speed = (QLabel() for _ in range(4))
         self._zoom = QLabel()
-        self._standing = ""
+        self._tool = self._standing = ""
         self._hint.setContentsMargins(8, 0, 0, 0)
         self.addWidget(self._hint, 1)
         for label in (self._cursor, self._photo, self._speed, self._zoom):
@@ -27,10 +27,16 @@ class StatusLine(QStatusBar):
             label.setContentsMargins(8, 4, 8, 4)
             self.addPermanentWidget(label)
 
+    def show_tool(self, text: str) -> None:
+        """Say what the tool in hand does, once it is another one."""
+        if text != self._tool:
+            self._tool = text
+            self.hint("")
+
     def hint(self, text: str) -> None:
-        """Say what is going on or can be done."""
-        self._standing = text
-        self._hint.setText(text)
+        """Say what is under way or has just been done; an empty text brings the tool back."""
+        self._standing = text or self._tool
+        self._hint.setText(self._standing)
 
     def name_point(self, text: str) -> None:
         """Name the point in question; an empty name brings the hint back."""

@@ -93,6 +93,7 @@ class Window(QMainWindow):
         self.empty = EmptyState([named_actions["open"], named_actions["sample"]])
         self.docks = Docks(self)
         self.recent, self.presets = QMenu(tr("Open &recent")), QMenu(tr("Prese&ts"))
+        self.recent.setToolTipsVisible(True)
         self.panels = QMenu(tr("&Panels"))
         self._closing = False
         menus = {"recent": self.recent, "presets": self.presets, "panels": self.panels}
