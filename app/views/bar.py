@@ -77,6 +77,7 @@ class MessageBar(QFrame):
         self._holding: list[Message] = []
         self._shown: Message | None = None
         self._since = QElapsedTimer()
+        self._since.start()
         self._linger = QTimer(self, singleShot=True, interval=LINGER_MS)
         self._linger.timeout.connect(self._fade)
         self.hide()
@@ -92,7 +93,7 @@ class MessageBar(QFrame):
 
     def move_on(self) -> None:
         """Take a step of the document as the answer to what was said of the last action."""
-        if self._since.isValid() and self._since.hasExpired(UNREAD_MS):
+        if self._since.elapsed() >= UNREAD_MS:
             self._last = None
         self._show()
 

@@ -160,6 +160,24 @@ def test_opened_photos_are_offered_again(opened, start, photo, tmp_path):
     assert not any("portrait" in action.text() for action in later.window.recent.actions())
 
 
+def test_photos_of_one_name_are_told_apart_by_their_folders(storage, tmp_path):
+    places = [tmp_path / "a" / "x" / "1.png", tmp_path / "b" / "x" / "1.png"]
+    other, single = tmp_path / "c" / "1.png", tmp_path / "c" / "2.png"
+    assert recent.titles([places[0], other, single]) == [
+        "1.png – x",  # noqa: RUF001
+        "1.png – c",  # noqa: RUF001
+        "2.png",
+    ]
+    assert recent.titles(places) == [f"1.png – {place.parent}" for place in places]  # noqa: RUF001
+    settings = storage.settings()
+    for path in (*places, other):
+        recent.add(settings, path)
+    other.parent.mkdir()
+    other.touch()
+    assert recent.there(settings) == [other], "the others are gone, or their drive is away"
+    assert len(recent.paths(settings)) == 3
+
+
 def test_recent_photos_are_ten_at_most_and_each_once(storage, tmp_path):
     settings = storage.settings()
     for number in (*range(12), 5):
@@ -251,6 +269,41 @@ def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
     empty.key(KEYS.Key_Right, CONTROL)
     empty.settle()
     assert empty.editor.document.path == folder / "last.png"
+
+
+@pytest.mark.usefixtures("storage")
+def test_a_folder_on_the_command_line_becomes_a_film_strip(qapp, source, folder):
+    seen = []
+
+    def look():
+        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and hasattr(w, "strip"))
+        if window.windowTitle() == "Kogao[*]":
+            QTimer.singleShot(50, look)
+            return
+        seen.extend((window.windowTitle(), window.strip.count(), window.bar.isVisible()))
+        window.close()
+
+    QTimer.singleShot(100, look)
+    assert main([str(folder)], source) == 0
+    assert seen == ["0.png[*] – Kogao", 4, False]  # noqa: RUF001
+
+
+def test_the_start_card_goes_while_a_photo_is_read_and_comes_back_if_that_fails(empty, folder):
+    empty.editor.desk.show_places([folder / "broken.jpg"])
+    assert not empty.window.empty.isVisible()
+    empty.settle()
+    assert "broken.jpg" in empty.say()
+    assert empty.window.empty.isVisible()
+
+
+def test_a_strip_without_photos_is_hidden_at_the_next_start(empty, start, folder):
+    drop(empty, folder)
+    assert empty.window.strip.isVisible()
+    empty.editor.close()
+    later = start()
+    later.open(folder / "0.png")
+    assert dock(later, "strip").isHidden()
+    assert later.window.readings.isVisible()
 
 
 def test_a_folder_without_photos_is_said(empty, tmp_path):
@@ -387,6 +440,18 @@ def test_all_panels_go_and_come_back_with_one_key(opened):
     opened.key(KEYS.Key_F8)
     opened.qtbot.waitUntil(lambda: opened.canvas.width() == width)
     assert dock(opened, "strip").isHidden()
+
+
+def test_the_panel_in_front_is_in_front_again(opened):
+    def in_front(name):
+        return not dock(opened, name).visibleRegion().isEmpty()
+
+    opened.window.docks.show("history")
+    opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
+    opened.key(KEYS.Key_F8)
+    opened.qtbot.waitUntil(lambda: not in_front("history"))
+    opened.key(KEYS.Key_F8)
+    opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
 
 
 def test_panels_that_are_all_hidden_are_there_next_time(opened, start):

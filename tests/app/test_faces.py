@@ -50,6 +50,15 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     assert two.editor.document.undo.count() == 1
 
 
+def test_no_row_of_a_face_is_cut(two):
+    choose(two, 2)
+    press(two, percent(two), KEYS.Key_End)
+    rows = two.window.faces.list
+    assert rows.sizeHintForColumn(0) <= rows.viewport().width()
+    spoken = two.window.faces.item(1).data(Qt.ItemDataRole.AccessibleTextRole)
+    assert spoken == "Face 2, by hand, settings of its own"
+
+
 def test_the_panel_shows_the_selected_faces_values(two):
     choose(two, 1)
     press(two, percent(two), KEYS.Key_End)

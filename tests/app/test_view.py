@@ -7,7 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 from kogao_app.layers import layers
-from PySide6.QtCore import QPoint, QPointF, Qt
+from kogao_app.overlays.glyphs import plate
+from kogao_app.points import Handle
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -15,6 +17,7 @@ from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
     QComboBox,
+    QLabel,
     QListWidget,
     QScrollArea,
 )
@@ -141,6 +144,100 @@ def test_the_point_under_the_cursor_is_named(opened):
     opened.move(opened.canvas.to_screen(opened.state.faces[0].outline[10]).toPoint())
     assert opened.editor.scene.hovered is not None
     assert opened.window.status.hint_text == "outline 11, chin"
+
+
+def test_one_key_hides_all_overlays_and_brings_the_same_ones_back(opened):
+    opened.key(Qt.Key.Key_G)
+    before = set(opened.editor.scene.visible)
+    opened.click(opened.on_screen(Handle("outline", 0, 10)))
+    opened.move(QPoint(5, 5))
+    marked = picture(opened)
+    opened.key(Qt.Key.Key_O)
+    hidden = picture(opened)
+    assert not opened.editor.scene.visible
+    boxes = opened.window.overlays.findChildren(QCheckBox)
+    assert not any(box.isChecked() for box in boxes)
+    opened.key(Qt.Key.Key_Escape)
+    np.testing.assert_array_equal(picture(opened), hidden, "the ring of the point stayed")
+    opened.key(Qt.Key.Key_O)
+    assert opened.editor.scene.visible == before
+    opened.click(opened.on_screen(Handle("outline", 0, 10)))
+    opened.move(QPoint(5, 5))
+    np.testing.assert_array_equal(picture(opened), marked)
+
+
+def test_protected_places_are_hidden_with_the_rest_while_the_brush_is_in_hand(opened):
+    def look():
+        opened.editor.editing.hover(None, -1.0, -1.0)
+        return picture(opened)
+
+    opened.key(Qt.Key.Key_B)
+    before = look()
+    opened.drag(opened.canvas.to_screen(np.array([20.0, 20.0])).toPoint(), QPoint(30, 0))
+    opened.settle()
+    assert (look() != before).any()
+    opened.key(Qt.Key.Key_O)
+    hidden = look()
+    opened.key(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    opened.settle()
+    np.testing.assert_array_equal(look(), hidden)
+
+
+def test_the_place_of_the_cursor_follows_a_drag(opened):
+    at = opened.on_screen(Handle("outline", 0, 10))
+    opened.drag(at, QPoint(12, 18))
+    x, y = opened.canvas.to_photo((at + QPoint(12, 18)).toPointF())
+    texts = [label.text() for label in opened.window.status.findChildren(QLabel)]
+    assert f"x {x:.0f}  y {y:.0f}" in texts
+
+
+def test_the_hint_is_that_of_the_tool_in_hand(two):
+    status = two.window.status
+    assert status.hint_text.startswith("Click a face")
+    two.editor.choices.choose(0)
+    assert status.hint_text == "Drag a point to correct it"
+    for key, words in ((Qt.Key.Key_B, "Paint"), (Qt.Key.Key_E, "Rub"), (Qt.Key.Key_A, "Drag a")):
+        two.key(key)
+        assert status.hint_text.startswith(words)
+    two.editor.files.working.emit("Saving…")
+    two.move(QPoint(5, 5))
+    assert status.hint_text == "Saving…"
+    two.editor.files.working.emit("")
+    assert status.hint_text == "Drag a point to correct it"
+
+
+def test_a_label_lies_within_the_canvas_as_a_whole(qapp):
+    area, font = QRectF(0, 0, 300, 200), qapp.font()
+    for x, y in ((290, 100), (10, 3), (299, 199), (-5, 100)):
+        assert area.contains(plate(font, QPointF(x, y), "right eye, inner corner", within=area))
+    free = plate(font, QPointF(20, 100), "right eye, inner corner")
+    assert plate(font, QPointF(20, 100), "right eye, inner corner", within=area) == free
+
+
+def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):
+    def cells():
+        readings = empty.window.readings
+        rows = readings.domains.texts().values()
+        return {*readings.timings.texts().values(), *(cell for row in rows for cell in row)}
+
+    seen = []
+    empty.editor.document.opened.connect(lambda: seen.append(cells()))
+    assert cells() == {"–"}  # noqa: RUF001
+    empty.open(photo)
+    measured = cells()
+    assert "–" not in measured  # noqa: RUF001
+    source.faces = []
+    empty.open(photo)
+    assert seen == [{"–"}, {"–"}]  # noqa: RUF001
+    assert cells() == {"–"}, "without a face nothing is saved by being small"  # noqa: RUF001
+
+
+def test_a_warp_of_nothing_has_no_lattice_in_warp_distances(opened):
+    slider = opened.window.recipe.percent.slider
+    slider.setFocus()
+    QTest.keyClick(slider, Qt.Key.Key_Home)
+    note = opened.window.recipe.lattice.note.text()
+    assert "– × warp distance" in note  # noqa: RUF001
 
 
 def test_readings_show_the_pipelines_own_numbers(opened, pixels):
