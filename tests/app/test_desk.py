@@ -275,15 +275,15 @@ def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
 def test_a_folder_on_the_command_line_becomes_a_film_strip(qapp, source, folder):
     seen = []
 
-    def look():
+    def look(patience_ms):
         window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and hasattr(w, "strip"))
-        if window.windowTitle() == "Kogao[*]":
-            QTimer.singleShot(50, look)
+        if window.windowTitle() == "Kogao[*]" and patience_ms > 0:
+            QTimer.singleShot(50, lambda: look(patience_ms - 50))
             return
         seen.extend((window.windowTitle(), window.strip.count(), window.bar.isVisible()))
         window.close()
 
-    QTimer.singleShot(100, look)
+    QTimer.singleShot(100, lambda: look(10_000))
     assert main([str(folder)], source) == 0
     assert seen == ["0.png[*] – Kogao", 4, False]  # noqa: RUF001
 
