@@ -8,6 +8,7 @@ from kogao_app.points import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
+from scenes import oval_face
 
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
