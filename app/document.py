@@ -60,6 +60,13 @@ class State(Sheet):
         """Landmarks, targets and centre of every face, off ones too."""
         return tuple(aim(face, self.recipe) for face in self.faces)
 
+    @property
+    def work(self) -> tuple[object, ...]:
+        """What would be lost with the state; equal in two states that differ in the mode alone."""
+        sheets = (self.sheet("automatic"), self.sheet("manual"))
+        values = tuple((sheet.faces, sheet.off, sheet.recipe) for sheet in sheets)
+        return (*values, self.protection.strokes, self.draft)
+
     def recipe_of(self, face: int | None) -> Recipe:
         """Return what a face goes by; the photo's own recipe for None."""
         return self.recipe if face is None else self.recipe.of_face(self.faces[face].recipe)
@@ -118,17 +125,20 @@ class Document(QObject):
         Another photo is here.
     changed
         The state is another one.
+    marked
+        Another state counts as saved.
     """
 
     opened = Signal()
     changed = Signal()
+    marked = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.photo: Photo | None = None
         self.pyramid: Pyramid | None = None
         self.undo = QUndoStack(self)
-        self._state = self._committed = State()
+        self._state = self._committed = self._base = self._saved = State()
 
     @property
     def state(self) -> State:
@@ -146,6 +156,21 @@ class Document(QObject):
         return self._state is not self._committed
 
     @property
+    def base(self) -> State:
+        """What lies below the first undo step."""
+        return self._base
+
+    @property
+    def saved(self) -> bool:
+        """True while the committed state holds no other work than was opened or last saved."""
+        return self._committed.work == self._saved.work
+
+    @property
+    def dirty(self) -> bool:
+        """True while something would be lost; a gesture in hand counts."""
+        return self.in_gesture or not self.saved
+
+    @property
     def image(self) -> Box:
         """The photo's rectangle; empty while there is none."""
         return Box(0, 0, 0, 0) if self.pyramid is None else Box.of(self.pyramid.levels[0])
@@ -158,8 +183,7 @@ class Document(QObject):
     def open(self, photo: Photo, pyramid: Pyramid) -> None:
         """Begin with another photo and the default recipe."""
         self.photo, self.pyramid = photo, pyramid
-        self._state = self._committed = State()
-        self.undo.clear()
+        self._begin(State())
         self.opened.emit()
         self.changed.emit()
 
@@ -169,8 +193,14 @@ class Document(QObject):
 
     def begin_with(self, state: State) -> None:
         """Take a state that counts as saved, below the first undo step."""
-        self.undo.clear()
-        self.restore(state)
+        self._begin(state)
+        self.changed.emit()
+
+    def mark_saved(self, state: State, base: State) -> None:
+        """Note that a file holds a state; ignored when another `base` has been taken since."""
+        if base is self._base:
+            self._saved = state
+            self.marked.emit()
 
     def preview(self, state: State) -> None:
         """Show a state while a gesture lasts."""
@@ -186,6 +216,10 @@ class Document(QObject):
         """End the gesture as if it hadn't been."""
         if self.in_gesture:
             self.restore(self._committed)
+
+    def _begin(self, state: State) -> None:
+        self._state = self._committed = self._base = self._saved = state
+        self.undo.clear()
 
     def restore(self, state: State) -> None:
         """Make `state` the committed one; undo and redo come through here."""

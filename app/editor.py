@@ -14,6 +14,7 @@ from .controllers.editing import Editing
 from .controllers.files import Files
 from .controllers.live import Live
 from .controllers.recovery import Recovery
+from .controllers.saver import Saver
 from .document import Document
 from .garbage import Collector
 from .i18n import reason, tr
@@ -73,13 +74,14 @@ class Editor(QObject):
         self.editing = Editing(self.document, self.scene, self)
         self.choices = Choices(self.document, self.scene, self.editing, self)
         self.live = Live(self.document, self.scene, self.window.canvas, self._rendering, self)
-        self.files = Files(self.document, self.editing, source, self._pool, self)
-        self.dialogs = Dialogs(self.document, self.files, self.window)
+        self.saver = Saver(self.document, self.editing, self)
+        self.files = Files(self.document, self.editing, self.saver, source, self._pool, self)
+        self.dialogs = Dialogs(self.document, self.files, self.saver, self.window)
         self.recovery = Recovery(
-            self.document, self.files, storage.recovery, self.dialogs.guard, self._pool, self
+            self.document, self.files, self.dialogs, storage.recovery, self._pool, self
         )
         self.projects = ProjectsPart(
-            self.document, self.editing, self.files, self.dialogs, self.window, self._pool, self
+            self.document, self.saver, self.files, self.dialogs, self.window, self._pool, self
         )
         self._join_actions()
         self._join_canvas()
@@ -129,7 +131,7 @@ class Editor(QObject):
         """True while anything is under way."""
         parts = (
             *(self.files, self.live, self.on_canvas, self.by_hand, self.recovery, self.desk),
-            *(self.projects, self.batch, self.experiments),
+            *(self.saver, self.projects, self.batch, self.experiments),
         )
         return any(part.busy for part in parts)
 
@@ -158,6 +160,7 @@ class Editor(QObject):
         self.desk.stop()
         self.display.stop()
         self.window.really_close()
+        self.saver.stop()
         for pool in (self._rendering, self._pool):
             pool.waitForDone()
         self._garbage.stop()
@@ -234,12 +237,14 @@ class Editor(QObject):
         self.files.said.connect(window.bar.say)
         self.recovery.said.connect(window.bar.say)
         self.desk.said.connect(window.bar.say)
+        window.bar.dismissed.connect(self.recovery.offer)
         self.files.quiet.connect(window.bar.clear)
         self.document.undo.indexChanged.connect(window.bar.move_on)
         self.document.opened.connect(window.bar.move_on)
         self.files.quiet.connect(window.empty.hide)
         self.files.unreadable.connect(lambda _: self.desk.pass_over())
         self.files.working.connect(window.status.hint)
+        self.saver.working.connect(window.status.hint)
         self.editing.named.connect(window.status.name_point)
         self.choices.said.connect(window.bar.say)
         self.landmarks.said.connect(window.bar.say)

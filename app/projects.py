@@ -58,17 +58,17 @@ def matched(work: Work, photo: Photo) -> Work:
     BadFile
         If the photo has another shape.
     """
-    return replace(work, note=sidecar.apply(work.project, _hash_of(photo), photo.pixels).note)
+    return replace(work, note=sidecar.apply(work.project, hash_of(photo), photo.pixels).note)
 
 
 def to_keep_beside(state: State, photo: Photo) -> Project:
     """Return what a file beside a photo is to hold: it names the photo, and no folder."""
-    digest = _hash_of(photo)
+    digest = hash_of(photo)
     named = sidecar.original(photo.path, digest, photo.pixels)
     return replace(project_of(state, photo, digest), original=named)
 
 
-def _hash_of(photo: Photo) -> str:
+def hash_of(photo: Photo) -> str:
     """Return the SHA-256 of the file that a photo was read from; empty when it is another now."""
     try:
         digest = sha256_of(photo.path)

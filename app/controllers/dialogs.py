@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -18,8 +18,7 @@ from ..photos import is_sample
 from ..projects import Work, is_project
 from .files import Files
 from .projects import Projects
-
-Then = Callable[[], object]
+from .saver import Saver, Then
 
 
 class Dialogs(QObject):
@@ -33,15 +32,15 @@ class Dialogs(QObject):
 
     folder_chosen = Signal(object)
 
-    def __init__(self, document: Document, files: Files, window: QWidget) -> None:
+    def __init__(self, document: Document, files: Files, saver: Saver, window: QWidget) -> None:
         super().__init__(window)
-        self._document, self._files, self._window = document, files, window
+        self._document, self._files, self._saver = document, files, saver
+        self._window = window
         self._projects: Projects | None = None
-        self._after_saving: Then | None = None
         files.wants_open.connect(self.ask_open)
-        files.wants_save.connect(self._ask_copy)
+        files.wants_save.connect(self.ask_save)
         files.wants_leave.connect(self.guard)
-        files.saved.connect(self._go_on)
+        saver.wants_leave.connect(self.guard)
 
     def ask_open(self) -> None:
         """Ask which photo to open."""
@@ -73,21 +72,17 @@ class Dialogs(QObject):
 
     def ask_save(self) -> None:
         """Ask where the copy goes; a name beside the original is suggested."""
-        # An earlier save that failed may have stood in the way of closing; this one doesn't.
-        self._forget()
-        self._ask_copy()
+        self._ask_copy(None)
 
-    def _ask_copy(self) -> None:
+    def _ask_copy(self, then: Then | None) -> None:
         suggested = self._files.suggested()
         if suggested is None:
             return
-        dialog = self._dialog(tr("Save a copy"), formats=FORMATS)
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog = self._save_dialog(tr("Save a copy"), formats=FORMATS)
         dialog.setDirectory(str(suggested.parent))
         dialog.selectFile(suggested.name)
         dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
-        dialog.fileSelected.connect(lambda name: self._files.save(Path(name)))
-        dialog.rejected.connect(self._forget)
+        dialog.fileSelected.connect(lambda name: self._files.save(Path(name), then))
         dialog.open()
 
     def take_projects(self, projects: Projects) -> None:
@@ -95,22 +90,17 @@ class Dialogs(QObject):
         self._projects = projects
         projects.wants_place.connect(self._ask_place)
         projects.wants_photo.connect(self._ask_photo)
-        projects.saved.connect(self._go_on)
-        # What it says stands in the way: a save much later must not close the window.
-        projects.said.connect(self._forget)
 
-    def _ask_place(self, suggested: Path) -> None:
+    def _ask_place(self, suggested: Path, then: Then | None) -> None:
         projects = self._projects
         if projects is None:
             return
-        dialog = self._dialog(tr("Save the project"))
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog = self._save_dialog(tr("Save the project"))
         dialog.setNameFilter(tr("Projects ({patterns})", patterns=f"*{SUFFIX}"))
         dialog.setDirectory(str(suggested.parent))
         dialog.selectFile(suggested.name)
         # The dialog has asked before replacing a file.
-        dialog.fileSelected.connect(lambda name: projects.save_to(Path(name), replace=True))
-        dialog.rejected.connect(self._forget)
+        dialog.fileSelected.connect(lambda name: projects.save_to(Path(name), then, replace=True))
         dialog.open()
 
     def _ask_photo(self, file: Path, project: Project) -> None:
@@ -122,7 +112,8 @@ class Dialogs(QObject):
 
     def guard(self, then: Then) -> None:
         """Do `then` at once, or after the user has saved or discarded unsaved changes."""
-        if self._document.undo.isClean() and not self._document.in_gesture:
+        self._saver.forget()
+        if not self._document.dirty:
             then()
             return
         buttons = QMessageBox.StandardButton
@@ -140,28 +131,39 @@ class Dialogs(QObject):
             project.clicked.connect(lambda: self._save_project(then))
         box.setDefaultButton(buttons.Save)
         box.finished.connect(lambda answer: self._answer(answer, then))
+        # It was asked about the photo that was open.
+        self._document.opened.connect(box.reject)
+        box.open()
+
+    def confirm(self, text: str, act: str, then: Then) -> None:
+        """Do `then` only if the user agrees to `act`; Escape and Enter don't."""
+        box = QMessageBox(self._window)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Warning)
+        box.setText(text)
+        agree = box.addButton(act, QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        agree.clicked.connect(lambda: then())
         box.open()
 
     def _save_project(self, then: Then) -> None:
         if self._projects is not None:
-            self._after_saving = then
-            self._projects.save()
+            self._projects.save(then)
 
     def _answer(self, answer: int, then: Then) -> None:
         buttons = QMessageBox.StandardButton
         if answer == buttons.Discard.value:
             then()
         elif answer == buttons.Save.value:
-            self._after_saving = then
-            self._ask_copy()
+            self._ask_copy(then)
 
-    def _go_on(self) -> None:
-        then, self._after_saving = self._after_saving, None
-        if then is not None:
-            then()
-
-    def _forget(self) -> None:
-        self._after_saving = None
+    def _save_dialog(self, title: str, formats: Iterable[str] = READABLE) -> QFileDialog:
+        self._saver.forget()
+        dialog = self._dialog(title, formats=formats)
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        # The name is for the photo that is open now, and for no other.
+        self._document.opened.connect(dialog.reject)
+        return dialog
 
     def _dialog(self, title: str, *more: str, formats: Iterable[str] = READABLE) -> QFileDialog:
         dialog = QFileDialog(self._window, title)

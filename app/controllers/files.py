@@ -1,4 +1,4 @@
-"""Opening, finding faces and saving, all in workers; what goes wrong is said in the bar."""
+"""Opening, finding faces and saving copies, in workers; what goes wrong is said in the bar."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
 from kogao_core.strict import BadFile
 
 from .. import photos
-from ..document import Document
+from ..document import Document, State
 from ..i18n import reason, sentence, tr
 from ..projects import Work, state_of
 from ..pyramid import Pyramid
 from ..views.bar import Message, Step
 from ..workers import Lane
 from .editing import Editing
+from .saver import Request, Saver, Then
 
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
 _Opened = tuple[Photo, Pyramid, Work | BadFile | None]
@@ -46,8 +47,6 @@ class Files(QObject):
         The search for faces failed, and why; `found(0)` follows.
     unreadable(str)
         The photo that was asked for can't be opened, and why.
-    saved(Path)
-        A copy has been written.
     wants_leave(callable)
         The old photo was changed while the next one was read: ask before going on so.
     restored(Work)
@@ -63,7 +62,6 @@ class Files(QObject):
     found = Signal(int)
     not_found = Signal(str)
     unreadable = Signal(str)
-    saved = Signal(object)
     wants_leave = Signal(object)
     restored = Signal(object)
 
@@ -71,12 +69,14 @@ class Files(QObject):
         self,
         document: Document,
         editing: Editing,
+        saver: Saver,
         source: LandmarkSource,
         pool: QThreadPool,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._document, self._editing, self._source = document, editing, source
+        self._document, self._editing, self._saver = document, editing, saver
+        self._source = source
         # What table 2 calls the setting time of the automatic method.
         self.finding_s: float | None = None
         self._told = NOTHING_TOLD
@@ -85,18 +85,16 @@ class Files(QObject):
         self._reading.done.connect(self._opened)
         self._finding = Lane(pool, self._not_found, self)
         self._finding.done.connect(self._take_faces)
-        self._writing = Lane(pool, self._not_written, self)
-        self._writing.done.connect(self._written)
 
     @property
     def busy(self) -> bool:
         """True while a file or a face is being worked on."""
-        return any(lane.busy for lane in (self._reading, self._finding, self._writing))
+        return self._reading.busy or self._finding.busy
 
     def stop(self) -> None:
         """Start nothing more, and forget what is under way."""
-        for lane in (self._reading, self._finding, self._writing):
-            lane.drop()
+        self._reading.drop()
+        self._finding.drop()
 
     # -- opening ---------------------------------------------------------------------------------
 
@@ -113,7 +111,6 @@ class Files(QObject):
             Leave that project alone.
         """
         self.quiet.emit()
-        self._finding.drop()
         self._reading.drop()
         self._left = self._document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
@@ -154,6 +151,8 @@ class Files(QObject):
 
     def _show(self, opened: _Opened) -> None:
         photo, pyramid, work = opened
+        # Only now: faces of the old photo were wanted until the new one could be read.
+        self._finding.drop()
         self.finding_s = None
         self._document.open(photo, pyramid)
         if isinstance(work, Work):
@@ -203,7 +202,7 @@ class Files(QObject):
         faces, self.finding_s = found
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))
-        elif self._document.undo.count():
+        elif self._document.undo.count() or self._document.in_gesture:
             self._editing.replace_faces(faces)
         else:
             self._document.start_with(faces)
@@ -248,38 +247,33 @@ class Files(QObject):
         """Let saved copies tell this of themselves."""
         self._told = told
 
-    def save(self, path: Path) -> None:
-        """Render the photo at its own depth and write it; the original is refused."""
-        photo, original = self._document.photo, self._document.path
-        if photo is None or original is None:
-            return
+    def save(self, path: Path, then: Then | None = None) -> None:
+        """Render the photo at its own depth and write it; the original is refused.
+
+        Parameters
+        ----------
+        path : Path
+            Where; a file there is written over.
+        then : callable, optional
+            What to do once it is written, see `Saver`.
+        """
         self.quiet.emit()
-        if path.exists() and original.exists() and path.samefile(original):
+        original, told = self._document.path, self._told
+        there = original is not None and path.exists() and original.exists()
+        if original is not None and there and path.samefile(original):
             self._refuse(tr("That is the original; it is never written over."))
             return
-        if self._writing.busy:
-            self._refuse(tr("Another copy is still being written; save again when it is done."))
-            return
-        self._editing.commit()
-        state, step, told = self._document.state, self._document.undo.index(), self._told
 
-        def job() -> tuple[Path, int, Photo, str]:
-            return path, step, photo, photos.saved(photo, state, told, path)
+        def write(photo: Photo, state: State) -> str:
+            return photos.saved(photo, state, told, path)
 
-        self.working.emit(tr("Saving {name}…", name=path.name))
-        self._writing.submit(job)
+        self._saver.save(path, write, self._written, self._not_written, then)
 
-    def _written(self, written: tuple[Path, int, Photo, str]) -> None:
-        path, step, photo, said = written
-        if self._document.photo is photo and self._document.undo.index() == step:
-            self._document.undo.setClean()
-        text = tr("Saved {name}", name=path.name)
-        self.working.emit(text)
-        self.said.emit(Message(f"{sentence(text)} {said}".strip(), wrong=False))
-        self.saved.emit(path)
+    def _written(self, request: Request, notes: str) -> None:
+        text = sentence(tr("Saved {name}", name=request.file.name))
+        self.said.emit(Message(f"{text} {notes}".strip(), wrong=False))
 
     def _not_written(self, problem: Exception) -> None:
-        self.working.emit("")
         if isinstance(problem, CannotDisclose):
             options = Step(tr("Save options…"), self.wants_options.emit)
             self.said.emit(Message(sentence(problem), (options,)))

@@ -37,7 +37,9 @@ class Manual(QObject):
         self.clock = SettingClock(self)
         self._start: tuple[float, float] | None = None
         self._before: State = document.state
-        self._applied: State | None = None
+        # What is only looked at so far: the clock waits for the first change to it.
+        self._seen: State | None = None
+        self._setting = False
         document.opened.connect(self._forget)
         document.changed.connect(self._follow)
         editing.aborted.connect(self._drop)
@@ -68,7 +70,7 @@ class Manual(QObject):
         self._editing.commit()
         if self.clock.applied:
             return
-        self._applied = self._document.state
+        self._rest(self._document.state)
         self.clock.apply(True)
         self.changed.emit()
         self.applied.emit()
@@ -135,19 +137,33 @@ class Manual(QObject):
 
     def _follow(self) -> None:
         state = self._document.state
-        self.clock.want(state.mode == "manual")
         if state.mode != "manual":
             self._scene.marking = False
-        if self._applied is not None and state is not self._applied and state.mode == "manual":
+            self._rest(None)
+        elif self._seen is None:
+            self._rest(state)
+        elif not self._setting and _is_set_otherwise(state, self._seen):
+            self._setting = True
             # What is set after applying takes time, too.
-            self._applied = None
             self.clock.apply(False)
+            self.clock.want(True)
         self.changed.emit()
+
+    def _rest(self, seen: State | None) -> None:
+        self._seen, self._setting = seen, False
+        self.clock.want(False)
 
     def _forget(self) -> None:
         self._drop()
-        self._applied = None
+        self._rest(None)
         self.clock.reset()
 
     def _drop(self) -> None:
         self._start = None
+
+
+def _is_set_otherwise(state: State, seen: State) -> bool:
+    """Tell whether the user has changed what manual mode holds; faces found meanwhile don't."""
+    sheets = state.sheet("manual"), seen.sheet("manual")
+    here, there = ((it.faces, it.off, it.recipe) for it in sheets)
+    return here != there or state.draft != seen.draft

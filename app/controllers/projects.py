@@ -11,14 +11,14 @@ from kogao_core import sidecar
 from kogao_core.photo import Photo
 from kogao_core.project import Project, save
 
-from ..document import Document
+from ..document import Document, State
 from ..i18n import reason, sentence, tr
 from ..photos import is_sample
 from ..projects import Work, is_project, opened_with, to_keep_beside
 from ..views.bar import Message, Step
 from ..workers import Lane
-from .editing import Editing
 from .files import Files
+from .saver import Request, Saver, Then
 
 
 class Projects(QObject):
@@ -26,8 +26,8 @@ class Projects(QObject):
 
     Parameters
     ----------
-    document, editing, files : Document, Editing, Files
-        What is saved, who ends a gesture before it, and who opens photos.
+    document, saver, files : Document, Saver, Files
+        What is saved, who writes it, and who opens photos.
     guard : callable
         Asks before unsaved changes are lost, then calls its argument.
 
@@ -37,69 +37,66 @@ class Projects(QObject):
         For the bar over the canvas.
     working(str)
         What is under way.
-    saved(Path)
-        The project has been written.
-    wants_place(Path)
-        The user has to choose where the project goes; this name is suggested.
+    wants_place(Path, callable or None)
+        The user has to choose where the project goes; this name is suggested, and this comes after.
     wants_photo(Path, Project)
         The user has to say which photo this project file is about.
     """
 
     said = Signal(object)
     working = Signal(str)
-    saved = Signal(object)
-    wants_place = Signal(object)
+    wants_place = Signal(object, object)
     wants_photo = Signal(object, object)
 
     def __init__(
         self,
         document: Document,
-        editing: Editing,
+        saver: Saver,
         files: Files,
         guard: Callable[[Callable[[], object]], None],
         pool: QThreadPool,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._document, self._editing, self._files = document, editing, files
+        self._document, self._saver, self._files = document, saver, files
         self._guard = guard
         # What was read from there, or written there, may be written over without a question.
         self._own: Path | None = None
         self._loading = Lane(pool, lambda problem: self._refuse(sentence(problem)), self)
         self._loading.done.connect(self._loaded)
-        self._writing = Lane(pool, self._not_written, self)
-        self._writing.done.connect(self._written)
         document.opened.connect(self._forget)
         files.restored.connect(self._take_up)
 
     @property
     def busy(self) -> bool:
-        """True while a project is read or written."""
-        return self._loading.busy or self._writing.busy
+        """True while a project is read."""
+        return self._loading.busy
 
     def stop(self) -> None:
         """Start nothing more."""
         self._loading.drop()
-        self._writing.drop()
 
     # -- saving ----------------------------------------------------------------------------------
 
-    def save(self) -> None:
-        """Write the project beside its photo; ask where that isn't ours to write."""
+    def save(self, then: Then | None = None) -> None:
+        """Write the project beside its photo; ask where that isn't ours to write.
+
+        Parameters
+        ----------
+        then : callable, optional
+            What to do once it is written, see `Saver`.
+        """
         path = self._document.path
         if path is None:
             return
         file = self._own or sidecar.sidecar_of(path)
         if is_sample(path) and self._own is None:
-            self.wants_place.emit(Path.home() / file.name)
+            self.wants_place.emit(Path.home() / file.name, then)
         else:
-            self.save_to(file)
+            self.save_to(file, then)
 
-    def save_to(self, file: Path, *, replace: bool = False) -> None:
+    def save_to(self, file: Path, then: Then | None = None, *, replace: bool = False) -> None:
         """Write the project to a file; one that isn't this photo's own is replaced if told to."""
-        photo = self._document.photo
-        if photo is None:
-            return
         self._files.quiet.emit()
         if not is_project(file):
             file, replace = file.with_name(file.name + sidecar.SUFFIX), False
@@ -108,34 +105,25 @@ class Projects(QObject):
             instead = Step(tr("Replace it"), lambda: self.save_to(file, replace=True))
             self.said.emit(Message(text, (instead, self._elsewhere(file))))
             return
-        self._editing.commit()
-        state, step = self._document.committed, self._document.undo.index()
 
-        def job() -> tuple[Path, int, Photo]:
+        def write(photo: Photo, state: State) -> str:
             save(to_keep_beside(state, photo), file)
-            return file, step, photo
+            return ""
 
-        self.working.emit(tr("Saving {name}…", name=file.name))
-        self._writing.submit(job)
+        self._saver.save(file, write, self._written, self._not_written, then)
 
-    def _written(self, written: tuple[Path, int, Photo]) -> None:
-        file, step, photo = written
-        if self._document.photo is photo:
-            self._own = file
-            if self._document.undo.index() == step:
-                self._document.undo.setClean()
-        self.working.emit(tr("Saved {name}", name=file.name))
-        self.saved.emit(file)
+    def _written(self, request: Request, _: str) -> None:
+        if self._document.photo is request.photo:
+            self._own = request.file
 
     def _not_written(self, problem: Exception) -> None:
         path = self._document.path
         text = tr("The project can't be saved there: {problem}", problem=reason(problem))
         steps = () if path is None else (self._elsewhere(sidecar.sidecar_of(path)),)
-        self.working.emit("")
         self.said.emit(Message(sentence(text), steps))
 
     def _elsewhere(self, file: Path) -> Step:
-        return Step(tr("Choose another place…"), lambda: self.wants_place.emit(file))
+        return Step(tr("Choose another place…"), lambda: self.wants_place.emit(file, None))
 
     # -- taking up -------------------------------------------------------------------------------
 

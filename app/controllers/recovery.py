@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import uuid
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
-from PySide6.QtCore import QLockFile, QObject, QThreadPool, QTimer, Signal
+from PySide6.QtCore import QLockFile, QObject, QThreadPool, Signal
 
 from kogao_core.photo import Photo
 from kogao_core.project import Project, load, save, sha256_of
@@ -17,16 +14,14 @@ from kogao_core.strict import BadFile
 
 from ..document import Document, State
 from ..i18n import reason, tr
-from ..projects import Work, project_of
+from ..projects import Work, hash_of, project_of
 from ..views.bar import Message, Step
 from ..workers import Lane
+from .dialogs import Dialogs
 from .files import Files
 
-# A crash costs at most the steps of this long.
-AFTER_MS: Final = 1000
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Orphan:
     """A recovery file whose program is gone, with the lock that keeps others from it."""
 
@@ -34,10 +29,23 @@ class Orphan:
     project: Project
     lock: QLockFile
 
+    @property
+    def name(self) -> str:
+        """The photo's file name."""
+        return Path(self.project.original.path).name
+
     def delete(self) -> None:
         """Remove it for good."""
         self.path.unlink(missing_ok=True)
         self.lock.unlock()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Kept:
+    """What was written: a state, or None for nothing, and the orphans it makes superfluous."""
+
+    state: State | None
+    replaced: tuple[Orphan, ...]
 
 
 class Recovery(QObject):
@@ -45,12 +53,10 @@ class Recovery(QObject):
 
     Parameters
     ----------
-    document, files : Document, Files
-        What is saved, and what opens photos again.
+    document, files, dialogs : Document, Files, Dialogs
+        What is saved, what opens photos again, and who asks before something is lost.
     folder : Path
         Where recovery files lie; never beside the user's photos.
-    guard : callable
-        Asks before unsaved changes are lost, then calls its argument.
 
     Signals
     -------
@@ -64,35 +70,43 @@ class Recovery(QObject):
         self,
         document: Document,
         files: Files,
+        dialogs: Dialogs,
         folder: Path,
-        guard: Callable[[Callable[[], object]], None],
         pool: QThreadPool,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._document, self._files, self._folder, self._guard = document, files, folder, guard
+        self._document, self._files, self._dialogs = document, files, dialogs
+        self._folder = folder
         self._file = folder / f"{uuid.uuid4().hex}.json"
         self._lock: QLockFile | None = None
         self._orphans: list[Orphan] = []
-        self._taken_over: Orphan | None = None
-        self._hashes: dict[Path, str] = {}
+        self._waiting: list[Orphan] = []
+        self._taken_over: list[Orphan] = []
+        self._hashed: Photo | None = None
+        self._digest = ""
         self._complained = False
-        self._writing = Lane(pool, self._complain, self)
+        # A thread of its own: whatever else the program works on, an edit is kept at once.
+        self._own_pool = QThreadPool(self)
+        self._own_pool.setMaxThreadCount(1)
+        self._writing = Lane(self._own_pool, self._complain, self)
+        self._writing.done.connect(self._written)
         self._looking = Lane(pool, self._not_looked, self)
-        self._looking.done.connect(self._offer)
+        self._looking.done.connect(self._take)
         self._checking = Lane(pool, self._not_checked, self)
         self._checking.done.connect(self._warn)
-        self._soon = QTimer(self, singleShot=True, interval=AFTER_MS)
-        self._soon.timeout.connect(self._write)
-        document.undo.indexChanged.connect(self._follow)
-        document.undo.cleanChanged.connect(self._follow)
-        document.opened.connect(self._follow)
+        self._hashing = Lane(pool, self._complain, self)
+        self._hashing.done.connect(self._take_hash)
+        document.undo.indexChanged.connect(self._write)
+        document.marked.connect(self._write)
+        document.opened.connect(self._begin)
         files.restored.connect(self._take_over)
 
     @property
     def busy(self) -> bool:
         """True while files are read or written."""
-        return any(lane.busy for lane in (self._writing, self._looking, self._checking))
+        lanes = (self._writing, self._looking, self._checking, self._hashing)
+        return any(lane.busy for lane in lanes)
 
     @property
     def file(self) -> Path:
@@ -101,12 +115,12 @@ class Recovery(QObject):
 
     def stop(self) -> None:
         """Start nothing more."""
-        self._soon.stop()
-        for lane in (self._writing, self._looking, self._checking):
+        for lane in (self._writing, self._looking, self._checking, self._hashing):
             lane.drop()
 
     def clear(self) -> None:
-        """Remove this program's file: it ends in good order. Nothing may run any more."""
+        """Remove this program's file: it ends in good order."""
+        self._own_pool.waitForDone()
         self._file.unlink(missing_ok=True)
         for lock in (self._lock, *(orphan.lock for orphan in self._orphans)):
             if lock is not None:
@@ -119,37 +133,49 @@ class Recovery(QObject):
 
     # -- writing ---------------------------------------------------------------------------------
 
-    def _follow(self) -> None:
-        if self._document.photo is not None and not self._soon.isActive():
-            self._soon.start()
+    def _begin(self) -> None:
+        # What was restored into the last photo and not kept since stays for the next start.
+        self._taken_over = []
+        self._write()
 
     def _write(self) -> None:
-        photo, state = self._document.photo, self._document.committed
+        photo = self._document.photo
         if photo is None:
             return
-        clean = self._document.undo.isClean()
-        old, self._taken_over = self._taken_over, None
-        self._writing.submit(lambda: self._put(None if clean else state, photo, old))
+        state = None if self._document.saved else self._document.committed
+        kept = _Kept(state, tuple(self._taken_over))
+        if state is not None and self._hashed is not photo:
+            # A large photo takes its time: the work is kept without its hash until then.
+            self._hashed, self._digest = photo, ""
+            self._hashing.submit(lambda: (photo, hash_of(photo)))
+        digest = self._digest
+        self._writing.submit(lambda: self._put(kept, photo, digest))
 
-    def _put(self, state: State | None, photo: Photo, old: Orphan | None) -> None:
-        if state is None:
+    def _put(self, kept: _Kept, photo: Photo, digest: str) -> _Kept:
+        if kept.state is None:
             self._file.unlink(missing_ok=True)
         else:
             self._folder.mkdir(parents=True, exist_ok=True)
             if self._lock is None:
                 self._lock = _locked(self._file)
-            save(project_of(state, photo, self._hash(photo.path)), self._file)
-        if old is not None:
-            # Only now is there another file that holds the same work.
-            old.delete()
+            save(project_of(kept.state, photo, digest), self._file)
+        return kept
 
-    def _hash(self, path: Path) -> str:
-        if path not in self._hashes:
-            try:
-                self._hashes = {path: sha256_of(path)}
-            except OSError:  # the photo is gone; its points are still worth keeping
-                return ""
-        return self._hashes[path]
+    def _written(self, kept: _Kept) -> None:
+        if kept.state is None:
+            return
+        self._complained = False
+        # Only now is there another file that holds the same work.
+        for orphan in kept.replaced:
+            if orphan in self._taken_over:
+                self._taken_over.remove(orphan)
+                self._delete(orphan)
+
+    def _take_hash(self, hashed: tuple[Photo, str]) -> None:
+        photo, digest = hashed
+        if photo is self._hashed:
+            self._digest = digest
+            self._write()
 
     def _complain(self, problem: Exception) -> None:
         if not self._complained:
@@ -159,6 +185,10 @@ class Recovery(QObject):
 
     # -- going on after a crash --------------------------------------------------------------------
 
+    def _take(self, found: list[Orphan]) -> None:
+        self._orphans, self._waiting = found, list(found)
+        self.offer()
+
     def _not_looked(self, problem: Exception) -> None:
         text = tr(
             "Work that a crash may have left can't be looked for ({why}); it stays in {folder}.",
@@ -167,34 +197,48 @@ class Recovery(QObject):
         )
         self.said.emit(Message(text))
 
-    def _offer(self, found: list[Orphan]) -> None:
-        self._orphans = found
-        if not found:
-            return
-        orphan = found[0]
-        name = Path(orphan.project.original.path).name
-        text = tr("Kogao ended before the changes to {name} were saved.", name=name)
+    def offer(self) -> None:
+        """Offer what a crash has left and wasn't offered yet, one after the other."""
+        if self._waiting:
+            self._offer(self._waiting.pop(0))
+
+    def _offer(self, orphan: Orphan) -> None:
+        text = tr("Kogao ended before the changes to {name} were saved.", name=orphan.name)
         steps = (
-            Step(tr("Restore"), lambda: self._guard(lambda: self._restore(orphan))),
-            Step(tr("Discard"), lambda: self._discard(orphan)),
+            Step(tr("Restore"), lambda: self._ask_restore(orphan)),
+            Step(tr("Discard…"), lambda: self._ask_discard(orphan)),
         )
         self.said.emit(Message(text, steps, wrong=False, holds=lambda: True))
 
-    def _restore(self, orphan: Orphan) -> None:
-        self._files.open(Path(orphan.project.original.path), Work(orphan.project))
+    def _ask_restore(self, orphan: Orphan) -> None:
+        # The offer stands until the photo is opened, should the user keep the present one.
+        self._offer(orphan)
+        path, work = Path(orphan.project.original.path), Work(orphan.project)
+        self._dialogs.guard(lambda: self._files.open(path, work))
+
+    def _ask_discard(self, orphan: Orphan) -> None:
+        # It stands here, too: one slip beside "Dismiss" must lose nothing.
+        self._offer(orphan)
+        text = tr("Discard the unsaved changes to {name} for good?", name=orphan.name)
+        self._dialogs.confirm(text, tr("&Discard"), lambda: self._discard(orphan))
 
     def _discard(self, orphan: Orphan) -> None:
+        self._delete(orphan)
+        text = tr("The changes to {name} are discarded.", name=orphan.name)
+        self.said.emit(Message(text, wrong=False))
+        self.offer()
+
+    def _delete(self, orphan: Orphan) -> None:
         orphan.delete()
-        self._offer(self._orphans[1:])
+        self._orphans.remove(orphan)
 
     def _take_over(self, work: Work) -> None:
         project = work.project
         for orphan in self._orphans:
             if orphan.project is project:
-                self._taken_over = orphan
-                self._orphans.remove(orphan)
+                self._taken_over.append(orphan)
+                self._write()
                 self._checking.submit(lambda: _is_changed(project))
-                return
 
     def _not_checked(self, problem: Exception) -> None:
         text = tr(
@@ -207,20 +251,29 @@ class Recovery(QObject):
         if changed:
             text = tr("The photo is another one than when these changes were made: look closely.")
             self.said.emit(Message(text))
+        else:
+            self.offer()
 
 
 def orphans(folder: Path) -> list[Orphan]:
     """Return the recovery files in a folder that no running program holds, newest first."""
     found = []
-    for path in sorted(folder.glob("*.json"), key=os.path.getmtime, reverse=True):
+    for path in sorted(folder.glob("*.json"), key=_modified, reverse=True):
         lock = _locked(path)
         if lock is None:
             continue
         try:
             found.append(Orphan(path, load(path), lock))
-        except BadFile:  # not ours, or of a newer Kogao: left for that one
+        except BadFile:  # gone, not ours, or of a newer Kogao: left for that one
             lock.unlock()
     return found
+
+
+def _modified(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:  # another program has ended in good order since
+        return 0.0
 
 
 def _is_changed(project: Project) -> bool:

@@ -44,7 +44,7 @@ class DisplayPart(QObject):
             changed.connect(self._show_tool)
         document.opened.connect(self._show_photo)
         document.changed.connect(self._show_document)
-        document.undo.cleanChanged.connect(self._show_title)
+        document.marked.connect(self._show_title)
         document.undo.indexChanged.connect(self._show_history)
         window.canvas.view_changed.connect(self._show_zoom)
         live.drawn.connect(self._show_frame)
@@ -78,13 +78,7 @@ class DisplayPart(QObject):
 
     def _show_title(self) -> None:
         path = self._document.path
-        self._window.show_title(
-            path.name if path else "", dirty=self._document.in_gesture or self._dirty
-        )
-
-    @property
-    def _dirty(self) -> bool:
-        return not self._document.undo.isClean()
+        self._window.show_title(path.name if path else "", dirty=self._document.dirty)
 
     def _show_history(self) -> None:
         stack, named = self._document.undo, self._window.actions_by_name

@@ -111,7 +111,7 @@ class ExperimentsPart(QObject):
 
     def _record(self) -> None:
         state, path = self._document.state, self._document.path
-        if path is None or not state.active:
+        if path is None or not state.active or not self._clock.elapsed_s:
             return
         image = self._document.image
         landmarks = [len(face.outline) for face in state.active]

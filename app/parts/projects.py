@@ -6,9 +6,9 @@ from PySide6.QtCore import QObject, QThreadPool
 
 from .. import actions
 from ..controllers.dialogs import Dialogs
-from ..controllers.editing import Editing
 from ..controllers.files import Files
 from ..controllers.projects import Projects
+from ..controllers.saver import Saver
 from ..document import Document
 from ..views.window import Window
 
@@ -19,7 +19,7 @@ class ProjectsPart(QObject):
     def __init__(
         self,
         document: Document,
-        editing: Editing,
+        saver: Saver,
         files: Files,
         dialogs: Dialogs,
         window: Window,
@@ -28,7 +28,7 @@ class ProjectsPart(QObject):
     ) -> None:
         super().__init__(parent)
         self._document, self._window = document, window
-        self.projects = Projects(document, editing, files, dialogs.guard, pool, self)
+        self.projects = Projects(document, saver, files, dialogs.guard, pool, self)
         dialogs.take_projects(self.projects)
         actions.connect(window.actions_by_name, {"save-project": self.projects.save})
         self.projects.said.connect(window.bar.say)
@@ -38,7 +38,7 @@ class ProjectsPart(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while a project is read or written."""
+        """True while a project is read."""
         return self.projects.busy
 
     def stop(self) -> None:

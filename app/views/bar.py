@@ -58,9 +58,12 @@ class MessageBar(QFrame):
     -------
     left
         The button that had the focus goes away.
+    dismissed
+        A message was read and sent away; nothing is shown now.
     """
 
     left = Signal()
+    dismissed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -125,7 +128,7 @@ class MessageBar(QFrame):
         self.setAccessibleDescription(message.text)
         for step in message.steps:
             self._add(step.text, step.act)
-        self._add(tr("Dismiss"), lambda: None)
+        self._add(tr("Dismiss"), self.dismissed.emit)
         self._since.start()
         if not message.wrong and not message.steps and message.holds is None:
             self._linger.start()
