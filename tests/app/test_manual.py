@@ -265,6 +265,7 @@ def test_the_clock_runs_only_when_all_is_so(qtbot, qapp):  # noqa: ARG001
 
 def test_the_clock_stops_on_apply_and_goes_on_with_the_next_mark(manual):
     clock = manual.editor.by_hand.manual.clock
+    click(manual, (90, 90))
     assert clock.running
     assert manual.window.manual.note.text() == "setting"
     manual.key(KEYS.Key_Return, CONTROL)
@@ -276,6 +277,7 @@ def test_the_clock_stops_on_apply_and_goes_on_with_the_next_mark(manual):
 
 def test_another_window_pauses_the_clock(manual, start):
     clock = manual.editor.by_hand.manual.clock
+    click(manual, (90, 90))
     other = start()
     other.window.activateWindow()
     manual.qtbot.waitUntil(lambda: not manual.window.isActiveWindow())
@@ -286,11 +288,33 @@ def test_another_window_pauses_the_clock(manual, start):
 
 def test_another_photo_sets_the_clock_back(manual, photo):
     clock = manual.editor.by_hand.manual.clock
-    manual.qtbot.wait(50)
+    click(manual, (90, 90))
+    manual.qtbot.waitUntil(lambda: clock.elapsed_s > 0.0)
     manual.editor.files.open(photo)
     manual.settle()
     assert clock.elapsed_s == 0.0
     assert manual.state.mode == "automatic"
+
+
+def test_looking_at_manual_mode_is_no_change_and_takes_no_time(manual):
+    clock = manual.editor.by_hand.manual.clock
+    assert not clock.running
+    assert not manual.window.isWindowModified()
+    click(manual, (90, 90))
+    assert clock.running
+    assert manual.window.isWindowModified()
+    manual.key(KEYS.Key_Return, CONTROL)
+    manual.key(KEYS.Key_F2)
+    manual.key(KEYS.Key_F3)
+    assert not clock.running
+    assert manual.window.manual.note.text() == "applied"
+    manual.key(KEYS.Key_Z, CONTROL)
+    manual.key(KEYS.Key_Z, CONTROL)
+    manual.key(KEYS.Key_Z, CONTROL)
+    assert manual.state.draft == ()
+    assert not manual.window.isWindowModified()
+    manual.window.close()
+    assert not manual.window.isVisible()
 
 
 # -- the comparison ------------------------------------------------------------------------------

@@ -1,0 +1,266 @@
+"""A save marks the state that it wrote, and what comes after it asks again."""
+
+from __future__ import annotations
+
+import threading
+
+import cv2
+import pytest
+from kogao_app import photos
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+from scenes import textured_photo
+from test_files import dialog, save_as
+
+from kogao_core.photo import read
+from kogao_core.project import load, save
+from kogao_core.sidecar import sidecar_of
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    """A slow disk: copies are written once it is set."""
+    gate, write = threading.Event(), photos.saved
+
+    def slow(*args):
+        assert gate.wait(20)
+        return write(*args)
+
+    monkeypatch.setattr(photos, "saved", slow)
+    yield gate
+    gate.set()
+
+
+@pytest.fixture
+def other(tmp_path):
+    path = tmp_path / "other.png"
+    assert cv2.imwrite(str(path), textured_photo(seed=5))
+    return path
+
+
+@pytest.fixture
+def search(source):
+    """A slow search for faces: it ends once it is set."""
+    gate, find = threading.Event(), source.find
+
+    def slow(rgb):
+        assert gate.wait(20)
+        return find(rgb)
+
+    source.find = slow
+    yield gate
+    gate.set()
+
+
+def step(driver, percent):
+    driver.editor.choices.set_field("percent", percent)
+    driver.editor.editing.commit()
+
+
+def answer(driver, words):
+    box = dialog(driver, QMessageBox)
+    button = next(one for one in box.buttons() if words in one.text().replace("&", ""))
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def closing_with_a_copy(driver, path):
+    driver.window.close()
+    answer(driver, "Save a copy")
+    save_as(driver, path)
+    assert driver.editor.saver.busy
+
+
+def test_undo_and_another_edit_while_a_copy_is_written_count_as_unsaved(opened, disk, tmp_path):
+    step(opened, 8.0)
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.editor.editing.undo()
+    step(opened, 11.0)
+    disk.set()
+    opened.settle()
+    assert "Saved copy.png" in opened.say()
+    assert opened.window.isWindowModified()
+    opened.window.close()
+    assert dialog(opened, QMessageBox).isVisible()
+
+
+def test_an_edit_while_the_copy_before_closing_is_written_is_asked_about(opened, disk, tmp_path):
+    step(opened, 8.0)
+    closing_with_a_copy(opened, tmp_path / "copy.png")
+    step(opened, 11.0)
+    disk.set()
+    answer(opened, "Cancel")
+    assert opened.window.isVisible()
+    assert opened.state.recipe.percent == 11.0
+
+
+def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, tmp_path):
+    step(opened, 8.0)
+    opened.editor.files.save(tmp_path / "first.png")
+    step(opened, 11.0)
+    opened.window.close()
+    answer(opened, "Save a copy")
+    asked = dialog(opened, QFileDialog)
+    disk.set()
+    opened.settle()
+    assert (tmp_path / "first.png").exists()
+    assert opened.window.isVisible()
+    assert asked.isVisible()
+    save_as(opened, tmp_path / "second.png")
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    assert (tmp_path / "second.png").exists()
+
+
+def test_an_edit_while_the_project_before_closing_is_written_is_asked_about(
+    opened, photo, monkeypatch
+):
+    gate = threading.Event()
+
+    def slow(*args):
+        assert gate.wait(20)
+        save(*args)
+
+    monkeypatch.setattr("kogao_app.controllers.projects.save", slow)
+    step(opened, 8.0)
+    opened.window.close()
+    answer(opened, "Save project")
+    step(opened, 11.0)
+    gate.set()
+    answer(opened, "Save project")
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 11.0
+
+
+def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
+    opened, disk, photo, other, tmp_path
+):
+    step(opened, 8.0)
+    opened.editor.dialogs.open(other)
+    answer(opened, "Save a copy")
+    save_as(opened, tmp_path / "copy.png")
+    step(opened, 11.0)
+    disk.set()
+    answer(opened, "Cancel")
+    opened.settle()
+    assert opened.editor.document.path == photo
+
+
+def test_undo_and_redo_lead_back_to_what_was_saved(opened, disk, tmp_path):
+    step(opened, 8.0)
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.editor.editing.undo()
+    disk.set()
+    opened.settle()
+    assert opened.window.isWindowModified()
+    opened.editor.editing.redo()
+    assert not opened.window.isWindowModified()
+    step(opened, 11.0)
+    assert opened.window.isWindowModified()
+    opened.editor.editing.undo()
+    assert not opened.window.isWindowModified()
+
+
+def test_copies_are_written_one_after_the_other(opened, disk, pixels, tmp_path):
+    for name, percent in (("first.png", 8.0), ("second.png", 9.0), ("first.png", 0.0)):
+        step(opened, percent)
+        opened.editor.files.save(tmp_path / name)
+    disk.set()
+    opened.settle()
+    assert (read(tmp_path / "second.png").pixels != pixels).any()
+    # 0 %: the last one to be asked for is the last one that was written.
+    assert (read(tmp_path / "first.png").pixels == pixels).all()
+
+
+def test_copies_asked_for_before_closing_are_written(opened, tmp_path):
+    step(opened, 8.0)
+    for name in ("first.png", "second.png"):
+        opened.editor.files.save(tmp_path / name)
+    opened.window.close()
+    answer(opened, "Discard")
+    assert not opened.window.isVisible()
+    assert (read(tmp_path / "first.png").pixels == read(tmp_path / "second.png").pixels).all()
+
+
+def test_a_copy_of_an_earlier_photo_does_not_make_the_next_one_saved(opened, disk, other, tmp_path):
+    step(opened, 8.0)
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.editor.files.open(other)
+    opened.qtbot.waitUntil(lambda: opened.editor.document.path == other)
+    opened.qtbot.waitUntil(lambda: not opened.editor.files.busy)
+    step(opened, 8.0)
+    disk.set()
+    opened.settle()
+    assert opened.window.isWindowModified()
+
+
+def test_a_name_is_asked_for_the_photo_that_is_open(opened, other):
+    opened.key(Qt.Key.Key_S, CONTROL)
+    assert dialog(opened, QFileDialog).isVisible()
+    opened.editor.files.open(other)
+    opened.settle()
+    assert not any(asked.isVisible() for asked in opened.window.findChildren(QFileDialog))
+
+
+def test_another_save_or_a_cancelled_one_ends_the_wish_to_close(opened, disk, tmp_path):
+    step(opened, 8.0)
+    closing_with_a_copy(opened, tmp_path / "copy.png")
+    opened.key(Qt.Key.Key_S, CONTROL)
+    dialog(opened, QFileDialog).reject()
+    disk.set()
+    opened.settle()
+    assert not opened.window.isWindowModified()
+    assert opened.window.isVisible()
+
+
+def test_a_refused_save_closes_nothing(opened, photo):
+    step(opened, 8.0)
+    before = photo.read_bytes()
+    opened.window.close()
+    answer(opened, "Save a copy")
+    asked = dialog(opened, QFileDialog)
+    asked.fileSelected.emit(str(photo))
+    asked.reject()
+    opened.settle()
+    assert "never written over" in opened.say()
+    assert photo.read_bytes() == before
+    assert opened.window.isVisible()
+    assert opened.window.isWindowModified()
+
+
+def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, photo, tmp_path):
+    driver = start()
+    driver.editor.files.open(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    driver.editor.files.save(tmp_path / "copy.png")
+    search.set()
+    driver.qtbot.waitUntil(lambda: len(driver.state.faces) == 1)
+    disk.set()
+    driver.settle()
+    assert not driver.window.isWindowModified()
+
+
+def test_a_gesture_during_the_search_for_faces_stays(start, search, photo):
+    driver = start()
+    driver.editor.files.open(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    driver.editor.choices.set_field("percent", 8.0)
+    search.set()
+    driver.settle()
+    assert driver.state.recipe.percent == 8.0
+    assert len(driver.state.faces) == 1
+    assert driver.window.isWindowModified()
+
+
+def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, search, photo, tmp_path):
+    broken = tmp_path / "broken.jpg"
+    broken.write_bytes(b"\xff\xd8\xff\xe0 not a photo")
+    driver = start()
+    driver.editor.files.open(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    driver.editor.files.open(broken)
+    driver.qtbot.waitUntil(lambda: "broken.jpg" in driver.say())
+    search.set()
+    driver.settle()
+    assert len(driver.state.faces) == 1
