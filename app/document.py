@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoStack
@@ -25,6 +25,8 @@ from .pyramid import Pyramid
 
 # A landmark marked by hand and where it goes, px of the photo.
 Mark = tuple[tuple[float, float], tuple[float, float]]
+# What a file can hold of a state: one mode's faces and settings, or what both modes share.
+Part = Literal["automatic", "manual", "protection"]
 DEFAULT: Final = Recipe()
 
 
@@ -61,11 +63,16 @@ class State(Sheet):
         return tuple(aim(face, self.recipe) for face in self.faces)
 
     @property
-    def work(self) -> tuple[object, ...]:
-        """What would be lost with the state; equal in two states that differ in the mode alone."""
-        sheets = (self.sheet("automatic"), self.sheet("manual"))
-        values = tuple((sheet.faces, sheet.off, sheet.recipe) for sheet in sheets)
-        return (*values, self.protection.strokes, self.draft)
+    def work(self) -> dict[Part, object]:
+        """What would be lost with the state, to compare: the mode at work is no part of it."""
+        found, marked = self.sheet("automatic"), self.sheet("manual")
+        by_hand = (marked.faces, marked.off, marked.recipe, self.draft)
+        return {
+            "automatic": (found.faces, found.off, found.recipe),
+            # Settings of no face are nothing to lose: manual mode was only looked at.
+            "manual": by_hand if marked.faces or self.draft else None,
+            "protection": self.protection.strokes,
+        }
 
     def recipe_of(self, face: int | None) -> Recipe:
         """Return what a face goes by; the photo's own recipe for None."""
@@ -138,7 +145,8 @@ class Document(QObject):
         self.photo: Photo | None = None
         self.pyramid: Pyramid | None = None
         self.undo = QUndoStack(self)
-        self._state = self._committed = self._base = self._saved = State()
+        self._state = self._committed = self._base = State()
+        self._saved = self._base.work
 
     @property
     def state(self) -> State:
@@ -162,8 +170,8 @@ class Document(QObject):
 
     @property
     def saved(self) -> bool:
-        """True while the committed state holds no other work than was opened or last saved."""
-        return self._committed.work == self._saved.work
+        """True while the committed state holds only what was opened or last saved."""
+        return self._committed.work == self._saved
 
     @property
     def dirty(self) -> bool:
@@ -196,10 +204,13 @@ class Document(QObject):
         self._begin(state)
         self.changed.emit()
 
-    def mark_saved(self, state: State, base: State) -> None:
-        """Note that a file holds a state; ignored when another `base` has been taken since."""
+    def mark_saved(self, state: State, base: State, parts: Collection[Part]) -> None:
+        """Note that a file holds these parts of a state.
+
+        Ignored when another `base` has been taken since `state` was the committed one.
+        """
         if base is self._base:
-            self._saved = state
+            self._saved = {**self._saved, **{part: state.work[part] for part in parts}}
             self.marked.emit()
 
     def preview(self, state: State) -> None:
@@ -218,7 +229,8 @@ class Document(QObject):
             self.restore(self._committed)
 
     def _begin(self, state: State) -> None:
-        self._state = self._committed = self._base = self._saved = state
+        self._state = self._committed = self._base = state
+        self._saved = state.work
         self.undo.clear()
 
     def restore(self, state: State) -> None:

@@ -164,6 +164,6 @@ class Manual(QObject):
 
 def _is_set_otherwise(state: State, seen: State) -> bool:
     """Tell whether the user has changed what manual mode holds; faces found meanwhile don't."""
-    sheets = state.sheet("manual"), seen.sheet("manual")
-    here, there = ((it.faces, it.off, it.recipe) for it in sheets)
-    return here != there or state.draft != seen.draft
+    here, there = state.sheet("manual"), seen.sheet("manual")
+    settings = here.recipe != there.recipe or here.off != there.off
+    return settings or here.faces != there.faces or state.draft != seen.draft

@@ -110,7 +110,7 @@ class Projects(QObject):
             save(to_keep_beside(state, photo), file)
             return ""
 
-        self._saver.save(file, write, self._written, self._not_written, then)
+        self._saver.save(file, write, self._written, self._not_written, then, whole=True)
 
     def _written(self, request: Request, _: str) -> None:
         if self._document.photo is request.photo:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import uuid
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from PySide6.QtCore import QLockFile, QObject, QThreadPool, Signal
+from PySide6.QtCore import QLockFile, QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.photo import Photo
 from kogao_core.project import Project, load, save, sha256_of
@@ -19,6 +20,8 @@ from ..views.bar import Message, Step
 from ..workers import Lane
 from .dialogs import Dialogs
 from .files import Files
+
+_AGAIN_MS: Final = 1000
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,6 +93,9 @@ class Recovery(QObject):
         self._own_pool = QThreadPool(self)
         self._own_pool.setMaxThreadCount(1)
         self._writing = Lane(self._own_pool, self._complain, self)
+        # A disk that was full may have room again.
+        self._again = QTimer(self, singleShot=True, interval=_AGAIN_MS)
+        self._again.timeout.connect(self._write)
         self._writing.done.connect(self._written)
         self._looking = Lane(pool, self._not_looked, self)
         self._looking.done.connect(self._take)
@@ -115,6 +121,7 @@ class Recovery(QObject):
 
     def stop(self) -> None:
         """Start nothing more."""
+        self._again.stop()
         for lane in (self._writing, self._looking, self._checking, self._hashing):
             lane.drop()
 
@@ -178,6 +185,7 @@ class Recovery(QObject):
             self._write()
 
     def _complain(self, problem: Exception) -> None:
+        self._again.start()
         if not self._complained:
             self._complained = True
             text = tr("Unsaved changes can't be kept for a crash ({why}).", why=reason(problem))

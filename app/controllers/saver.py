@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core.photo import Photo
 
-from ..document import Document, State
+from ..document import Document, Part, State
 from ..i18n import tr
 from ..workers import Lane
 from .editing import Editing
@@ -30,6 +30,8 @@ class Request:
         The document's base, and the state to write.
     file : Path
         Where it goes.
+    parts : collection of Part
+        What the file holds of the state.
     then : callable, optional
         What the user wanted to do once everything is saved: close, or open another photo.
     """
@@ -38,16 +40,17 @@ class Request:
     base: State
     state: State
     file: Path
+    parts: Collection[Part]
     then: Then | None
 
 
 class Saver(QObject):
     """Writes one request after the other, in the order they were made.
 
-    A request holds the committed state of the moment it was made in. Once written it marks that
-    state as saved and no other. What comes after it asks again before anything is lost; it is
-    forgotten when the save fails, when the user wants something else meanwhile, and when another
-    photo is open by then.
+    A request holds the committed state of the moment it was made in. Once written it marks what
+    the file holds of that state as saved, and of no other. What comes after it asks again before
+    anything is lost; it is forgotten when the save fails, when the user wants something else
+    meanwhile, and when another photo is open by then.
 
     Signals
     -------
@@ -91,6 +94,8 @@ class Saver(QObject):
         saved: Callable[[Request, str], object],
         failed: Callable[[Exception], object],
         then: Then | None = None,
+        *,
+        whole: bool = False,
     ) -> None:
         """End the gesture in hand and write the committed state.
 
@@ -104,13 +109,18 @@ class Saver(QObject):
             Called when it is over, with the request and its notes, or with what went wrong.
         then : callable, optional
             What comes after.
+        whole : bool
+            True for a file that holds both modes, False for a picture made in the one at work.
         """
         photo = self._document.photo
         if photo is None:
             return
         self._editing.commit()
         state = self._document.committed
-        request = Request(photo, self._document.base, state, file, then)
+        parts: tuple[Part, ...] = ("protection", state.mode)
+        if whole:
+            parts = ("protection", "automatic", "manual")
+        request = Request(photo, self._document.base, state, file, parts, then)
         lane = self._lanes[request] = Lane(
             self._pool, lambda problem: self._end(request, lambda: failed(problem), False), self
         )
@@ -123,7 +133,7 @@ class Saver(QObject):
         self._lanes.pop(request).deleteLater()
         then = request.then if request is self._goes_on else None
         if written:
-            self._document.mark_saved(request.state, request.base)
+            self._document.mark_saved(request.state, request.base, request.parts)
             self.working.emit(tr("Saved {name}", name=request.file.name))
         else:
             self.working.emit("")

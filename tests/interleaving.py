@@ -1,0 +1,559 @@
+"""A user, a disk and a crash at random, and an oracle that knows what must not be lost.
+
+The oracle keeps books of its own: what each edit, undo and redo made of the photo, what was
+discarded, and what a crash still owes. It reads project and recovery files as plain JSON and
+compares copies with a fresh render, so it shares nothing with the editor's own idea of "saved".
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shutil
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+from kogao_app import photos
+from kogao_app.controllers import projects, recovery
+from kogao_app.editor import Editor
+from kogao_app.points import Handle
+from kogao_app.storage import Storage
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QApplication,
+    QDialog,
+    QFileDialog,
+    QLineEdit,
+    QMessageBox,
+    QPushButton,
+)
+from scenes import oval_face, textured_photo
+
+from kogao_core.pipeline import render
+
+_SIZE = (240, 180)
+# How long an edit may be on no disk, s; and when it counts as lost rather than late.
+LATEST_S, LOST_S = 0.5, 5.0
+_SLOW_S = 0.3
+_POINT = 10
+
+# What the oracle knows work by: percent, one point of the outline, strokes.
+Sign = tuple[float, tuple[float, ...] | None, int]
+
+
+class Known:
+    """A landmark source that knows the face."""
+
+    name = "known"
+
+    def find(self, rgb):  # noqa: ARG002
+        return [oval_face(*_SIZE)]
+
+
+class Disk:
+    """What the editor reads and writes with; each kind of file is quick, slow, full or dead."""
+
+    kinds = ("copy", "project", "recovery", "photo")
+
+    def __init__(self) -> None:
+        self.mode = dict.fromkeys(self.kinds, "quick")
+        self.open = threading.Event()
+        self.open.set()
+        self.failed: Counter[str] = Counter()
+
+    def through(self, kind: str, call: Callable) -> Callable:
+        """Return `call` as this disk does it."""
+
+        def slowly(*args):
+            if self.mode[kind] == "slow":
+                self.open.wait(_SLOW_S)
+            if self.mode[kind] in ("full", "dead"):
+                self.failed[kind] += 1
+                raise OSError(28, "No space left on device")
+            return call(*args)
+
+        return slowly
+
+
+@contextlib.contextmanager
+def through(disks: list[Disk]) -> Iterator[None]:
+    """Lead all files through the newest disk."""
+    places = (
+        *((photos, "saved", "copy"), (projects, "save", "project")),
+        *((recovery, "save", "recovery"), (photos, "opened", "photo")),
+    )
+    real = [getattr(module, name) for module, name, _ in places]
+    for (module, name, kind), call in zip(places, real, strict=True):
+
+        def led(*args, kind=kind, call=call):
+            return disks[-1].through(kind, call)(*args)
+
+        setattr(module, name, led)
+    try:
+        yield
+    finally:
+        for (module, name, _), call in zip(places, real, strict=True):
+            setattr(module, name, call)
+
+
+def sign_of(state) -> Sign:
+    """Return what is known of a state."""
+    sheet = state.sheet("automatic")
+    faces = sheet.faces
+    point = tuple(faces[0].outline[_POINT].round(3).tolist()) if faces else None
+    return round(sheet.recipe.percent, 4), point, len(state.protection.strokes)
+
+
+def sign_in(file: Path) -> tuple[str, Sign] | None:
+    """Return the photo's name and what a project file holds, read as plain JSON."""
+    try:
+        values = json.loads(file.read_text())
+    except (OSError, ValueError):
+        return None
+    sheet, unit = values["automatic"], values["unit_px"]
+    faces = sheet["faces"]
+    point = None
+    if faces:
+        point = tuple(np.round(np.multiply(faces[0]["outline"][_POINT], unit), 3).tolist())
+    strokes = len(values["protection"]["strokes"])
+    name = Path(values["photo"]["path"]).name
+    return name, (round(sheet["recipe"]["percent"], 4), point, strokes)
+
+
+class Lost(AssertionError):
+    """Something that the user made is nowhere."""
+
+
+@dataclass
+class Books:
+    """What the user did to the open photo, and what earlier crashes still owe.
+
+    Parameters
+    ----------
+    name : str
+        The photo's file name; empty while none is open.
+    states : list of State
+        Below the first undo step, and after each.
+    at : int
+        Which of them undo and redo have led to.
+    afresh : bool
+        True where `states[0]` came from the photo alone and can be made again.
+    discarded : Sign or None
+        What the user has said may be lost.
+    owed : list of (str, Sign)
+        Photo and work that crashes have left and that wasn't restored or discarded yet.
+    """
+
+    name: str = ""
+    states: list = field(default_factory=list)
+    at: int = 0
+    afresh: bool = True
+    discarded: Sign | None = None
+    owed: list[tuple[str, Sign]] = field(default_factory=list)
+
+    @property
+    def work(self) -> Sign:
+        """What there is now."""
+        return sign_of(self.states[self.at])
+
+    def begin(self, name: str, *states: object) -> None:
+        """Note that another photo is open; the last of its states is shown."""
+        self.name, self.states, self.at = name, list(states), len(states) - 1
+        self.discarded = None
+
+    def push(self, state: object) -> None:
+        """Note an edit."""
+        if state is not self.states[self.at]:
+            self.states[self.at + 1 :] = [state]
+            self.at += 1
+
+
+class Interleaving:
+    """One run: random acts on the real editor, each followed by the oracle.
+
+    Parameters
+    ----------
+    app : QApplication
+        The application.
+    folder : Path
+        An empty folder for photos, copies and what the editor keeps.
+    seed : int
+        The same seed makes the same acts; how they fall between the workers' is up to the machine.
+    """
+
+    def __init__(self, app: QApplication, folder: Path, seed: int) -> None:
+        self._app, self._folder = app, folder
+        self._rng = np.random.default_rng(seed)
+        self._photos = [folder / f"{name}.png" for name in ("one", "two")]
+        for number, path in enumerate(self._photos):
+            cv2.imwrite(str(path), textured_photo(*_SIZE, seed=number)[..., ::-1])
+        self._broken = folder / "broken.png"
+        self._broken.write_bytes(b"\x89PNG not a photo")
+        self._books, self._known = Books(), set()
+        self._asked: dict[str, Path] = {}
+        self._saved: set[Path] = set()
+        self._disks: list[Disk] = []
+        self._homes = self._copies = 0
+        self._gesture = False
+        self.counts: Counter[str] = Counter()
+        self.kept_s: list[float] = []
+        self._problem = ""
+        self._since = time.monotonic()
+        self.log: list[str] = []
+
+    def run(self, acts: int) -> None:
+        """Do so many acts.
+
+        Raises
+        ------
+        Lost
+            If an edit is nowhere, or the editor calls saved what isn't.
+        """
+        with through(self._disks):
+            self._start(self._home())
+            self._open(self._photos[0])
+            self._check()
+            for _ in range(acts):
+                self._since = time.monotonic()
+                self._act()
+                self._pump_a_little()
+                self._follow()
+                self._check()
+            self._end()
+
+    # -- programs --------------------------------------------------------------------------------
+
+    def _home(self) -> Path:
+        self._homes += 1
+        return self._folder / f"home{self._homes}"
+
+    def _start(self, home: Path) -> None:
+        self._disks.append(Disk())
+        self._storage = Storage.in_folder(home)
+        self._editor = editor = Editor(self._app, Known(), self._storage)
+        self._opened = self._restored = False
+        editor.document.opened.connect(self._note_opened)
+        editor.files.restored.connect(self._note_restored)
+        editor.saver.working.connect(self._note_report)
+        editor.window.resize(800, 500)
+        editor.window.show()
+        self._books.begin("", editor.document.committed)
+        editor.recovery.look()
+        self._until(lambda: not editor.busy)
+
+    def _end(self) -> None:
+        self._disk.mode = dict.fromkeys(Disk.kinds, "dead")
+        self._disk.open.set()
+        self._editor.close()
+        self._editor.window.deleteLater()
+
+    def _crash(self) -> None:
+        if self._needs_recovery() and self._disk.mode["recovery"] != "quick":
+            return
+        if self._books.name and self._needs_recovery():
+            self._books.owed.append((self._books.name, self._books.work))
+        home = self._home()
+        # A dead program's lock is free; here its process lives on, so the lock stays behind.
+        ignore = shutil.ignore_patterns("*.lock", "*.partial")
+        shutil.copytree(self._storage.data, home, ignore=ignore, dirs_exist_ok=True)
+        self._end()
+        self._gesture = False
+        self._start(home)
+
+    @property
+    def _disk(self) -> Disk:
+        return self._disks[-1]
+
+    # -- time ------------------------------------------------------------------------------------
+
+    def _until(self, condition: Callable[[], bool], most_s: float = LOST_S) -> bool:
+        end = time.monotonic() + most_s
+        while not condition():
+            if time.monotonic() > end:
+                return False
+            self._app.processEvents()
+            time.sleep(0.001)
+        return True
+
+    def _pump_a_little(self) -> None:
+        end = time.monotonic() + float(self._rng.choice([0.0, 0.002, 0.02]))
+        self._app.processEvents()
+        while time.monotonic() < end:
+            self._app.processEvents()
+
+    # -- what the editor tells ---------------------------------------------------------------------
+
+    def _note_opened(self) -> None:
+        self._leave("another photo was opened")
+        self._opened, self._restored = True, False
+
+    def _note_restored(self, work: object) -> None:
+        self._restored = work.file is None
+
+    def _note_report(self, text: str) -> None:
+        if text.startswith("Saved "):
+            path = self._asked.get(text.removeprefix("Saved "), self._folder / text)
+            held = sign_in(path) if path.suffix == ".json" else None
+            if not path.exists() or (held is not None and held[1] not in self._known):
+                self._problem = f"{path.name} was reported saved and holds {held}"
+            self._saved.add(path)
+            self.counts["saved"] += 1
+
+    def _leave(self, why: str) -> None:
+        """The photo at hand goes: its work must be somewhere else, or not wanted any more."""
+        books = self._books
+        if books.name and not self._is_safe() and books.discarded != books.work:
+            # Raised by `_follow`: Qt swallows what a slot raises.
+            self._problem = f"{why}, and {books.work} of {books.name} is nowhere"
+
+    def _follow(self) -> None:
+        """Bring the books up to date with what has happened since the last act."""
+        editor = self._editor
+        if not editor.window.isVisible():
+            self._leave("the window was closed")
+            self._raise_problem()
+            self.counts["closed"] += 1
+            self._gesture = False
+            editor.window.deleteLater()
+            self._start(self._storage.data)
+            return
+        self._raise_problem()
+        if self._opened:
+            self._until(lambda: not editor.files.busy)
+            self._begin()
+        if self._gesture and not editor.document.in_gesture:
+            self._push()
+
+    def _raise_problem(self) -> None:
+        if self._problem:
+            raise Lost(self._problem)
+
+    def _begin(self) -> None:
+        document, books = self._editor.document, self._books
+        self._opened = self._gesture = False
+        now = document.committed
+        if self._restored:
+            books.begin(document.path.name, document.base, now)
+            if (books.name, books.work) in books.owed:
+                books.owed.remove((books.name, books.work))
+            self.counts["restored"] += 1
+        else:
+            books.begin(document.path.name, now)
+        held = sign_in(self._sidecar())
+        books.afresh = held is None or held[1] != sign_of(books.states[0])
+        self._known |= {sign_of(state) for state in books.states}
+
+    def _push(self) -> None:
+        self._gesture = False
+        self._books.push(self._editor.document.committed)
+        self._known.add(self._books.work)
+
+    def _sidecar(self) -> Path:
+        return self._folder / f"{self._books.name}.kogao.json"
+
+    # -- the oracle --------------------------------------------------------------------------------
+
+    def _is_safe(self) -> bool:
+        """Tell whether the work at hand can be had again without the editor and its recovery."""
+        books = self._books
+        held = books.afresh or sign_in(self._sidecar()) == (books.name, books.work)
+        if held and books.work == sign_of(books.states[0]):
+            return True
+        return any(self._holds(path) for path in self._saved)
+
+    def _holds(self, path: Path) -> bool:
+        if path.suffix == ".json":
+            return sign_in(path) == (self._books.name, self._books.work)
+        state, original = self._books.states[self._books.at], self._folder / self._books.name
+        pixels = np.ascontiguousarray(cv2.imread(str(original))[..., ::-1])
+        wanted = render(pixels, state.active, state.recipe, protection=state.protection).pixels
+        return np.array_equal(cv2.imread(str(path))[..., ::-1], wanted)
+
+    def _needs_recovery(self) -> bool:
+        return bool(self._books.name) and not self._is_safe()
+
+    def _kept(self) -> list[tuple[str, Sign] | None]:
+        return [sign_in(path) for path in self._storage.recovery.glob("*.json")]
+
+    def _check(self) -> None:
+        books, editor = self._books, self._editor
+        if not books.name or self._opened or self._gesture:
+            return
+        if sign_of(editor.document.committed) != books.work:
+            raise Lost(f"{books.work} isn't in the document")
+        if self._needs_recovery():
+            if not editor.window.isWindowModified():
+                raise Lost(f"{books.work} counts as saved and is in no file")
+            mode = self._disk.mode["recovery"]
+            if mode != "full":
+                wanted = (books.name, books.work)
+                if not self._until(lambda: wanted in self._kept()):
+                    raise Lost(f"{wanted} is in no recovery file")
+                if mode == "quick" and not self._disk.failed["recovery"]:
+                    self.kept_s.append(time.monotonic() - self._since)
+        for owed in books.owed:
+            if owed not in self._kept():
+                raise Lost(f"{owed}, which a crash has left, is gone")
+
+    # -- acts --------------------------------------------------------------------------------------
+
+    def _act(self) -> None:
+        dialogs = [it for it in self._editor.window.findChildren(QDialog) if it.isVisible()]
+        act: Callable[[], None]
+        if self._rng.random() < 0.15:
+            act = self._change_disk
+        elif dialogs:
+            act = partial(self._answer, dialogs[-1])
+        elif self._books.name:
+            acts, shares = zip(
+                *((self._slide, 6), (self._drag, 3), (self._protect, 2), (self._hold, 2)),
+                *((self._undo, 4), (self._redo, 3), (self._look, 1), (self._press_bar, 3)),
+                *((self._save_copy, 3), (self._save_project, 3), (self._open_another, 2)),
+                *((self._close, 2), (self._crash, 2)),
+                strict=True,
+            )
+            act = acts[self._rng.choice(len(acts), p=np.divide(shares, sum(shares)))]
+        else:
+            act = self._press_bar if self._rng.random() < 0.6 else self._open_another
+        name = getattr(act, "__name__", "answer").strip("_")
+        self.counts[name] += 1
+        self.log.append(name)
+        act()
+
+    def _one_of(self, things: list) -> object:
+        return things[self._rng.integers(len(things))]
+
+    def _change_disk(self) -> None:
+        kind = self._one_of(list(Disk.kinds))
+        mode = str(self._rng.choice(["quick", "slow", "full"], p=[0.5, 0.3, 0.2]))
+        self._disk.mode[kind] = "quick" if (kind, mode) == ("photo", "full") else mode
+        (self._disk.open.set if self._rng.random() < 0.5 else self._disk.open.clear)()
+        self.log.append(f"  {kind} {mode}")
+
+    def _slide(self) -> None:
+        self._hold()
+        self._editor.editing.commit()
+        self._push()
+
+    def _hold(self) -> None:
+        """Begin a gesture that ends with whatever comes next."""
+        self._editor.choices.set_field("percent", round(float(self._rng.uniform(1.0, 9.0)), 2))
+        self._gesture = True
+
+    def _drag(self) -> None:
+        editing, state = self._editor.editing, self._editor.document.state
+        if state.faces:
+            x, y = state.faces[0].outline[_POINT]
+            editing.grab(Handle("outline", 0, _POINT), x, y)
+            self._follow()
+            editing.drag(x + 1.0, y + self._rng.uniform(-1.0, 1.0))
+            editing.release()
+            self._push()
+
+    def _protect(self) -> None:
+        protecting = self._editor.on_canvas.protecting
+        self._editor.editing.commit()
+        self._push()
+        protecting.take("brush")
+        protecting.begin(*self._rng.uniform(10.0, 170.0, 2))
+        protecting.extend(*self._rng.uniform(10.0, 170.0, 2), False)
+        protecting.end()
+        protecting.take("points")
+        self._push()
+
+    def _undo(self) -> None:
+        if self._gesture:
+            self._gesture = False
+        elif self._books.at:
+            self._books.at -= 1
+        self._editor.editing.undo()
+
+    def _redo(self) -> None:
+        if not self._gesture and self._books.at + 1 < len(self._books.states):
+            self._books.at += 1
+        self._editor.editing.redo()
+
+    def _look(self) -> None:
+        """Look at manual mode and come back."""
+        for mode in ("manual", "automatic"):
+            self._editor.by_hand.manual.switch(mode)
+            self._push()
+
+    def _save_copy(self) -> None:
+        self._editor.window.actions_by_name["save"].trigger()
+
+    def _save_project(self) -> None:
+        self._asked[self._sidecar().name] = self._sidecar()
+        self._editor.window.actions_by_name["save-project"].trigger()
+
+    def _open_another(self) -> None:
+        self._open(self._one_of([*self._photos, self._broken]))
+
+    def _open(self, path: Path) -> None:
+        self._editor.dialogs.open(path)
+        if not self._books.name:
+            self._until(lambda: not self._editor.files.busy)
+            self._follow()
+
+    def _close(self) -> None:
+        self._editor.window.close()
+
+    def _press_bar(self) -> None:
+        unwanted = ("Open a photo", "Place a face", "It fits")
+        if not self._editor.window.bar.isVisible():
+            return
+        buttons = self._editor.window.bar.buttons
+        wanted = [one for one in buttons if not one.text().startswith(unwanted)]
+        self._press(self._one_of(wanted))
+
+    def _press(self, button: QPushButton) -> None:
+        self.log.append(f"  {button.text()}")
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    def _answer(self, dialog: QDialog) -> None:
+        if isinstance(dialog, QMessageBox):
+            button = self._one_of(dialog.buttons())
+            if "for good" in dialog.text():
+                self._answer_discard(button)
+                return
+            if "Discard" in button.text():
+                self._books.discarded = self._books.work
+            elif "project" in button.text():
+                self._asked[self._sidecar().name] = self._sidecar()
+            self._press(button)
+        elif isinstance(dialog, QFileDialog):
+            self._name(dialog)
+
+    def _answer_discard(self, button: QPushButton) -> None:
+        before = Counter(self._kept())
+        self._press(button)
+        self._app.processEvents()
+        for gone in before - Counter(self._kept()):
+            if "Discard" in button.text() and gone in self._books.owed:
+                self._books.owed.remove(gone)
+
+    def _name(self, dialog: QFileDialog) -> None:
+        kind = str(self._rng.choice(["good", "cancel", "bad", "original"], p=[0.6, 0.2, 0.1, 0.1]))
+        self.log.append(f"  {kind}")
+        if kind == "cancel":
+            dialog.reject()
+            return
+        self._copies += 1
+        path = self._folder / f"copy{self._copies}.{'png' if kind == 'good' else 'odd'}"
+        if "project" in dialog.windowTitle():
+            path = path.with_name(f"{path.name}.kogao.json")
+        self._asked[path.name] = path
+        if kind == "original":
+            dialog.fileSelected.emit(str(self._folder / self._books.name))
+            dialog.reject()
+            return
+        dialog.findChild(QLineEdit, "fileNameEdit").setText(str(path))
+        dialog.accept()
