@@ -447,6 +447,8 @@ class Interleaving:
         """Begin a gesture that ends with whatever comes next."""
         self._editor.choices.set_field("percent", round(float(self._rng.uniform(1.0, 9.0)), 2))
         self._gesture = True
+        # What ends it may be a save that is over before the books are brought up to date.
+        self._known.add(sign_of(self._editor.document.state))
 
     def _drag(self) -> None:
         editing, state = self._editor.editing, self._editor.document.state

@@ -121,9 +121,12 @@ class Dialogs(QObject):
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Question)
         box.setText(tr("Save before the changes are lost?"))
-        box.setInformativeText(
+        lines = [
             tr("A copy is the finished picture; a project keeps points and settings to go on with.")
-        )
+        ]
+        if self._document.state.draft:
+            lines.append(tr("Points of a face that isn't complete yet are in neither."))
+        box.setInformativeText("\n".join(lines))
         box.setStandardButtons(buttons.Save | buttons.Discard | buttons.Cancel)
         box.button(buttons.Save).setText(tr("&Save a copy…"))
         if self._projects is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +117,8 @@ class Saver(QObject):
         if photo is None:
             return
         self._editing.commit()
-        state = self._document.committed
+        # Points of a face that isn't one yet are in no file.
+        state = dataclasses.replace(self._document.committed, draft=())
         parts: tuple[Part, ...] = ("protection", state.mode)
         if whole:
             parts = ("protection", "automatic", "manual")

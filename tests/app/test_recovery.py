@@ -339,6 +339,22 @@ def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypa
     assert load(file).original.sha256 == sha256_of(photo)
 
 
+def test_what_could_not_be_kept_is_kept_once_there_is_room(opened, monkeypatch):
+    full = threading.Event()
+    full.set()
+
+    def write(project, path):
+        if full.is_set():
+            raise OSError(28, "No space left on device")
+        save(project, path)
+
+    monkeypatch.setattr("kogao_app.controllers.recovery.save", write)
+    change_something(opened)
+    opened.qtbot.waitUntil(lambda: "No space left" in opened.say())
+    full.clear()
+    opened.qtbot.waitUntil(opened.editor.recovery.file.exists)
+
+
 def test_an_edit_is_kept_without_a_pause(opened):
     change_something(opened)
     opened.settle()

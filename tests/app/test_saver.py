@@ -7,6 +7,7 @@ import threading
 import cv2
 import pytest
 from kogao_app import photos
+from kogao_app.points import Handle
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
@@ -264,3 +265,28 @@ def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, searc
     search.set()
     driver.settle()
     assert len(driver.state.faces) == 1
+
+
+def test_marks_of_a_face_begun_are_in_no_file_and_stay_unsaved(opened, photo):
+    opened.editor.by_hand.manual.switch("manual")
+    opened.editor.by_hand.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
+    opened.editor.by_hand.manual.release()
+    opened.editor.projects.projects.save()
+    opened.settle()
+    assert sidecar_of(photo).exists()
+    assert opened.window.isWindowModified()
+    opened.window.close()
+    assert "isn't complete" in dialog(opened, QMessageBox).informativeText()
+
+
+def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
+    step(opened, 8.0)
+    opened.editor.by_hand.manual.switch("manual")
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.settle()
+    assert opened.window.isWindowModified(), "the copy is the photo as it was"
+    opened.editor.projects.projects.save()
+    opened.settle()
+    assert not opened.window.isWindowModified()
+    opened.editor.by_hand.manual.switch("automatic")
+    assert not opened.window.isWindowModified()

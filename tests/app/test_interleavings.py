@@ -1,0 +1,12 @@
+"""The short interleavings; the long ones are ``tests/benchmarks/interleavings.py``."""
+
+import pytest
+from interleaving import Interleaving
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_edit_is_lost_whatever_falls_between(qapp, tmp_path, seed):
+    run = Interleaving(qapp, tmp_path, seed)
+    run.run(30)
+    assert run.counts.total() >= 30
+    assert run.kept_s, "nothing had to be kept: this run shows nothing"
