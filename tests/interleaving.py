@@ -535,11 +535,11 @@ class Interleaving:
             self._name(dialog)
 
     def _answer_discard(self, button: QPushButton) -> None:
-        before = Counter(self._kept())
+        before, agreed = Counter(self._kept()), "Discard" in button.text()
         self._press(button)
         self._app.processEvents()
         for gone in before - Counter(self._kept()):
-            if "Discard" in button.text() and gone in self._books.owed:
+            if agreed and gone in self._books.owed:
                 self._books.owed.remove(gone)
 
     def _name(self, dialog: QFileDialog) -> None:
