@@ -7,21 +7,16 @@ compares copies with a fresh render, so it shares nothing with the editor's own 
 
 from __future__ import annotations
 
-import contextlib
-import json
 import shutil
-import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
-from kogao_app import photos
-from kogao_app.controllers import projects, recovery
+from bookkeeping import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
 from kogao_app.editor import Editor
 from kogao_app.points import Handle
 from kogao_app.storage import Storage
@@ -42,11 +37,6 @@ from kogao_core.pipeline import render
 _SIZE = (240, 180)
 # How long an edit may be on no disk, s; and when it counts as lost rather than late.
 LATEST_S, LOST_S = 0.5, 5.0
-_SLOW_S = 0.3
-_POINT = 10
-
-# What the oracle knows work by: percent, one point of the outline, strokes.
-Sign = tuple[float, tuple[float, ...] | None, int]
 
 
 class Known:
@@ -56,124 +46,6 @@ class Known:
 
     def find(self, rgb):  # noqa: ARG002
         return [oval_face(*_SIZE)]
-
-
-class Disk:
-    """What the editor reads and writes with; each kind of file is quick, slow, full or dead."""
-
-    kinds = ("copy", "project", "recovery", "photo")
-
-    def __init__(self) -> None:
-        self.mode = dict.fromkeys(self.kinds, "quick")
-        self.open = threading.Event()
-        self.open.set()
-        self.failed: Counter[str] = Counter()
-
-    def through(self, kind: str, call: Callable) -> Callable:
-        """Return `call` as this disk does it."""
-
-        def slowly(*args):
-            if self.mode[kind] == "slow":
-                self.open.wait(_SLOW_S)
-            if self.mode[kind] in ("full", "dead"):
-                self.failed[kind] += 1
-                raise OSError(28, "No space left on device")
-            return call(*args)
-
-        return slowly
-
-
-@contextlib.contextmanager
-def through(disks: list[Disk]) -> Iterator[None]:
-    """Lead all files through the newest disk."""
-    places = (
-        *((photos, "saved", "copy"), (projects, "save", "project")),
-        *((recovery, "save", "recovery"), (photos, "opened", "photo")),
-    )
-    real = [getattr(module, name) for module, name, _ in places]
-    for (module, name, kind), call in zip(places, real, strict=True):
-
-        def led(*args, kind=kind, call=call):
-            return disks[-1].through(kind, call)(*args)
-
-        setattr(module, name, led)
-    try:
-        yield
-    finally:
-        for (module, name, _), call in zip(places, real, strict=True):
-            setattr(module, name, call)
-
-
-def sign_of(state) -> Sign:
-    """Return what is known of a state."""
-    sheet = state.sheet("automatic")
-    faces = sheet.faces
-    point = tuple(faces[0].outline[_POINT].round(3).tolist()) if faces else None
-    return round(sheet.recipe.percent, 4), point, len(state.protection.strokes)
-
-
-def sign_in(file: Path) -> tuple[str, Sign] | None:
-    """Return the photo's name and what a project file holds, read as plain JSON."""
-    try:
-        values = json.loads(file.read_text())
-    except (OSError, ValueError):
-        return None
-    sheet, unit = values["automatic"], values["unit_px"]
-    faces = sheet["faces"]
-    point = None
-    if faces:
-        point = tuple(np.round(np.multiply(faces[0]["outline"][_POINT], unit), 3).tolist())
-    strokes = len(values["protection"]["strokes"])
-    name = Path(values["photo"]["path"]).name
-    return name, (round(sheet["recipe"]["percent"], 4), point, strokes)
-
-
-class Lost(AssertionError):
-    """Something that the user made is nowhere."""
-
-
-@dataclass
-class Books:
-    """What the user did to the open photo, and what earlier crashes still owe.
-
-    Parameters
-    ----------
-    name : str
-        The photo's file name; empty while none is open.
-    states : list of State
-        Below the first undo step, and after each.
-    at : int
-        Which of them undo and redo have led to.
-    afresh : bool
-        True where `states[0]` came from the photo alone and can be made again.
-    discarded : Sign or None
-        What the user has said may be lost.
-    owed : list of (str, Sign)
-        Photo and work that crashes have left and that wasn't restored or discarded yet.
-    """
-
-    name: str = ""
-    states: list = field(default_factory=list)
-    at: int = 0
-    afresh: bool = True
-    discarded: Sign | None = None
-    owed: list[tuple[str, Sign]] = field(default_factory=list)
-
-    @property
-    def work(self) -> Sign:
-        """What there is now."""
-        return sign_of(self.states[self.at])
-
-    def begin(self, name: str, *states: object) -> None:
-        """Note that another photo is open; the last of its states is shown."""
-        self.name, self.states, self.at = name, list(states), len(states) - 1
-        self.discarded = None
-
-    def push(self, state: object) -> None:
-        """Note an edit."""
-        if state is not self.states[self.at]:
-            self.states[self.at + 1 :] = [state]
-            self.at += 1
 
 
 class Interleaving:
@@ -453,8 +325,8 @@ class Interleaving:
     def _drag(self) -> None:
         editing, state = self._editor.editing, self._editor.document.state
         if state.faces:
-            x, y = state.faces[0].outline[_POINT]
-            editing.grab(Handle("outline", 0, _POINT), x, y)
+            x, y = state.faces[0].outline[POINT]
+            editing.grab(Handle("outline", 0, POINT), x, y)
             self._follow()
             editing.drag(x + 1.0, y + self._rng.uniform(-1.0, 1.0))
             editing.release()

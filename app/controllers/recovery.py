@@ -10,11 +10,11 @@ from typing import Final
 from PySide6.QtCore import QLockFile, QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.photo import Photo
-from kogao_core.project import Project, load, save, sha256_of
-from kogao_core.strict import BadFile
+from kogao_core.project import Project, save, sha256_of
 
 from ..document import Document, State
 from ..i18n import reason, tr
+from ..orphans import Orphan, locked, orphans
 from ..projects import Work, hash_of, project_of
 from ..views.bar import Message, Step
 from ..workers import Lane
@@ -22,25 +22,6 @@ from .dialogs import Dialogs
 from .files import Files
 
 _AGAIN_MS: Final = 1000
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Orphan:
-    """A recovery file whose program is gone, with the lock that keeps others from it."""
-
-    path: Path
-    project: Project
-    lock: QLockFile
-
-    @property
-    def name(self) -> str:
-        """The photo's file name."""
-        return Path(self.project.original.path).name
-
-    def delete(self) -> None:
-        """Remove it for good."""
-        self.path.unlink(missing_ok=True)
-        self.lock.unlock()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -164,7 +145,7 @@ class Recovery(QObject):
         else:
             self._folder.mkdir(parents=True, exist_ok=True)
             if self._lock is None:
-                self._lock = _locked(self._file)
+                self._lock = locked(self._file)
             save(project_of(kept.state, photo, digest), self._file)
         return kept
 
@@ -263,34 +244,6 @@ class Recovery(QObject):
             self.offer()
 
 
-def orphans(folder: Path) -> list[Orphan]:
-    """Return the recovery files in a folder that no running program holds, newest first."""
-    found = []
-    for path in sorted(folder.glob("*.json"), key=_modified, reverse=True):
-        lock = _locked(path)
-        if lock is None:
-            continue
-        try:
-            found.append(Orphan(path, load(path), lock))
-        except BadFile:  # gone, not ours, or of a newer Kogao: left for that one
-            lock.unlock()
-    return found
-
-
-def _modified(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except OSError:  # another program has ended in good order since
-        return 0.0
-
-
 def _is_changed(project: Project) -> bool:
     known = project.original.sha256
     return bool(known) and sha256_of(project.original.path) != known
-
-
-def _locked(path: Path) -> QLockFile | None:
-    lock = QLockFile(str(path.with_suffix(".lock")))
-    # However long ago, a lock holds while its program runs, and no longer.
-    lock.setStaleLockTime(0)
-    return lock if lock.tryLock(0) else None

@@ -16,8 +16,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from kogao_app.controllers.recovery import orphans
 from kogao_app.document import State
+from kogao_app.orphans import orphans
 from kogao_app.points import Handle
 from kogao_app.projects import project_of
 from PySide6.QtCore import QPoint, Qt

@@ -24,7 +24,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
-from interleaving import LATEST_S, Interleaving, Lost
+from bookkeeping import Lost
+from interleaving import LATEST_S, Interleaving
 from PySide6.QtWidgets import QApplication
 
 
