@@ -82,7 +82,7 @@ class Recovery(QObject):
         self._looking.done.connect(self._take)
         self._checking = Lane(pool, self._not_checked, self)
         self._checking.done.connect(self._warn)
-        self._hashing = Lane(pool, self._complain, self)
+        self._hashing = Lane(pool, self._not_checked, self)
         self._hashing.done.connect(self._take_hash)
         document.undo.indexChanged.connect(self._write)
         document.marked.connect(self._write)
