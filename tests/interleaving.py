@@ -7,6 +7,7 @@ compares copies with a fresh render, so it shares nothing with the editor's own 
 
 from __future__ import annotations
 
+import gc
 import shutil
 import time
 from collections import Counter
@@ -126,6 +127,8 @@ class Interleaving:
         self._disk.open.set()
         self._editor.close()
         self._editor.window.deleteLater()
+        # Here, not on a worker of the next program.
+        gc.collect()
 
     def _crash(self) -> None:
         if self._needs_recovery() and self._disk.mode["recovery"] != "quick":
