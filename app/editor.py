@@ -237,6 +237,7 @@ class Editor(QObject):
         self.files.said.connect(window.bar.say)
         self.recovery.said.connect(window.bar.say)
         self.desk.said.connect(window.bar.say)
+        self.recovery.answered.connect(window.bar.refresh)
         window.bar.dismissed.connect(self.recovery.offer)
         self.files.quiet.connect(window.bar.clear)
         self.document.undo.indexChanged.connect(window.bar.move_on)

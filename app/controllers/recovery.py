@@ -46,9 +46,12 @@ class Recovery(QObject):
     -------
     said(Message)
         For the bar over the canvas.
+    answered
+        An offer no longer holds.
     """
 
     said = Signal(object)
+    answered = Signal()
 
     def __init__(
         self,
@@ -197,7 +200,10 @@ class Recovery(QObject):
             Step(tr("Restore"), lambda: self._ask_restore(orphan)),
             Step(tr("Discard…"), lambda: self._ask_discard(orphan)),
         )
-        self.said.emit(Message(text, steps, wrong=False, holds=lambda: True))
+        self.said.emit(Message(text, steps, wrong=False, holds=lambda: self._is_open(orphan)))
+
+    def _is_open(self, orphan: Orphan) -> bool:
+        return orphan in self._orphans and orphan not in self._taken_over
 
     def _ask_restore(self, orphan: Orphan) -> None:
         # The offer stands until the photo is opened, should the user keep the present one.
@@ -213,9 +219,11 @@ class Recovery(QObject):
 
     def _discard(self, orphan: Orphan) -> None:
         self._delete(orphan)
-        text = tr("The changes to {name} are discarded.", name=orphan.name)
-        self.said.emit(Message(text, wrong=False))
-        self.offer()
+        if self._waiting:
+            self.offer()
+        else:
+            text = tr("The changes to {name} are discarded.", name=orphan.name)
+            self.said.emit(Message(text, wrong=False))
 
     def _delete(self, orphan: Orphan) -> None:
         orphan.delete()
@@ -226,6 +234,7 @@ class Recovery(QObject):
         for orphan in self._orphans:
             if orphan.project is project:
                 self._taken_over.append(orphan)
+                self.answered.emit()
                 self._write()
                 self._checking.submit(lambda: _is_changed(project))
 

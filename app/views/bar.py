@@ -92,26 +92,21 @@ class MessageBar(QFrame):
         else:
             others = [known for known in self._holding if known.text != message.text]
             self._holding = [*others, message]
-        self._show()
+        self.refresh()
 
     def move_on(self) -> None:
         """Take a step of the document as the answer to what was said of the last action."""
         if self._since.elapsed() >= UNREAD_MS:
             self._last = None
-        self._show()
+        self.refresh()
 
     def clear(self) -> None:
         """Say nothing more of the last action."""
         self._last = None
-        self._show()
+        self.refresh()
 
-    def _fade(self) -> None:
-        if self.underMouse() or any(button.hasFocus() for button in self.buttons):
-            self._linger.start()
-        else:
-            self.clear()
-
-    def _show(self) -> None:
+    def refresh(self) -> None:
+        """Show what still holds, and no more."""
         self._holding = [message for message in self._holding if message.holds and message.holds()]
         message = self._last or (self._holding[-1] if self._holding else None)
         if message is self._shown:
@@ -120,6 +115,12 @@ class MessageBar(QFrame):
         self._shown = message
         if message is not None:
             self._fill(message)
+
+    def _fade(self) -> None:
+        if self.underMouse() or any(button.hasFocus() for button in self.buttons):
+            self._linger.start()
+        else:
+            self.clear()
 
     def _fill(self, message: Message) -> None:
         self.text.setText(message.text)

@@ -238,6 +238,8 @@ def test_all_that_several_crashes_left_is_offered_in_turn(left, empty):
     empty.take_step("Dismiss")
     assert "last.png were saved" in empty.say()
     empty.take_step("Dismiss")
+    assert "gone.png were saved" in empty.say(), "it stands until it is answered"
+    empty.take_step("Dismiss")
     assert empty.say() == ""
     assert gone.exists()
     assert last.exists()
