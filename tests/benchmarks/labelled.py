@@ -12,9 +12,9 @@ from typing import Any
 
 import cv2
 import numpy as np
+from kogao_resources.training.evaluate import Labels
 
 from kogao_core.geometry import Array, Image
-from kogao_core.landmarks.evaluate import Labels
 
 STUDIO = ("frll", "canada", "composites")
 OURS = Path(__file__).resolve().parents[1] / "labels" / "faces.json"

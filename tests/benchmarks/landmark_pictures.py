@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import cv2
 import matplotlib as mpl
 import numpy as np
+from kogao_resources.training.evaluate import share_below
 from matplotlib import pyplot
 
 from kogao_core.geometry import Array, Image
-from kogao_core.landmarks.evaluate import share_below
 
 if TYPE_CHECKING:
     from landmarks import Outcome

@@ -21,13 +21,13 @@ from pathlib import Path
 
 import numpy as np
 from clock import machine
+from kogao_resources.training.evaluate import Errors, errors, nearest, repeatability, summary
 from labelled import STUDIO, Sample, samples
 
 from kogao_core.assets import AssetMissing
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.landmarks import MeshSource
 from kogao_core.landmarks.aam.source import AamSource
-from kogao_core.landmarks.evaluate import Errors, errors, nearest, repeatability, summary
 
 SOURCES: Mapping[str, Callable[[], LandmarkSource]] = {"mesh": MeshSource, "aam": AamSource}
 SETS = (*STUDIO, "studio", "wild frontal", "wild turned", "wild")

@@ -5,13 +5,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_resources.training import evaluate
+from kogao_resources.training.aam.writing import write
 
 from kogao_core import assets
 from kogao_core.face import Face
 from kogao_core.geometry import Affine
-from kogao_core.landmarks import MeshSource, evaluate
+from kogao_core.landmarks import MeshSource
 from kogao_core.landmarks.aam import AamSource, ModelRefused
-from kogao_core.landmarks.aam.model_file import MOST_BYTES, read, write
+from kogao_core.landmarks.aam.model_file import MOST_BYTES, read
 from kogao_core.landmarks.aam.points import MIRROR
 from kogao_core.landmarks.aam.source import MODEL
 

@@ -5,19 +5,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_resources.training.aam.examples import Example, lit
+from kogao_resources.training.aam.learn import Plan, ScalePlan, error_percent, learn
+from kogao_resources.training.aam.modes import shape_model
+from kogao_resources.training.aam.report import hand_labelled, results, table
+from kogao_resources.training.aam.turned import View, turned
+from kogao_resources.training.aam.writing import write
 
 from kogao_core import assets
 from kogao_core.geometry import Affine
 from kogao_core.landmarks.aam.fitting import Crop, fit
 from kogao_core.landmarks.aam.model import Model
-from kogao_core.landmarks.aam.model_file import read, write
+from kogao_core.landmarks.aam.model_file import read
 from kogao_core.landmarks.aam.points import EYES, MIRROR, MOUTH, similarity
 from kogao_core.landmarks.aam.source import MODEL
-from kogao_core.landmarks.aam.training.examples import Example, lit
-from kogao_core.landmarks.aam.training.learn import Plan, ScalePlan, error_percent, learn
-from kogao_core.landmarks.aam.training.modes import shape_model
-from kogao_core.landmarks.aam.training.report import hand_labelled, results, table
-from kogao_core.landmarks.aam.training.turned import View, turned
 from kogao_core.landmarks.blazeface import Detection
 
 SIDE = 309

@@ -5,11 +5,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_resources.training.edges import learn as training
+from kogao_resources.training.edges.backward import backward, forward
 
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array
 from kogao_core.landmarks import ModelRefused, template_face
-from kogao_core.landmarks.edges import EdgeNetwork, network, refine, training
+from kogao_core.landmarks.edges import EdgeNetwork, network, refine
 from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
 from kogao_core.landmarks.pixels import Pyramid
 
@@ -55,11 +57,12 @@ def test_gradients_are_those_of_differences() -> None:
     strips, weights = rng.normal(size=(2, 5, 7, 11)), rng.normal(size=(2, 2, 7, 11))
 
     def loss() -> float:
-        return float((network.forward(parameters, strips)[0] * weights).sum())
+        return float((network.forward(parameters, strips) * weights).sum())
 
-    outputs, steps = network.forward(parameters, strips)
-    assert outputs.shape == (2, 2, 7, 11)
-    gradients = network.backward(parameters, steps, weights)
+    steps = forward(parameters, strips)
+    np.testing.assert_array_equal(steps[-1].output, network.forward(parameters, strips))
+    assert steps[-1].output.shape == (2, 2, 7, 11)
+    gradients = backward(parameters, steps, weights)
     for one, gradient in zip(parameters, gradients, strict=True):
         place = tuple(int(rng.integers(size)) for size in one.shape)
         kept = one[place]
@@ -73,8 +76,8 @@ def test_gradients_are_those_of_differences() -> None:
 
 def test_a_mirrored_strip_gets_the_mirrored_answer() -> None:
     strips = np.random.default_rng(2).normal(size=(1, 5, 41, 53)).astype(np.float32)
-    there = network.forward(some_parameters(), strips)[0]
-    back = network.forward(some_parameters(), np.ascontiguousarray(strips[:, :, ::-1]))[0]
+    there = network.forward(some_parameters(), strips)
+    back = network.forward(some_parameters(), np.ascontiguousarray(strips[:, :, ::-1]))
     np.testing.assert_allclose(back[:, :, ::-1], there, atol=1e-4)
 
 
@@ -149,7 +152,7 @@ def test_learning_is_repeatable_and_lowers_the_error(monkeypatch: pytest.MonkeyP
     def errors(parameters: list[np.ndarray]) -> float:
         apart = []
         for one in examples:
-            outputs, _ = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
+            outputs = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
             moves, _ = refine.settle(*refine.split(outputs[0]))
             apart.append(np.nanmean(np.abs(moves - one.moves)))
         return float(np.mean(apart))

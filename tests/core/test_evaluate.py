@@ -8,11 +8,12 @@ import json
 import numpy as np
 import pytest
 from benchmarks.labelled import OURS, labels_of
+from kogao_resources.training import evaluate
+from kogao_resources.training.evaluate import Labels
 
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks import evaluate, template_face
-from kogao_core.landmarks.evaluate import Labels
+from kogao_core.landmarks import template_face
 
 
 def half_circle(radius: float, points: int = 400) -> Array:

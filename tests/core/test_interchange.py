@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from kogao_resources.training.evaluate import distance_to_line
 from scenes import oval_face
 
 from kogao_core import interchange
@@ -12,7 +13,6 @@ from kogao_core.geometry import Affine, Box
 from kogao_core.interchange import pts, read, tables, tem, template, write
 from kogao_core.interchange.curves import along
 from kogao_core.interchange.points import Line, PointSet
-from kogao_core.landmarks.evaluate import distance_to_line
 from kogao_core.strict import BadFile
 
 ROUNDED = 0.00051  # files hold thousandths of a px

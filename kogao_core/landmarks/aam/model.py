@@ -31,12 +31,6 @@ class Packed:
     values: np.ndarray
     scales: Floats
 
-    @staticmethod
-    def of(matrix: Floats) -> Packed:
-        """Round a matrix (D, K) to bytes."""
-        scales = np.maximum(np.abs(matrix).max(axis=0), 1e-12).astype(np.float32) / np.float32(127)
-        return Packed(np.rint(matrix / scales).astype(np.int8), scales)
-
     @cached_property
     def matrix(self) -> Floats:
         """The matrix, float32 (D, K)."""

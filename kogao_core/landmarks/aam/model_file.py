@@ -1,19 +1,17 @@
-"""Read and write the model's file: plain arrays in an .npz, nothing that could run."""
+"""Read the model's file: plain arrays in an .npz, nothing that could run."""
 
 from __future__ import annotations
 
-import io
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.atomic import put
 from kogao_core.landmarks.aam.features import DIRECTIONS
 from kogao_core.landmarks.aam.model import KEYPOINTS, Model, Packed, Scale, Start, Update
 from kogao_core.landmarks.aam.points import COUNT
@@ -31,49 +29,6 @@ _UNREADABLE: Final = (
 )
 
 Arrays = Mapping[str, npt.NDArray[Any]]
-
-
-def write(model: Model, path: Path) -> None:
-    """Write the model; the same model gives the same bytes.
-
-    Raises
-    ------
-    ValueError
-        If the file would be larger than 4 MB.
-    """
-    arrays = dict(_arrays(model))
-    size = sum(array.nbytes for array in arrays.values())
-    if size > MOST_BYTES - 100_000:
-        raise ValueError(f"the model needs {size} bytes, more than its file may have")
-    # Stored, not compressed: zlib's bytes differ between its versions, and gain little here.
-    with io.BytesIO() as stream:
-        np.savez(stream, allow_pickle=False, **arrays)
-        put(stream.getvalue(), path)
-
-
-def _arrays(model: Model) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    yield "format", np.array([FORMAT], np.int32)
-    yield "mean", model.shape.mean.astype(np.float32)
-    yield "modes", model.shape.modes.astype(np.float32)
-    yield "deviations", model.shape.deviations.astype(np.float32)
-    yield "start_keypoints", model.start.keypoints.astype(np.float32)
-    yield "start_shape", model.start.shape.astype(np.float32)
-    yield "start_slopes", model.start.slopes.astype(np.float32)
-    yield "most_residual", np.array([model.most_residual], np.float32)
-    yield "units_px", np.array([scale.unit_px for scale in model.scales], np.float32)
-    yield "updates", np.array([len(scale.updates) for scale in model.scales], np.int32)
-    for index, scale in enumerate(model.scales):
-        yield f"places_{index}", scale.places
-        yield f"average_{index}", scale.average
-        yield from _packed(f"appearance_{index}", scale.appearance)
-        for step, update in enumerate(scale.updates):
-            yield from _packed(f"update_{index}_{step}", update.matrix)
-            yield f"constant_{index}_{step}", update.constant
-
-
-def _packed(name: str, packed: Packed) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    yield name, packed.values
-    yield f"{name}_scales", packed.scales
 
 
 def read(path: Path) -> Model:

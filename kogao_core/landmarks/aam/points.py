@@ -44,11 +44,6 @@ EYES: Final = [_row(label) for label in (18, 22, 23, 27)]
 MOUTH: Final = [_row(label) for label in (87, 93)]
 
 
-def interocular(shape: Array) -> float:
-    """Return the distance between the outer eye corners of a shape (80, 2)."""
-    return float(np.linalg.norm(shape[EYES[3]] - shape[EYES[0]]))
-
-
 def face(shape: Array, score: float, confidence: Array, source: str) -> Face:
     """Return the paper's 27 points (section 3.1) of a shape (80, 2) and its confidence (80,)."""
     rows = [*range(OUTLINE_POINTS), *EYES, *MOUTH]

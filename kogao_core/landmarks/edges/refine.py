@@ -84,7 +84,7 @@ class EdgeNetwork:
         cut = Cut.of(image, eyes, outline)
         lines = lines_of(cut.to_image.inverse(outline))
         with one_blas_thread():
-            outputs, _ = network.forward(self._parameters, planes(cut.strip(lines))[None])
+            outputs = network.forward(self._parameters, planes(cut.strip(lines))[None])
             moves, confidence = settle(*split(outputs[0]))
         moved = np.column_stack([lines.moved(moves), confidence])
         even = resampled(moved, len(outline))

@@ -1,4 +1,4 @@
-"""Train the Active Appearance Model: ``python -m kogao_core.landmarks.aam.training DATA OUT``.
+"""Train the Active Appearance Model: ``python -m resources.training.aam DATA OUT``.
 
 DATA is the folder of shared photographs. With ``--leave-out LABELS`` the people of a file of hand
 labels are left out; so is, with ``--hold-out N`` (0 to 3), every fourth person, and the model is
@@ -15,17 +15,18 @@ from typing import Final
 
 import cv2
 
-from kogao_core.landmarks.aam.model_file import write
-from kogao_core.landmarks.aam.training.examples import examples
-from kogao_core.landmarks.aam.training.faces import (
+from kogao_core.threads import one_blas_thread
+
+from .examples import examples
+from .faces import (
     Photographed,
     once_each,
     people_in,
     photographed,
 )
-from kogao_core.landmarks.aam.training.labels import labeller
-from kogao_core.landmarks.aam.training.learn import Plan, learn, with_threshold
-from kogao_core.landmarks.aam.training.report import (
+from .labels import labeller
+from .learn import Plan, learn, with_threshold
+from .report import (
     Truth,
     area_under_curve,
     hand_labelled,
@@ -33,7 +34,7 @@ from kogao_core.landmarks.aam.training.report import (
     table,
     truths,
 )
-from kogao_core.threads import one_blas_thread
+from .writing import write
 
 FOLDS: Final = 4
 COMPOSITES: Final = "composites"
@@ -41,7 +42,7 @@ COMPOSITES: Final = "composites"
 
 def main() -> None:
     """Train, write the model and, where faces are held out, report on these."""
-    parser = argparse.ArgumentParser(prog="python -m kogao_core.landmarks.aam.training")
+    parser = argparse.ArgumentParser(prog="python -m resources.training.aam")
     parser.add_argument("data", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--leave-out", type=Path, metavar="LABELS")

@@ -1,6 +1,6 @@
 """Make the pictures of the documentation from the program's own sample.
 
-``python -m kogao_core.experiments.pictures docs/pictures``
+``python docs/pictures/make.py docs/pictures``
 """
 
 from __future__ import annotations

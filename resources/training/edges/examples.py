@@ -12,10 +12,11 @@ import numpy as np
 
 from kogao_core.geometry import Array, Image
 from kogao_core.landmarks.edges.strips import smooth
-from kogao_core.landmarks.edges.training import Example, example
-from kogao_core.landmarks.evaluate import Labels, nearest
 from kogao_core.landmarks.mesh import MeshSource
 from kogao_core.landmarks.pixels import Pyramid
+
+from ..evaluate import Labels, nearest
+from .learn import Example, example
 
 STUDIO: Final = ("canada", "composites", "frll")
 _EYES: Final = [18, 22, 23, 27]

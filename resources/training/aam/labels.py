@@ -10,16 +10,11 @@ import numpy as np
 
 from kogao_core.face import OUTLINE_POINTS
 from kogao_core.geometry import Array
-from kogao_core.landmarks.aam.points import (
-    INNER_LABELS,
-    MIRROR,
-    OUTLINE_LABELS,
-    interocular,
-    similarity,
-)
-from kogao_core.landmarks.aam.training.detected import SURFACE
-from kogao_core.landmarks.aam.training.faces import Photographed
+from kogao_core.landmarks.aam.points import EYES, INNER_LABELS, MIRROR, OUTLINE_LABELS, similarity
 from kogao_core.landmarks.outline import resampled, silhouette
+
+from .detected import SURFACE
+from .faces import Photographed
 
 _NEUTRAL, _SMILING = "_neutral", "_smiling"
 MIRRORED_X: Final = np.array([-1.0, 1.0])
@@ -76,6 +71,11 @@ def labeller(faces: Sequence[Photographed]) -> Labeller:
         personal[face.person] = back(shape) - back(raw)
     offset = np.mean(list(personal.values()), axis=0)
     return Labeller(mean, vertices, (offset + offset[MIRROR] * MIRRORED_X) / 2.0, personal)
+
+
+def interocular(shape: Array) -> float:
+    """Return the distance between the outer eye corners of a shape (80, 2)."""
+    return float(np.linalg.norm(shape[EYES[3]] - shape[EYES[0]]))
 
 
 def _unit(shape: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Learn the outline's edge again: `python -m kogao_core.landmarks.edges DATA LABELS MODEL`."""
+"""Learn the outline's edge again: `python -m resources.training.edges DATA LABELS MODEL`."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ import numpy as np
 from kogao_core.atomic import put
 from kogao_core.geometry import Array
 from kogao_core.landmarks.edges import network, refine
-from kogao_core.landmarks.edges.examples import studio, wild
 from kogao_core.landmarks.edges.network import Floats
 from kogao_core.landmarks.edges.strips import planes
-from kogao_core.landmarks.edges.training import Example, learn
-from kogao_core.landmarks.evaluate import Labels, distance_to_line
 from kogao_core.landmarks.outline import resampled
 from kogao_core.threads import one_blas_thread
+
+from ..evaluate import Labels, distance_to_line
+from .examples import studio, wild
+from .learn import Example, learn
 
 Pair = tuple[Example, Labels]
 
@@ -63,7 +64,7 @@ def _cross_validate(pairs: Sequence[Pair], folds: int, data: Path) -> None:
 
 
 def _moves(parameters: list[Floats], one: Example) -> Array:
-    outputs, _ = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
+    outputs = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
     return refine.settle(*refine.split(outputs[0]))[0]
 
 

@@ -16,6 +16,8 @@ from kogao_core.landmarks.edges.network import Floats
 from kogao_core.landmarks.edges.strips import MOVES, Cut, Lines, lines_of, planes
 from kogao_core.landmarks.pixels import Pyramid
 
+from .backward import backward, forward
+
 _REACH: Final = 13.0  # steps; a label further off belongs to another part of the outline
 _SOFT: Final = 1.2
 _SPREADS: Final = 1.6 * np.array([1.0, 0.8, 0.8, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1])
@@ -109,8 +111,9 @@ def learn(examples: Sequence[Example], seed: int = 0) -> list[Floats]:
         chosen = rng.choice(len(examples), _BATCH, p=weights / weights.sum())
         drawn = [_drawn(examples[index], examples, rng) for index in chosen]
         strips, moves, unseen = (np.stack(part) for part in zip(*drawn, strict=True))
-        outputs, steps = network.forward(parameters, strips)
-        gradients = network.backward(parameters, steps, _slope(outputs, moves, unseen))
+        steps = forward(parameters, strips)
+        slope = _slope(steps[-1].output, moves, unseen)
+        gradients = backward(parameters, steps, slope)
         rate = _RATE * min(1.0, (step + 1) / (0.2 * _STEPS)) * (1.0 - step / _STEPS)
         for index, gradient in enumerate(gradients):
             mean[index] += 0.1 * (gradient - mean[index])

@@ -19,9 +19,11 @@ from kogao_core.geometry import Array
 from kogao_core.landmarks.aam.features import DIRECTIONS, Floats
 from kogao_core.landmarks.aam.fitting import Look, fit, look, moved
 from kogao_core.landmarks.aam.model import Model, Packed, Scale, Start, Update
-from kogao_core.landmarks.aam.points import interocular
-from kogao_core.landmarks.aam.training.examples import Example, jittered, lit
-from kogao_core.landmarks.aam.training.modes import appearance, places, shape_model, start_model
+
+from .examples import Example, jittered, lit
+from .labels import interocular
+from .modes import appearance, places, shape_model, start_model
+from .writing import packed
 
 _LIT: Final = 0.6  # share of the pictures seen in another light
 _THREADS: Final = 2
@@ -198,8 +200,8 @@ def _regressed(features: Floats, goals: Array, ridge: float) -> Update:
     gram[np.diag_indices_from(gram)] += ridge * np.trace(gram) / len(gram)
     matrix = np.linalg.solve(gram, features.T @ (goals - goal).astype(np.float32))
     features += middle
-    packed = Packed.of(matrix.astype(np.float32))
-    return Update(packed, (goal - middle @ packed.matrix).astype(np.float32))
+    rounded = packed(matrix.astype(np.float32))
+    return Update(rounded, (goal - middle @ rounded.matrix).astype(np.float32))
 
 
 def _mean_error(tasks: Sequence[Example], points: Sequence[Array]) -> float:

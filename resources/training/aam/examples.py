@@ -12,10 +12,11 @@ import numpy as np
 from kogao_core.geometry import Affine, Array
 from kogao_core.landmarks.aam.fitting import Crop, Grey
 from kogao_core.landmarks.aam.points import MIRROR
-from kogao_core.landmarks.aam.training.faces import STUDIO, Photographed
-from kogao_core.landmarks.aam.training.labels import Labeller
-from kogao_core.landmarks.aam.training.turned import turned
 from kogao_core.landmarks.blazeface import Detection
+
+from .faces import STUDIO, Photographed
+from .labels import Labeller
+from .turned import turned
 
 # Degrees added to what the photographs show; few are turned by more than 15.
 _MOST_YAW, _MOST_PITCH = 35.0, 15.0

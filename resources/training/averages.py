@@ -1,6 +1,6 @@
 """Make the sample portraits: averages of many labelled faces, nobody's real one.
 
-``python -m kogao_core.experiments.averages FRLL_FOLDER resources/samples``
+``python -m resources.training.averages FRLL_FOLDER resources/samples``
 
 Every face is laid on the mean shape by a similarity, then by this program's own multilevel
 B-spline warp on its 189 labels, and the pixels are averaged.
@@ -23,7 +23,8 @@ from kogao_core.domain import reduce
 from kogao_core.face import Frame
 from kogao_core.field import Field
 from kogao_core.fit import fit
-from kogao_core.geometry import Affine, Array, Box, Image
+from kogao_core.geometry import Array, Box, Image
+from kogao_core.landmarks.aam.points import similarity
 from kogao_core.recipe import Recipe
 from kogao_core.targets import Pairs
 from kogao_core.warp import Canvas
@@ -58,15 +59,6 @@ def load(folder: Path) -> list[Portrait]:
         points = np.loadtxt(folder / f"{person}_neutral.csv", delimiter=",", skiprows=1)
         portraits.append(Portrait(pixels, points, gender))
     return portraits
-
-
-def similarity(points: Array, onto: Array) -> Affine:
-    """Return the least-squares turn, scaling and shift of `points` (N, 2) onto `onto` (N, 2)."""
-    middle, goal = points.mean(axis=0), onto.mean(axis=0)
-    a, b = points - middle, onto - goal
-    turn = np.array([(a * b).sum(), (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()]) / (a**2).sum()
-    matrix = np.array([[turn[0], -turn[1]], [turn[1], turn[0]]])
-    return Affine(matrix, goal - matrix @ middle)
 
 
 def mean_shape(shapes: Iterable[Array]) -> Array:

@@ -12,13 +12,14 @@ from typing import Any, Final
 import numpy as np
 
 from kogao_core.face import Face
-from kogao_core.landmarks import evaluate
 from kogao_core.landmarks.aam.points import EYES, MOUTH, OUTLINE
 from kogao_core.landmarks.aam.source import AamSource
-from kogao_core.landmarks.aam.training.detected import read
-from kogao_core.landmarks.aam.training.faces import STUDIO, Photographed
-from kogao_core.landmarks.aam.training.labels import Labeller
-from kogao_core.landmarks.evaluate import Labels
+
+from .. import evaluate
+from ..evaluate import Labels
+from .detected import read
+from .faces import STUDIO, Photographed
+from .labels import Labeller
 
 _JAW_LABELS: Final = slice(125, 134)
 _LIMITS: Final = (5.0, 8.0)

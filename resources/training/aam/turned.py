@@ -12,9 +12,10 @@ from kogao_core.geometry import Array
 from kogao_core.landmarks.aam.features import Floats
 from kogao_core.landmarks.aam.fitting import Grey
 from kogao_core.landmarks.aam.shape import carried
-from kogao_core.landmarks.aam.training.detected import SURFACE
 from kogao_core.landmarks.mesh import EYES
 from kogao_core.landmarks.outline import LEFT_EAR, RIGHT_EAR
+
+from .detected import SURFACE
 
 _GRID: Final = 40
 _RING: Final = 24

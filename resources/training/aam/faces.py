@@ -13,11 +13,12 @@ import numpy as np
 
 from kogao_core.geometry import Affine, Array
 from kogao_core.landmarks.aam.fitting import HALF_UNITS, UNIT_PX, Grey
-from kogao_core.landmarks.aam.training.detected import SURFACE, Networks, Seen, read
-from kogao_core.landmarks.aam.training.turned import View
 from kogao_core.landmarks.blazeface import Detection
 from kogao_core.landmarks.mesh import EYES
 from kogao_core.landmarks.pixels import Pyramid
+
+from .detected import SURFACE, Networks, Seen, read
+from .turned import View
 
 FOLDERS: Final = ("frll", "canada", "composites", "portraits", "headshots", "groups", "synthetic")
 STUDIO: Final = ("frll", "canada", "composites")

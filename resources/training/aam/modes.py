@@ -11,10 +11,12 @@ import numpy as np
 from kogao_core.geometry import Array
 from kogao_core.landmarks.aam.features import Floats
 from kogao_core.landmarks.aam.model import Packed, Start, box_frame
-from kogao_core.landmarks.aam.points import EYES, MIRROR, MOUTH, OUTLINE, interocular, similarity
+from kogao_core.landmarks.aam.points import EYES, MIRROR, MOUTH, OUTLINE, similarity
 from kogao_core.landmarks.aam.shape import ShapeModel
-from kogao_core.landmarks.aam.training.examples import Example
-from kogao_core.landmarks.aam.training.labels import MIRRORED_X
+
+from .examples import Example
+from .labels import MIRRORED_X, interocular
+from .writing import packed
 
 _ROUNDS: Final = 5
 _START_RIDGE: Final = 0.02
@@ -107,4 +109,4 @@ def appearance(features: Floats, explained: float, most: int) -> tuple[Floats, P
     variances, modes = variances[::-1], modes[:, ::-1]
     share = np.cumsum(variances) / variances.sum()
     kept = min(most, int(np.searchsorted(share, explained)) + 1)
-    return average, Packed.of(modes[:, :kept].astype(np.float32))
+    return average, packed(modes[:, :kept].astype(np.float32))

@@ -1,0 +1,65 @@
+"""Write the model's file, as `kogao_core.landmarks.aam.model_file` reads it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.atomic import put
+from kogao_core.landmarks.aam.features import Floats
+from kogao_core.landmarks.aam.model import Model, Packed
+from kogao_core.landmarks.aam.model_file import FORMAT, MOST_BYTES
+
+
+def packed(matrix: Floats) -> Packed:
+    """Round a matrix (D, K) to bytes."""
+    scales = np.maximum(np.abs(matrix).max(axis=0), 1e-12).astype(np.float32) / np.float32(127)
+    return Packed(np.rint(matrix / scales).astype(np.int8), scales)
+
+
+def write(model: Model, path: Path) -> None:
+    """Write the model; the same model gives the same bytes.
+
+    Raises
+    ------
+    ValueError
+        If the file would be larger than 4 MB.
+    """
+    arrays = dict(_arrays(model))
+    size = sum(array.nbytes for array in arrays.values())
+    if size > MOST_BYTES - 100_000:
+        raise ValueError(f"the model needs {size} bytes, more than its file may have")
+    # Stored, not compressed: zlib's bytes differ between its versions, and gain little here.
+    with io.BytesIO() as stream:
+        np.savez(stream, allow_pickle=False, **arrays)
+        put(stream.getvalue(), path)
+
+
+def _arrays(model: Model) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    yield "format", np.array([FORMAT], np.int32)
+    yield "mean", model.shape.mean.astype(np.float32)
+    yield "modes", model.shape.modes.astype(np.float32)
+    yield "deviations", model.shape.deviations.astype(np.float32)
+    yield "start_keypoints", model.start.keypoints.astype(np.float32)
+    yield "start_shape", model.start.shape.astype(np.float32)
+    yield "start_slopes", model.start.slopes.astype(np.float32)
+    yield "most_residual", np.array([model.most_residual], np.float32)
+    yield "units_px", np.array([scale.unit_px for scale in model.scales], np.float32)
+    yield "updates", np.array([len(scale.updates) for scale in model.scales], np.int32)
+    for index, scale in enumerate(model.scales):
+        yield f"places_{index}", scale.places
+        yield f"average_{index}", scale.average
+        yield from _named(f"appearance_{index}", scale.appearance)
+        for step, update in enumerate(scale.updates):
+            yield from _named(f"update_{index}_{step}", update.matrix)
+            yield f"constant_{index}_{step}", update.constant
+
+
+def _named(name: str, packed: Packed) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    yield name, packed.values
+    yield f"{name}_scales", packed.scales

@@ -1,0 +1,53 @@
+"""The network of `kogao_core.landmarks.edges.network` backwards: gradients to learn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kogao_core.landmarks.edges import network
+from kogao_core.landmarks.edges.network import LAST, LAYERS, Floats, Layer, neighbours, shifted
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one layer needs to run backwards: its columns and its output."""
+
+    columns: Floats
+    output: Floats
+
+
+def forward(parameters: list[Floats], strips: Floats) -> list[Step]:
+    """Run the network as `network.forward` does; the last step's output is its."""
+    here, steps = strips, []
+    for index in range(len(LAYERS)):
+        columns, here = network.through(parameters, index, here)
+        steps.append(Step(columns, here))
+    return steps
+
+
+def backward(parameters: list[Floats], steps: list[Step], slope: Floats) -> list[Floats]:
+    """Return the gradients of all parameters, given that of the outputs."""
+    gradients: list[Floats] = []
+    for index in reversed(range(len(steps))):
+        step = steps[index]
+        if index < LAST:
+            slope = slope * (step.output > 0.0)
+        flat = slope.reshape(len(slope), slope.shape[1], -1)
+        weights = np.einsum("bop,bcp->oc", flat, step.columns, optimize=True)
+        gradients = [weights, flat.sum(axis=(0, 2))[:, None], *gradients]
+        if index:
+            columns = np.matmul(parameters[2 * index].T, flat)
+            slope = _gathered(columns, LAYERS[index], slope.shape)
+    return gradients
+
+
+def _gathered(columns: Floats, layer: Layer, shape: tuple[int, ...]) -> Floats:
+    inputs, _, reach, taps, step = layer
+    parts = columns.reshape(shape[0], taps, 2 * inputs, *shape[2:])
+    middle = taps // 2
+    both = np.zeros_like(parts[:, 0])
+    for tap in range(taps):
+        both += shifted(parts[:, tap], (middle - tap) * step, axis=3)
+    return np.asarray(both[:, :inputs] + neighbours(both[:, inputs:], reach))
