@@ -1,10 +1,13 @@
-"""Rooms keep their doors shut: the core and the command line never load Qt."""
+"""Rooms keep their doors shut: the core loads no Qt, the program nothing that trains its models."""
 
+import ast
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).resolve().parents[2]
 PROBE = """
 import sys, {module}
 qt = sorted(m for m in sys.modules if m.split('.')[0] in ('PySide6', 'shiboken6', 'pyqtgraph'))
@@ -23,3 +26,20 @@ def test_core_imports_no_qt(module):
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def imports(file):
+    """The modules that a file names in its import statements, lazy ones included."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (one.name for one in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module
+
+
+@pytest.mark.parametrize("room", ["kogao_core", "app"])
+def test_the_program_imports_nothing_of_what_trains_its_models(room):
+    files = sorted((ROOT / room).rglob("*.py"))
+    assert files
+    found = [(str(file), name) for file in files for name in imports(file)]
+    assert [one for one in found if "resources" in one[1].split(".")[0]] == []
