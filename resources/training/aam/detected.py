@@ -9,10 +9,9 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core import assets
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array, Image
-from kogao_core.landmarks import search
+from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, View
 from kogao_core.landmarks.mesh import EYES, MOUTH
 from kogao_core.landmarks.outline import silhouette
@@ -44,9 +43,8 @@ class Networks:
     """Detector and mesh together, giving all the mesh's points with their depth."""
 
     def __init__(self) -> None:
-        self._detector = BlazeFace(assets.path("models/face_detection_back.tflite"))
-        mesh = assets.path("models/face_landmarks_detector.tflite")
-        self._mesh = cv2.dnn.readNetFromTFLite(str(mesh))
+        self._detector = BlazeFace(locked.network(locked.DETECTOR))
+        self._mesh = cv2.dnn.readNetFromTFLite(str(locked.network(locked.MESH)))
 
     def faces(self, picture: Pyramid) -> list[Seen]:
         """Return the faces that both networks are sure of."""
