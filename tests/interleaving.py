@@ -7,6 +7,7 @@ compares copies with a fresh render, so it shares nothing with the editor's own 
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import shutil
 import time
@@ -136,9 +137,12 @@ class Interleaving:
         if self._books.name and self._needs_recovery():
             self._books.owed.append((self._books.name, self._books.work))
         home = self._home()
+        storage = Storage.in_folder(home)
+        storage.recovery.mkdir(parents=True)
         # A dead program's lock is free; here its process lives on, so the lock stays behind.
-        ignore = shutil.ignore_patterns("*.lock", "*.partial")
-        shutil.copytree(self._storage.data, home, ignore=ignore, dirs_exist_ok=True)
+        for path in self._storage.recovery.glob("*.json"):
+            with contextlib.suppress(FileNotFoundError):  # being removed at this moment
+                shutil.copy2(path, storage.recovery)
         self._end()
         self._gesture = False
         self._start(home)
@@ -270,7 +274,8 @@ class Interleaving:
             mode = self._disk.mode["recovery"]
             if mode != "full":
                 wanted = (books.name, books.work)
-                if not self._until(lambda: wanted in self._kept()):
+                # A save that was on its way makes it safe, too.
+                if not self._until(lambda: wanted in self._kept() or self._is_safe()):
                     raise Lost(f"{wanted} is in no recovery file")
                 if mode == "quick" and not self._disk.failed["recovery"]:
                     self.kept_s.append(time.monotonic() - self._since)

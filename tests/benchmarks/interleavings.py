@@ -11,12 +11,15 @@ from __future__ import annotations
 
 import argparse
 import json
+import logging
+import multiprocessing
 import os
 import platform
 import sys
 import tempfile
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -28,6 +31,28 @@ from bookkeeping import Lost
 from interleaving import LATEST_S, Interleaving
 from PySide6.QtWidgets import QApplication
 
+RUNS_IN_A_PROCESS = 10
+
+
+def begin() -> None:
+    """Prepare a process for runs."""
+    # Damaged photos and full disks are what it is about.
+    logging.disable()
+    QApplication([])
+
+
+def trial(seed: int, acts: int) -> dict[str, object]:
+    """Do one run and return what there is to count."""
+    app = QApplication.instance()
+    with tempfile.TemporaryDirectory(prefix="interleavings-") as folder:
+        run = Interleaving(app, Path(folder), seed)
+        lost = ""
+        try:
+            run.run(acts)
+        except Lost as problem:
+            lost = str(problem)
+    return {"seed": seed, "lost": lost, "log": run.log, "counts": run.counts, "kept_s": run.kept_s}
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -36,21 +61,23 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--json", type=Path, metavar="OUT")
     options = parser.parse_args()
-    app = QApplication([])
     counts: Counter[str] = Counter()
     kept_s: list[float] = []
     lost = []
     start = time.perf_counter()
-    for seed in range(options.seed, options.seed + options.runs):
-        with tempfile.TemporaryDirectory(prefix="interleavings-") as folder:
-            run = Interleaving(app, Path(folder), seed)
-            try:
-                run.run(options.acts)
-            except Lost as problem:
-                lost.append({"seed": seed, "what": str(problem), "acts": run.log})
-                print(f"seed {seed}: {problem}", file=sys.stderr, flush=True)
-            counts.update(run.counts)
-            kept_s += run.kept_s
+    seeds = range(options.seed, options.seed + options.runs)
+    one_run = partial(trial, acts=options.acts)
+    spawn = multiprocessing.get_context("spawn")
+    # A program that opens hundreds of windows one after the other is nobody's: few in a process.
+    with spawn.Pool(1, initializer=begin, maxtasksperchild=RUNS_IN_A_PROCESS) as pool:
+        for done in pool.imap(one_run, seeds):
+            counts.update(done["counts"])
+            kept_s += done["kept_s"]
+            if done["lost"]:
+                lost.append({"seed": done["seed"], "what": done["lost"], "acts": done["log"]})
+                print(f"seed {done['seed']}: {done['lost']}", file=sys.stderr, flush=True)
+            if done["seed"] % 10 == 0:
+                print(f"{done['seed'] - options.seed + 1} runs", file=sys.stderr, flush=True)
     result = {
         "machine": f"{platform.machine()}, {os.cpu_count()} processors",
         "python": platform.python_version(),
