@@ -1,0 +1,110 @@
+"""A short visit to the editor, without a screen: a program that `child` can run.
+
+Arguments are steps, each of one word and a file: ``open``, ``import`` (landmarks), ``paste``
+(settings, from the clipboard), ``restore`` (what a crash has left) and ``rate`` (a study). Python
+and Qt tell on stderr what they weren't asked to bear.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from kogao_app.editor import Editor
+from kogao_app.storage import Storage
+from PySide6.QtWidgets import QApplication, QDialog
+from scenes import oval_face
+
+from kogao_core.face import Face
+
+HOME = "home"
+
+
+class KnownFace:
+    """A landmark source that finds the same face in every photo."""
+
+    name = "known"
+
+    def __init__(self, face: Face) -> None:
+        self._face = face
+
+    def find(self, rgb: object) -> list[Face]:  # noqa: ARG002
+        return [self._face]
+
+
+class Visit:
+    """An editor with its home in the folder it is started in."""
+
+    def __init__(self) -> None:
+        self._app = QApplication.instance() or QApplication([])
+        self.editor = Editor(self._app, KnownFace(oval_face(60, 80, size=0.5)),
+                             Storage.in_folder(Path(HOME)))  # fmt: skip
+        self.editor.window.show()
+        self._settle()
+
+    def step(self, word: str, file: Path) -> None:
+        """Do one thing and wait for its end."""
+        steps: dict[str, Callable[[Path], object]] = {
+            "open": self.editor.dialogs.open,
+            "import": self.editor.interchange.import_file,
+            "paste": self._paste,
+            "restore": self._restore,
+            "rate": self.editor.rating.open,
+        }
+        steps[word](file)
+        self._settle()
+
+    @property
+    def opened(self) -> bool:
+        """Whether a photo is open."""
+        return self.editor.document.photo is not None
+
+    @property
+    def told(self) -> bool:
+        """Whether the bar says something, or a dialog asks."""
+        dialogs = self.editor.window.findChildren(QDialog)
+        return self.editor.window.bar.isVisible() or any(one.isVisible() for one in dialogs)
+
+    def end(self) -> None:
+        """Close everything, so that the next visit finds nothing of it."""
+        for dialog in self.editor.window.findChildren(QDialog):
+            dialog.close()
+        self.editor.close()
+        self.editor.window.deleteLater()
+        self._app.processEvents()
+        gc.collect()
+
+    def _paste(self, file: Path) -> None:
+        self._app.clipboard().setText(file.read_bytes().decode("utf-8", "replace"))
+        self.editor.choices.paste()
+
+    def _restore(self, _: Path) -> None:
+        self.editor.recovery.look()
+        self._settle()
+        for button in self.editor.window.bar.buttons:
+            if "Restore" in button.text():
+                button.click()
+
+    def _settle(self) -> None:
+        self._app.processEvents()
+        while self.editor.busy:
+            time.sleep(0.001)
+            self._app.processEvents()
+
+
+def main(arguments: list[str]) -> None:
+    """Take the steps and exit: 0 where a photo is open in the end, 3 where none is."""
+    visit = Visit()
+    for word, file in zip(arguments[::2], arguments[1::2], strict=True):
+        visit.step(word, Path(file))
+    opened, told = visit.opened, visit.told
+    visit.end()
+    if not opened and not told:
+        sys.exit("nothing was opened, and nothing said")
+    sys.exit(0 if opened else 3)

@@ -1,0 +1,291 @@
+"""Cases through a program in watched processes, and counts of what they came to."""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import concurrent.futures
+import fnmatch
+import json
+import os
+import re
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damaging import child
+
+LONGEST_SECONDS = 20.0
+MOST_BYTES = 2 << 30
+LONGEST_SENTENCE = 1000  # letters
+_PATIENCE = 1.5  # of the longest time, before a process is ended
+_PROGRAM = "kogao-cli: "
+_DIGITS = re.compile(r"\d+")
+_WORDS = {0: "done", 2: "refused (2)", 3: "unreadable (3)", 4: "no face (4)", 5: "in part (5)"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the program.
+
+    Parameters
+    ----------
+    kind : str
+        For the table.
+    arguments : sequence of str
+        Paths in them are relative.
+    files : dict of str to bytes
+        What lies in the folder where it runs.
+    outputs : tuple of str
+        What may lie there afterwards if it succeeds; patterns as shells have them.
+    own : tuple of str
+        What the program may keep there for itself, whatever it comes to; patterns, too.
+    codes : tuple of int
+        Exit codes that its documentation allows here.
+    lines : tuple of str
+        How lines on stderr may begin.
+    """
+
+    kind: str
+    arguments: list[str]
+    files: dict[str, bytes]
+    outputs: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
+    codes: tuple[int, ...] = (0, 2, 3)
+    lines: tuple[str, ...] = (_PROGRAM,)
+
+
+@dataclass
+class Counts:
+    """How often each kind of case came to what, and what went wrong."""
+
+    kinds: collections.Counter[tuple[str, str]] = field(default_factory=collections.Counter)
+    wrong: collections.Counter[str] = field(default_factory=collections.Counter)
+    slowest_seconds: float = 0.0
+    most_bytes: int = 0
+
+    def add(self, kind: str, verdict: str, reply: dict[str, Any]) -> None:
+        """Count one."""
+        fine = verdict in _WORDS.values()
+        self.kinds[kind, verdict if fine else "wrong"] += 1
+        if not fine:
+            self.wrong[f"{kind}: {verdict}"] += 1
+        self.slowest_seconds = max(self.slowest_seconds, reply["seconds"])
+        self.most_bytes = max(self.most_bytes, reply["peak_bytes"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        sums: collections.Counter[str] = collections.Counter()
+        for (_, verdict), count in self.kinds.items():
+            sums[verdict] += count
+        return {
+            "sums": dict(sums),
+            "slowest_s": round(self.slowest_seconds, 2),
+            "most_mib": self.most_bytes >> 20,
+            "kinds": {f"{kind}: {verdict}": n for (kind, verdict), n in sorted(self.kinds.items())},
+            "wrong": dict(self.wrong.most_common()),
+        }
+
+    def table(self) -> str:
+        """Return a row for each kind, and a line for all that went wrong."""
+        rows = sorted({kind for kind, _ in self.kinds})
+        columns = [word for word in (*_WORDS.values(), "wrong") if any(
+            self.kinds[row, word] for row in rows)]  # fmt: skip
+        lines = [" ".join([f"{'':26}", *(f"{word:>14}" for word in columns)])]
+        for row in rows:
+            counts = (f"{self.kinds[row, word]:14,}" for word in columns)
+            lines.append(" ".join([f"{row:26}", *counts]))
+        lines.append(
+            f"slowest {self.slowest_seconds:.1f} s, most memory {self.most_bytes >> 20} MiB"
+        )
+        lines += [f"{count:6,} x {what}" for what, count in self.wrong.most_common()]
+        return "\n".join(lines)
+
+
+class Child:
+    """A process that runs a program's `main`; a new one takes the place of one that has died."""
+
+    def __init__(self, program: str) -> None:
+        self._program = program
+        self._process: subprocess.Popen[str] | None = None
+
+    def ask(self, arguments: list[str], folder: Path) -> dict[str, Any]:
+        """Run a command; return what came of it."""
+        if self._process is None:
+            self._process = subprocess.Popen(
+                [sys.executable, child.__file__, self._program],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+            )  # fmt: skip
+        process = self._process
+        asked = {"arguments": arguments, "folder": str(folder)}
+        process.stdin.write(json.dumps(asked) + "\n")
+        process.stdin.flush()
+        patience = _PATIENCE * LONGEST_SECONDS
+        if not select.select([process.stdout], [], [], patience)[0]:
+            self.end()
+            return {"seconds": patience, "peak_bytes": 0, "died": ""}
+        line = process.stdout.readline()
+        if line:
+            return json.loads(line)
+        self._process = None
+        name = signal.Signals(-process.wait()).name if process.wait() < 0 else process.wait()
+        return {"seconds": 0.0, "peak_bytes": 0, "died": f"died of {name}"}
+
+    def end(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+
+
+def tried(case: Case, runner: Child, folder: Path) -> tuple[str, dict[str, Any]]:
+    """Run a case in a new folder; return the verdict and what the process said of itself."""
+    for name in (child.WORK, child.TEMPORARY):
+        (folder / name).mkdir(parents=True)
+    for name, data in case.files.items():
+        place = folder / child.WORK / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(data)
+    reply = runner.ask(case.arguments, folder)
+    return _verdict(case, reply, folder), reply
+
+
+def _verdict(case: Case, reply: dict[str, Any], folder: Path) -> str:
+    if reply["seconds"] > LONGEST_SECONDS:
+        return f"more than {LONGEST_SECONDS:g} s"
+    if "died" in reply:
+        return reply["died"]
+    if reply["raised"]:
+        return f"raised {reply['raised']}"
+    if reply["peak_bytes"] > MOST_BYTES:
+        return f"more than {MOST_BYTES >> 30} GiB"
+    if reply["code"] not in case.codes:
+        return f"undocumented exit code {reply['code']}"
+    said, complaints = (
+        (folder / name).read_text(encoding="utf-8", errors="backslashreplace")
+        for name in (child.SAID, child.COMPLAINTS)
+    )
+    ill = _ill_said(case, reply["code"], said, complaints) or _ill_left(case, reply["code"], folder)
+    return ill or _WORDS[reply["code"]]
+
+
+def _ill_said(case: Case, code: int, said: str, complaints: str) -> str:
+    lines = complaints.splitlines()
+    for line in lines:
+        if not line.startswith(case.lines):
+            return f"noise on stderr: {_DIGITS.sub('0', line)[:60]}"
+        if len(line) > LONGEST_SENTENCE or not line.isprintable():
+            return "a sentence of more than 1000 letters, or with some that can't be printed"
+    if case.lines == (_PROGRAM,) and len(lines) > 1:
+        return "several lines on stderr"
+    if _PROGRAM in case.lines and code in (2, 3, 4) and (said or not lines):
+        return "an error on stdout, or none at all"
+    if code == 0 and "--json" in case.arguments:
+        try:
+            json.loads(said, parse_constant=float.fromhex)
+        except ValueError:
+            return "no JSON on stdout"
+    return ""
+
+
+def _ill_left(case: Case, code: int, folder: Path) -> str:
+    place = folder / child.WORK
+    left = {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()}
+    fine = (*case.own, *(case.outputs if code in (0, 5) else ()))
+    more = sorted(name for name in left - set(case.files) if not _among(name, fine))
+    if more or any((folder / child.TEMPORARY).iterdir()):
+        return f"left behind: {Path(more[0]).suffix if more else 'in the temporary folder'}"
+    for name, data in case.files.items():
+        if _among(name, (*case.own, *case.outputs)):
+            continue
+        if name not in left or (place / name).read_bytes() != data:
+            return "changed what it was given"
+    return ""
+
+
+def _among(name: str, patterns: tuple[str, ...]) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def run(
+    make: Callable[[np.random.Generator], Case],
+    options: argparse.Namespace,
+    program: str = "kogao_core.cli",
+) -> Counts:
+    """Try cases, each of which follows from the seed and its number, and count."""
+    counts = Counts()
+    keep: Path = options.keep or Path(tempfile.mkdtemp(prefix="hostile-"))
+    keep.mkdir(parents=True, exist_ok=True)
+
+    def work(numbers: Iterable[int]) -> None:
+        runner = Child(program)
+        for number in numbers:
+            case = make(np.random.default_rng([options.seed, number]))
+            folder = keep / f"{number} {case.kind}"
+            verdict, reply = tried(case, runner, folder)
+            if verdict not in _WORDS.values():
+                verdict, reply = _again(case, runner, folder, verdict)
+            counts.add(case.kind, verdict, reply)
+            if verdict in _WORDS.values():
+                shutil.rmtree(folder)
+            else:
+                note = {"verdict": verdict, "arguments": case.arguments, **reply}
+                (folder / "verdict.json").write_text(json.dumps(note, indent=1), encoding="utf-8")
+        runner.end()
+
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        shares = [range(job, options.inputs, options.jobs) for job in range(options.jobs)]
+        list(pool.map(work, shares))
+    if not any(keep.iterdir()):
+        keep.rmdir()
+    return counts
+
+
+def _again(case: Case, runner: Child, folder: Path, first: str) -> tuple[str, dict[str, Any]]:
+    """Try a case that went wrong once more in a process of its own: the last ones may be at fault.
+
+    Time is another matter: where the machine was busy, the second verdict counts.
+    """
+    shutil.rmtree(folder)
+    runner.end()
+    verdict, reply = tried(case, runner, folder)
+    runner.end()
+    if verdict in _WORDS.values() and not first.startswith("more than"):
+        verdict = f"not alone: {first}"
+    return verdict, reply
+
+
+def options(about: str, inputs: int) -> argparse.ArgumentParser:
+    """Return the options that all these programs take."""
+    parser = argparse.ArgumentParser(description=about.splitlines()[0])
+    parser.add_argument("--inputs", type=int, default=inputs)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
+    parser.add_argument("--only", type=lambda text: text.split(","), default=[])
+    parser.add_argument("--keep", type=Path, help="folder for what went wrong")
+    parser.add_argument("--json", metavar="OUT", help="write the counts; - prints them alone")
+    return parser
+
+
+def finish(counts: Counts, options: argparse.Namespace) -> None:
+    """Print the counts; end with 1 if anything went wrong."""
+    values = {"inputs": options.inputs, "seed": options.seed, **counts.to_dict()}
+    text = json.dumps(values, indent=1, ensure_ascii=False)
+    if options.json == "-":
+        print(text)
+    else:
+        print(counts.table())
+        if options.json:
+            Path(options.json).write_text(text + "\n", encoding="utf-8")
+    sys.exit(bool(counts.wrong))
