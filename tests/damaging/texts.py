@@ -56,12 +56,12 @@ def _changed_lines(text: str, rng: np.random.Generator) -> str | None:
     """Change a value of a JSON text, or of one line of JSON lines; None where it is neither."""
     try:
         return _changed_json(json.loads(text), rng)
-    except (ValueError, RecursionError):
+    except (ValueError, OverflowError, RecursionError):
         lines = text.split("\n")
     at = int(rng.integers(len(lines)))
     try:
         lines[at] = _changed_json(json.loads(lines[at]), rng)
-    except (ValueError, RecursionError):
+    except (ValueError, OverflowError, RecursionError):
         return None
     return "\n".join(lines)
 
@@ -83,7 +83,7 @@ def _changed_json(value: Any, rng: np.random.Generator) -> str:
     elif kind == 2 and isinstance(holder[key], list):
         holder[key] *= _times(json.dumps(holder[key]), int(rng.choice([0, 2, 50, 1000])))
     elif kind == 3 and _is_number(holder[key]):
-        holder[key] *= 10 ** int(rng.integers(-6, 10))
+        holder[key] *= 10.0 ** int(rng.integers(-6, 10))
     elif kind == 4:
         other, name = _evenly(places, rng)
         holder[key] = json.loads(json.dumps(other[name])) if name in _keys(other) else None
