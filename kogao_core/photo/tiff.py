@@ -25,6 +25,7 @@ _SAMPLES, _PLANES, _EXTRA, _SAMPLE_FORMAT = 277, 284, 338, 339
 _X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT, _XMP, _ICC = 282, 283, 296, 700, 34675
 _DENSITY: Final = (_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT)
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB = 0, 1, 2
+_CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _PREMULTIPLIED, _STRAIGHT = 1, 2
 _NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
@@ -162,10 +163,12 @@ class TiffTags:
         """
         samples = self._first(_SAMPLES, 1)
         depth = (self._first(_BITS, 1), self._first(_SAMPLE_FORMAT, _UNSIGNED))
+        meaning = self._first(_PHOTOMETRIC, _RGB)
         plain = (
             depth in ((16, _UNSIGNED), (32, _FLOAT))
-            and self._first(_PHOTOMETRIC, _RGB) in (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB)
-            and samples in (1, 3, 4)
+            # OpenCV takes the number of channels from the meaning: what has fewer is filled up with
+            # whatever lies in memory.
+            and samples in _CHANNELS.get(meaning, ())
             and (samples == 1 or self._first(_PLANES, 1) == 1)
             and self._first(_EXTRA, 0) != _PREMULTIPLIED
         )

@@ -478,6 +478,10 @@ def test_deep_layouts_that_opencv_gets_wrong_are_refused_or_put_right(tmp_path, 
     white_is_zero = struct.pack("<HHIHH", 262, 3, 1, 0, 0)
     path.write_bytes(data.replace(struct.pack("<HHIHH", 262, 3, 1, 1, 0), white_is_zero))
     np.testing.assert_array_equal(photo.read(path).pixels, 65535 - deep_picture[..., 0])
+    # Two thirds of the picture would be what happens to lie in memory.
+    rgb = struct.pack("<HHIHH", 262, 3, 1, 2, 0)
+    path.write_bytes(data.replace(struct.pack("<HHIHH", 262, 3, 1, 1, 0), rgb))
+    assert_refused(path, "TIFF of a kind")
     data = cv2.imencode(".tiff", deep_picture)[1].tobytes()
     separate = struct.pack("<HHIHH", 284, 3, 1, 2, 0)
     path.write_bytes(data.replace(struct.pack("<HHIHH", 284, 3, 1, 1, 0), separate))

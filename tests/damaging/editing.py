@@ -18,6 +18,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
+from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication, QDialog
 from scenes import oval_face
 
@@ -77,7 +78,8 @@ class Visit:
             dialog.close()
         self.editor.close()
         self.editor.window.deleteLater()
-        self._app.processEvents()
+        self.editor.deleteLater()
+        self._app.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
 
     def _paste(self, file: Path) -> None:
