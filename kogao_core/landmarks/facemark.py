@@ -86,7 +86,7 @@ class FacemarkSource:
         top = left - _UP * side
         boxes = np.array([[left, top, side, side]]).round().astype(np.int32)
         done, found = self._facemark.fit(grey, boxes)
-        if not done or np.shape(found[0]) != (1, POINTS, 2):
+        if not done or np.shape(found[0]) != (1, POINTS, 2) or not np.isfinite(found[0]).all():
             return None
         return face_of(view.to_image(found[0][0]), box.score), box
 

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from damaging import models
 
 from kogao_core import assets
 from kogao_core.geometry import Affine
@@ -133,6 +134,19 @@ def test_a_users_points_end_where_they_belong(monkeypatch, tmp_path):
     (turned,) = FacemarkSource(tmp_path / "any").find(np.ascontiguousarray(np.rot90(picture)))
     back = Affine(np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([picture.shape[1] - 1.0, 0.0]))
     assert np.linalg.norm(back(turned.points) - face.points, axis=1).mean() < 20.0
+
+
+def test_a_model_that_computes_no_numbers_finds_no_face(portrait, tmp_path):
+    from kogao_core import photo
+
+    path = tmp_path / "model.yml"
+    text = models.lbf()
+    path.write_text(text)
+    picture = photo.read(portrait).pixels
+    assert len(FacemarkSource(path).find(picture)) == 1
+    start = text.index("data: [") + len("data: [ ")
+    path.write_text(text[:start] + ".Nan, " + text[text.index(",", start) + 1 :])
+    assert FacemarkSource(path).find(picture) == []
 
 
 def test_68_points_become_27():
