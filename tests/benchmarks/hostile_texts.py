@@ -33,7 +33,7 @@ from kogao_core.recipe import PAPER, Recipe
 
 WIDTH, HEIGHT = 120, 160
 IN_BATCH = 6
-LONGEST_ARGUMENT = 300
+LONGEST_ARGUMENT = 100
 Rng = np.random.Generator
 WARP = ["warp", "photo.png", "-o", "out.png", "--json"]
 OPTIONS = (
