@@ -7,6 +7,7 @@ program itself says.
 from __future__ import annotations
 
 import faulthandler
+import logging
 import os
 import re
 import sys
@@ -19,15 +20,26 @@ from typing import IO, Final
 
 _FD: Final = 2
 _LOCK: Final = threading.Lock()
-# Pillow hands libtiff a file of this name, rawpy hands LibRaw one without a name. The rest of
-# libjpeg's are all its warnings; libtiff's start with the function or the codec.
+# Pillow hands libtiff a file of this name, rawpy hands LibRaw one without a name. libtiff's lines
+# are the name of a function or codec and a sentence with its full stop, which those of Python's
+# exceptions lack. The rest are what libjpeg says of files.
 _DAMAGE: Final = re.compile(r"(?:\w+: )?Corrupt JPEG data: (.+)|unknown file: (.+)")
 _NOISE: Final = re.compile(
-    r"tempfile\.tif: |unknown file: |libpng (?:warning|error): |(?:JPEGLib: )?Corrupt JPEG data: "
-    r"|_?TIFF\w+: |\w*(?:Decode|Encode|Setup|ReadHeader|VGetField|VSetField)\w*: "
-    r"|Premature end of JPEG file|Invalid SOS parameters|Inconsistent progression sequence"
-    r"|Unknown Adobe color transform|Warning: unknown JFIF revision"
+    r"tempfile\.tif: |unknown file: |libpng (?:warning|error): "
+    r"|(?!\w*(?:Error|Exception|Warning): )\w+: .*\.$"
+    r"|(?:JPEGLib: )?(?:Corrupt JPEG data: |Premature end of |Not a JPEG file: |Invalid JPEG file "
+    r"|Inconsistent progression sequence|Unknown Adobe color transform|Warning: unknown JFIF "
+    r"|Invalid (?:SOS parameters|progressive|component ID|crop request|scan script|restart)"
+    r"|Unsupported (?:JPEG|marker type|color conversion)|Sampling factors too large"
+    r"|Bogus (?:\w+ )?(?:marker|sampling|colorspace|buffer|virtual|Huffman|D\w+ (?:index|value))"
+    r"|(?:Huffman|Quantization) table 0x|Missing Huffman code|Huffman code size "
+    r"|Too many color components|Empty (?:JPEG image|input file)|Insufficient memory \(case "
+    r"|Fractional sampling|CCIR601 sampling|IDCT output block|Maximum supported image dimension "
+    r"|DCT coefficient |Didn't expect more than|JPEG datastream contains no |Cannot transcode "
+    r"|Sorry, |Requested feature was omitted|Not implemented yet|Image too wide for )"
 )
+# Without a handler of the user's, Python's own prints what Pillow logs.
+logging.getLogger("PIL").addHandler(logging.NullHandler())
 
 
 @contextmanager

@@ -25,7 +25,7 @@ from scenes import oval_face, textured_photo
 from kogao_core import assets, interchange
 from kogao_core.batch.tasks import Outcome
 from kogao_core.experiments import sessions
-from kogao_core.experiments.study import plan, results, session
+from kogao_core.experiments.study import origin, plan, results, session
 from kogao_core.experiments.study.variants import variants
 from kogao_core.project import Original, Project, Sheet, to_dict
 from kogao_core.protection import NOTHING
@@ -93,12 +93,15 @@ def project() -> bytes:
 def study() -> dict[str, bytes]:
     """Return a study of one photo: both halves, and a rater's answers."""
     kinds = variants(PAPER, (0.5, 1.0), control=True, satisfaction=True)
-    names = {plan.picture_name("s", 0, kind): kind for kind in kinds}
+    names = {plan.picture_name("s", "0" * 64, 0, kind): kind for kind in kinds}
     graded = tuple(sorted(n for n, kind in names.items() if kind.kind == "satisfaction"))
     rated = tuple(sorted(set(names) - set(graded)))
     shown = plan.Study("a-study", rated, graded)
-    meanings = {name: plan.Meaning(0, kind) for name, kind in names.items()}
-    key = plan.Key("a-study", "s", PAPER, ("a.jpg",), meanings)
+    measured = origin.Measured(4.0, 1.5)
+    meanings = {name: plan.Meaning(0, kind, measured) for name, kind in names.items()}
+    photographed = origin.Photographed("a.jpg", "0" * 64, ((1.0, 2.0), (3.0, 4.0)))
+    made = origin.Origin("1.0", "2026-11-01T12:00:00+00:00", "mesh")
+    key = plan.Key("a-study", "s", PAPER, (photographed,), meanings, made)
     asked = session.Session(shown, "r1")
     lines = [results.header("a-study", "r1", "editor")]
     while asked.current is not None:

@@ -52,16 +52,43 @@ def test_what_a_decoder_says_of_damage_becomes_a_note(damaged, tmp_path):
     assert err == ""
 
 
-def test_libtiff_is_not_heard(tmp_path):
+@pytest.mark.parametrize(
+    ("tag", "value", "words"),
+    [
+        (259, 8, "damaged or incomplete"),  # libtiff, by way of Pillow's decoder
+        (65000, 1, "damaged or incomplete"),  # instead of 273: libtiff, by itself
+        (277, 30208, "not a JPEG"),  # Pillow, which logs it
+    ],
+)
+def test_libtiff_and_pillow_are_not_heard(tmp_path, tag, value, words):
     path = tmp_path / "in.tif"
     tags = {
-        256: (4, 40), 257: (4, 30), 258: (3, [8] * 3), 259: (3, 8), 262: (3, 2), 273: (4, 8),
+        256: (4, 40), 257: (4, 30), 258: (3, [8] * 3), 259: (3, 5), 262: (3, 2), 273: (4, 8),
         277: (3, 3), 278: (4, 30), 279: (4, 200),
     }  # fmt: skip
+    if tag not in tags:
+        del tags[273]
+    tags[tag] = (3, value)
     path.write_bytes(b"II*\0" + (208).to_bytes(4, "little") + b"\xaa" * 200 + directory(tags, 208))
     said, err = run(SAVING, path, tmp_path / "out.tif")
-    assert "damaged or incomplete" in said
+    assert words in said
     assert err == ""
+
+
+def test_libjpeg_is_not_heard():
+    said, err = run("""
+        import os
+        from kogao_core.stderr import hushed
+        with hushed() as said:
+            for line in ("Huffman table 0x00 was not defined", "Bogus marker length",
+                         "JPEGLib: Quantization table 0x01 was not defined.",
+                         "Premature end of input file", "Unsupported marker type 0x12"):
+                os.write(2, f"{line}\\n".encode())
+            os.write(2, b"Traceback (most recent call last):\\nValueError: of a thread.\\n")
+        print(said)
+    """)
+    assert said == "[]"
+    assert err == "Traceback (most recent call last):\nValueError: of a thread.\n"
 
 
 def test_what_others_say_meanwhile_is_passed_on():

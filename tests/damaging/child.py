@@ -8,7 +8,6 @@ the folder, whoever wrote it.
 
 from __future__ import annotations
 
-import faulthandler
 import importlib
 import json
 import os
@@ -82,7 +81,6 @@ def serve(program: str) -> None:
     """Answer until there is nothing more to do."""
     replies = os.fdopen(os.dup(1), "w", encoding="utf-8")
     resource.setrlimit(resource.RLIMIT_AS, (MOST_ADDRESSES, MOST_ADDRESSES))
-    faulthandler.enable()
     main = importlib.import_module(program).main
     for line in sys.stdin:
         asked = json.loads(line)

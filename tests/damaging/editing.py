@@ -2,12 +2,14 @@
 
 Arguments are steps, each of one word and a file: ``open``, ``import`` (landmarks), ``paste``
 (settings, from the clipboard), ``restore`` (what a crash has left) and ``rate`` (a study). Python
-and Qt tell on stderr what they weren't asked to bear.
+and Qt tell on stderr what they weren't asked to bear, and so does a job that failed with anything
+but a refusal of ours.
 """
 
 from __future__ import annotations
 
 import gc
+import logging
 import os
 import sys
 import time
@@ -17,6 +19,7 @@ from pathlib import Path
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from kogao_app.editor import Editor
+from kogao_app.faults import LOG
 from kogao_app.storage import Storage
 from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication, QDialog
@@ -37,6 +40,18 @@ class KnownFace:
 
     def find(self, rgb: object) -> list[Face]:  # noqa: ARG002
         return [self._face]
+
+
+class Unforeseen(logging.StreamHandler):
+    """Prints what jobs of the editor raised, except for refusals, which are sentences."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record is printed."""
+        problem = record.exc_info and record.exc_info[1]
+        return not type(problem).__module__.startswith("kogao_core.")
+
+
+LOG.addHandler(Unforeseen())
 
 
 class Visit:

@@ -187,7 +187,7 @@ def _ill_said(case: Case, code: int, said: str, complaints: str) -> str:
             return f"noise on stderr: {_DIGITS.sub('0', line)[:60]}"
         if len(line) > LONGEST_SENTENCE or not line.isprintable():
             return "a sentence of more than 1000 letters, or with some that can't be printed"
-    if case.lines == (_PROGRAM,) and len(lines) > 1:
+    if code and case.lines == (_PROGRAM,) and len(lines) > 1:  # what was done may need remarks
         return "several lines on stderr"
     if _PROGRAM in case.lines and code in (2, 3, 4) and (said or not lines):
         return "an error on stdout, or none at all"
