@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
 import threading
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -36,6 +38,9 @@ _DEEPEST_INDENT: Final = 64
 _MOST_COLONS: Final = 8  # in a line, the one of a path included
 _BRACKETS: Final = re.compile(rb"[\[\]{}]")
 _OF_A_MODEL: Final = (b"n_landmarks:", b"stages_n:")
+_DEPTH: Final = "tree_depth"
+_DEPTHS: Final = range(1, 17)
+_COUNTS: Final = range(1, 101)  # of stages, and of each point's trees; commonly 5 and 6
 # The published LBF and Kazemi models have 54 and 69 MB.
 _MOST_BYTES: Final = 256 * 2**20
 # The detector's box as the models' own trainers saw it, in sides of the face: OpenCV's Haar boxes.
@@ -106,10 +111,10 @@ def _loaded(model: Path) -> Any:
     try:
         with model.open("rb") as file:
             start = file.read(len(_KAZEMI))
-            text = file.read(_MOST_BYTES) if start.startswith(_YAML) else b""
+            text = start + file.read(_MOST_BYTES) if start.startswith(_YAML) else b""
     except OSError as error:
         raise ModelRefused(f"the model {model} can't be read ({error.strerror})") from error
-    if len(text) == _MOST_BYTES:
+    if len(text) > _MOST_BYTES:
         raise ModelRefused(f"{model} is too large for a landmark model; give another file")
     if start.startswith(_YAML):
         facemark = _silent_lbf()
@@ -160,11 +165,44 @@ def _is_flat(text: bytes) -> bool:
 
 
 def _is_whole(lbf: Path) -> bool:
-    """Return whether a YAML file holds all stages of an LBF model: OpenCV itself doesn't look."""
+    """Return whether a YAML file holds all of an LBF model: OpenCV itself doesn't look.
+
+    It takes every tree and weight for there and as large as the numbers at the head say, and reads
+    past the end of what isn't.
+    """
     stored = cv2.FileStorage(str(lbf), cv2.FILE_STORAGE_READ)
     try:
-        stages = int(stored.getNode("stages_n").real())
-        last = stored.getNode(f"weights_{stages - 1}")
-        return stored.getNode("n_landmarks").real() == POINTS and not last.empty()
+        landmarks, stages, trees, depth = (
+            stored.getNode(name).real() for name in ("n_landmarks", "stages_n", "tree_n", _DEPTH)
+        )
+        if landmarks != POINTS or stages not in _COUNTS or trees not in _COUNTS:
+            return False
+        if depth not in _DEPTHS or not _has_matrix(stored, "regressor_meanshape", POINTS, 2):
+            return False
+        nodes, leaves = 2 ** int(depth), 2 ** (int(depth) - 1)
+        width = POINTS * int(trees) * leaves
+        return all(
+            _has_matrix(stored, f"weights_{stage}", 2 * POINTS, width)
+            for stage in range(int(stages))
+        ) and all(
+            _has_matrix(stored, f"tree_{name}", nodes, 4) and _has_list(stored, name, nodes)
+            for name in _trees(int(stages), int(trees))
+        )
     finally:
         stored.release()
+
+
+def _trees(stages: int, trees: int) -> Iterator[str]:
+    for place in itertools.product(range(stages), range(POINTS), range(trees)):
+        yield "_".join(map(str, place))
+
+
+def _has_matrix(stored: cv2.FileStorage, name: str, rows: int, columns: int) -> bool:
+    node = stored.getNode(name)
+    found = node.mat() if node.isMap() else None
+    return found is not None and found.shape == (rows, columns) and found.dtype == np.float64
+
+
+def _has_list(stored: cv2.FileStorage, name: str, length: int) -> bool:
+    node = stored.getNode(f"thresholds_{name}")
+    return bool(node.isSeq()) and node.size() == length

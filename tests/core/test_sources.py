@@ -63,17 +63,41 @@ def test_a_nested_model_never_reaches_opencv(tmp_path, monkeypatch, nested):
 
 def test_a_flat_model_reaches_opencv(tmp_path):
     path = tmp_path / "model.yaml"
-    stored = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
-    stored.write("n_landmarks", 68)
-    stored.write("stages_n", 2)
-    stored.write("model_filename", "C:/models/a: [1].yaml")
-    for stage in range(2):
-        stored.write(f"weights_{stage}", np.random.default_rng(1).random((50, 68)))
-    stored.release()
+    path.write_text(models.lbf() + 'model_filename: "C:/models/a: [1].yaml"\n')
     text = path.read_bytes()
     assert facemark._is_flat(text)
     assert facemark._is_flat(text.replace(b"\n", b"\r\n"))
     assert facemark._is_whole(path)
+    FacemarkSource(path)
+
+
+@pytest.mark.parametrize(
+    ("sound", "damaged"),
+    [
+        ("tree_0_45_0", "tree_x"),
+        ("thresholds_0_67_0", "thresholds_x"),
+        ("thresholds_0_3_0: [ ", "thresholds_0_3_0: [ 7, "),
+        ("weights_0", "weights_x"),
+        ("regressor_meanshape", "x"),
+        ("tree_depth: 2", "tree_depth: 3"),
+        ("tree_depth: 2", "tree_depth: 1000"),
+        ("tree_n: 1", "tree_n: 2"),
+        ("tree_n: 1", "tree_n: .Nan"),
+        ("stages_n: 1", "stages_n: 2"),
+        ("stages_n: 1", "stages_n: 1e9"),
+        ("n_landmarks: 68", "n_landmarks: 29"),
+        ("dt: d", "dt: f"),
+        ("rows: 4\n   cols: 4", "rows: 2\n   cols: 8"),
+    ],
+)
+def test_a_model_with_a_part_missing_is_refused(tmp_path, sound, damaged):
+    """OpenCV would read what lies in memory beside it."""
+    text = models.lbf()
+    assert sound in text
+    path = tmp_path / "model.yml"
+    path.write_text(text.replace(sound, damaged, 1))
+    with pytest.raises(ModelRefused, match="damaged"):
+        FacemarkSource(path)
 
 
 def test_a_model_too_large_is_refused(tmp_path, monkeypatch):
