@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from kogao_core.stderr import open_standard_streams
+from kogao_core.wording import shown
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -154,7 +155,7 @@ def _names(text: str) -> frozenset[str]:
     unknown = sorted(asked - names())
     if unknown:
         known = ", ".join(sorted(names()))
-        raise argparse.ArgumentTypeError(f"{unknown[0]!r} can't be shown; known: {known}")
+        raise argparse.ArgumentTypeError(f"{shown(unknown[0])} can't be shown; known: {known}")
     return asked
 
 
@@ -174,14 +175,14 @@ def _line(text: str) -> tuple[tuple[float, float], ...]:
     except ValueError:
         line = ()
     if len(line) < 2:
-        raise argparse.ArgumentTypeError(f"{text!r} isn't a line such as '80,40 80,600'")
+        raise argparse.ArgumentTypeError(f"{shown(text)} isn't a line such as '80,40 80,600'")
     return line
 
 
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
-        raise argparse.ArgumentTypeError(f"{text!r} isn't a size such as 1280x800")
+        raise argparse.ArgumentTypeError(f"{shown(text)} isn't a size such as 1280x800")
     return int(width), int(height)
 
 

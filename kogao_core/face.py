@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from kogao_core.geometry import Affine, Array, Image, frozen
 from kogao_core.recipe import Recipe
+from kogao_core.wording import shown
 
 OUTLINE_POINTS: Final = 21
 
@@ -242,7 +243,9 @@ def select(faces: Sequence[Face], which: str) -> list[Face]:
     try:
         numbers = [int(part) for part in which.split(",")]
     except ValueError:
-        raise ValueError(f"face must be all, largest or numbers like 1,3, got {which!r}") from None
+        raise ValueError(
+            f"face must be all, largest or numbers like 1,3, got {shown(which)}"
+        ) from None
     for number in numbers:
         if not 1 <= number <= len(faces):
             raise ValueError(f"there is no face {number}; the photo has {len(faces)}, from 1 up")

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
+from kogao_core.wording import shown
+
 Fit = Literal["approximation", "exact", "multilevel"]
 DomainName = Literal["image", "control-points", "threshold"]
 Interpolation = Literal["bilinear", "cubic", "lanczos4"]
@@ -17,8 +19,6 @@ VERSION: Final = 1
 FACE_FIELDS: Final = ("percent", "center", "lattice", "lattice_unit", "fit")
 # cv2.remap rounds its map to 1/32 px, so a smaller move than half of that changes no byte.
 LOSSLESS_PX: Final = 1.0 / 64.0
-
-_LONGEST_SHOWN: Final = 40
 
 _RANGES: Final = {
     "percent": (0.0, 15.0),
@@ -81,17 +81,17 @@ class Recipe:
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int | float):
-                raise ValueError(f"{name} must be a number, got {_shown(value)}")
+                raise ValueError(f"{name} must be a number, got {shown(value)}")
             if not low <= value <= high:
-                raise ValueError(f"{name} must be within {low:g}..{high:g}, got {_shown(value)}")
+                raise ValueError(f"{name} must be within {low:g}..{high:g}, got {shown(value)}")
         if self.center != int(self.center):
-            raise ValueError(f"center must be a whole number 1..4, got {self.center!r}")
+            raise ValueError(f"center must be a whole number 1..4, got {shown(self.center)}")
         if not isinstance(self.guard, bool):
-            raise ValueError(f"guard must be true or false, got {_shown(self.guard)}")
+            raise ValueError(f"guard must be true or false, got {shown(self.guard)}")
         for name, choices in _CHOICES.items():
             if getattr(self, name) not in choices:
                 allowed = ", ".join(choices)
-                value = _shown(getattr(self, name))
+                value = shown(getattr(self, name))
                 raise ValueError(f"{name} must be one of {allowed}, got {value}")
 
     def of_face(self, own: Recipe | None) -> Recipe:
@@ -124,21 +124,15 @@ class Recipe:
         version = values.get("version", VERSION)
         if version != VERSION:
             raise ValueError(
-                f"this program reads recipes of version {VERSION}, got {_shown(version)}"
+                f"this program reads recipes of version {VERSION}, got {shown(version)}"
             )
         fields = {field.name for field in dataclasses.fields(Recipe)}
         unknown = sorted(set(values) - fields - {"version"})
         if unknown:
             raise ValueError(
-                f"unknown recipe field {_shown(unknown[0])}; known: {', '.join(sorted(fields))}"
+                f"unknown recipe field {shown(unknown[0])}; known: {', '.join(sorted(fields))}"
             )
         return Recipe(**{name: value for name, value in values.items() if name != "version"})
-
-
-def _shown(value: object) -> str:
-    """Return a value as a message shows it: a number of hundreds of digits is cut."""
-    text = repr(value)
-    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}…"
 
 
 PAPER: Final = Recipe(fit="approximation", interpolation="bilinear", guard=False)

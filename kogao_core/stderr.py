@@ -32,9 +32,10 @@ _NOISE: Final = re.compile(
     r"|Invalid (?:SOS parameters|progressive|component ID|crop request|scan script|restart)"
     r"|Unsupported (?:JPEG|marker type|color conversion)|Sampling factors too large"
     r"|Bogus (?:\w+ )?(?:marker|sampling|colorspace|buffer|virtual|Huffman|D\w+ (?:index|value))"
-    r"|Improper call to JPEG|(?:Huffman|Quantization) table 0x|Missing Huffman code|Huffman code size "
-    r"|Too many (?:color components|markers)|Empty (?:JPEG image|input file)|Insufficient memory \(case "
-    r"|Fractional sampling|CCIR601 sampling|IDCT output block|Maximum supported image dimension "
+    r"|Improper call to JPEG|(?:Huffman|Quantization) table 0x|Missing Huffman code"
+    r"|Huffman code size |Too many (?:color components|markers)|Empty (?:JPEG image|input file)"
+    r"|Insufficient memory \(case |Fractional sampling|CCIR601 sampling|IDCT output block"
+    r"|Maximum supported image dimension "
     r"|DCT coefficient |Didn't expect more than|JPEG datastream contains no |Cannot transcode "
     r"|Sorry, |Requested feature was omitted|Not implemented yet|Image too wide for )"
 )

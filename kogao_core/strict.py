@@ -8,6 +8,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
+from kogao_core.wording import shown
+
 
 class BadFile(ValueError):
     """What was read isn't what it should be; the message says where and why."""
@@ -32,7 +34,7 @@ class Node:
             self.refuse("must be an object")
         unknown = sorted(set(self.value) - set(names))
         if unknown:
-            self.refuse(f"has an unknown field {unknown[0][:40]!r}")
+            self.refuse(f"has an unknown field {shown(unknown[0])}")
         return self
 
     def items(self, most: int) -> list[Node]:

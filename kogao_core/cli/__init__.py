@@ -13,7 +13,7 @@ import click
 
 import kogao_core
 from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, warp
-from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop
+from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, tell
 from kogao_core.stderr import open_standard_streams
 
 PROGRAM = "kogao-cli"
@@ -123,5 +123,5 @@ def _path(error: click.UsageError) -> str:
 
 
 def _say(message: str, code: int) -> int:
-    click.echo(f"{PROGRAM}: {message}", err=True)
+    tell(message)
     return code

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from kogao_core import wording
 from kogao_core.cli import common, options
 
 if TYPE_CHECKING:
@@ -174,6 +175,4 @@ class _Progress:
         return line
 
     def _say(self, text: str, end: str = "\n") -> None:
-        # Names of files may hold anything, orders to the terminal too.
-        plain = "".join(sign if sign.isprintable() else "?" for sign in text)
-        click.echo(plain + end, nl=False, err=True)
+        click.echo(wording.sentence(text) + end, nl=False, err=True)

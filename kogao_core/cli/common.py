@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
+from kogao_core.wording import sentence
+
 if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
     from kogao_core.photo import Photo
@@ -55,6 +57,11 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
         yield
     except kind as error:
         raise Stop(error, code) from error
+
+
+def tell(message: str) -> None:
+    """Say something in one line on stderr."""
+    click.echo(f"kogao-cli: {sentence(message)}", err=True)
 
 
 def check_free(file: Path, force: bool) -> None:
@@ -136,10 +143,9 @@ def tell_of_fallback(wanted: str | None) -> None:
     from kogao_core.landmarks import networks_are_here
 
     if wanted is None and not networks_are_here():
-        click.echo(
-            "kogao-cli: the networks are missing, so landmarks come from the AAM, which is less "
-            "exact; kogao-cli doctor says how to get them",
-            err=True,
+        tell(
+            "the networks are missing, so landmarks come from the AAM, which is less exact; "
+            "kogao-cli doctor says how to get them"
         )
 
 

@@ -66,7 +66,7 @@ def export(
         except common.Stop as stop:
             if len(photos) == 1:
                 raise
-            click.echo(f"kogao-cli: {stop.message}", err=True)
+            common.tell(stop.message)
             code = common.SOME_FAILED
     return code
 

@@ -14,6 +14,7 @@ from kogao_core import recipe as recipes
 from kogao_core import strict
 from kogao_core.cli import common
 from kogao_core.recipe import Recipe
+from kogao_core.wording import shown
 
 if TYPE_CHECKING:
     from kogao_core.photo.disclosure import Disclosure
@@ -26,7 +27,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
     if not _FACES.fullmatch(value):
-        raise click.BadParameter(f"{value!r} is none of all, largest, or numbers such as 1,3.")
+        raise click.BadParameter(f"{shown(value)} is none of all, largest, or numbers such as 1,3.")
     return value
 
 

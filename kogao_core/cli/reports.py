@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
+from kogao_core import wording
 from kogao_core.cli import common, options, outputs
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ class Work:
     def name_absent(self, sentence: str) -> None:
         """Say what is missing here, on stderr and in the report."""
         self.left_out.append(sentence)
-        click.echo(f"kogao-cli: {sentence}", err=True)
+        common.tell(sentence)
 
     def leave_out(self, sentence: str) -> None:
         """Say what a photo can't be used for; the others go on, and the exit code tells."""
@@ -190,4 +191,4 @@ def _photos(inputs: tuple[Path, ...], sample: bool) -> list[Path]:
 def _show(line: str) -> None:
     """Show what is being worked on, to people only."""
     if sys.stderr.isatty():
-        click.echo(f"\r\x1b[K{line}", nl=False, err=True)
+        click.echo(f"\r\x1b[K{wording.sentence(line)}", nl=False, err=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from kogao_core.cli import common, outputs
+from kogao_core.wording import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -39,9 +40,9 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
     try:
         sizes = tuple(float(part) for part in value.split(",") if part)
     except ValueError:
-        raise click.BadParameter(f"{value!r} is not a list such as 0.5,1,2.") from None
+        raise click.BadParameter(f"{shown(value)} is not a list such as 0.5,1,2.") from None
     if len(set(sizes)) != len(sizes) or not all(0.1 <= size <= _LARGEST_LATTICE for size in sizes):
-        raise click.BadParameter(f"{value!r} must be different sizes within 0.1..8.")
+        raise click.BadParameter(f"{shown(value)} must be different sizes within 0.1..8.")
     return sizes
 
 
@@ -174,8 +175,8 @@ def report(
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with common.stopping(BadFile, common.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
-    for sentence in sources.notes(counted):
-        click.echo(f"kogao-cli: {sentence}", err=True)
+    for note in sources.notes(counted):
+        common.tell(note)
     to.write(counted, report, Made.now(told))
     return common.SOME_FAILED if counted.foreign else 0
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kogao_core.cli import common, options, points, projects, summary
+from kogao_core.wording import shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +27,7 @@ def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list
     lines = [_corners(value) for value in values]
     for value, line in zip(values, lines, strict=True):
         if not line or any(len(corner) != 2 or not all(map(isfinite, corner)) for corner in line):
-            raise click.BadParameter(f"{value!r} is not a list such as '10,20 10,400'.")
+            raise click.BadParameter(f"{shown(value)} is not a list such as '10,20 10,400'.")
     return lines
 
 

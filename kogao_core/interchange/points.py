@@ -13,6 +13,7 @@ import numpy as np
 
 from kogao_core.geometry import Array, frozen
 from kogao_core.strict import BadFile
+from kogao_core.wording import shown
 
 MOST_BYTES: Final = 8 * 2**20
 MOST_POINTS: Final = 10_000
@@ -90,7 +91,7 @@ def count_in(text: str, what: str) -> int:
         If it is no number from 0 to `MOST_POINTS`.
     """
     if not (text.isascii() and text.isdecimal() and len(text) < 9 and int(text) <= MOST_POINTS):
-        raise BadFile(f"{text[:40]!r} can't be the number of {what}")
+        raise BadFile(f"{shown(text)} can't be the number of {what}")
     return int(text)
 
 
@@ -107,8 +108,8 @@ def coordinates(rows: Sequence[Sequence[str]]) -> Array:
         try:
             x, y = (float(value) for value in row)
         except ValueError:
-            said = " ".join(row)[:40]
-            raise BadFile(f"point {number} must be two numbers, got {said!r}") from None
+            said = shown(" ".join(row))
+            raise BadFile(f"point {number} must be two numbers, got {said}") from None
         if not all(math.isfinite(value) and abs(value) <= FARTHEST_PX for value in (x, y)):
             raise BadFile(f"point {number} lies nowhere: {x:g}, {y:g}")
         found[number - 1] = x, y

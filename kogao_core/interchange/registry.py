@@ -15,6 +15,7 @@ from kogao_core.interchange.points import MOST_BYTES, PointSet
 from kogao_core.interchange.templates import OWN_NAMES, TEMPLATES, Template, fitting
 from kogao_core.limits import OutOfBounds, check_faces
 from kogao_core.strict import BadFile
+from kogao_core.wording import shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,7 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
     form = format_of(path)
     name = wanted or next(iter(form.templates), "")
     if name and name not in form.templates:
-        raise BadFile(f"{form.title} is written in {_choices(form)}, not in {name!r}")
+        raise BadFile(f"{form.title} is written in {_choices(form)}, not in {shown(name)}")
     if form.name == "json":
         put(tables.faces_text(faces).encode(), path)
         return [Written(path, "")]

@@ -19,6 +19,7 @@ from kogao_core.interchange.mean_face import means
 from kogao_core.interchange.points import Line, PointSet
 from kogao_core.landmarks.aam.points import OUTLINE_LABELS
 from kogao_core.strict import BadFile
+from kogao_core.wording import shown
 
 SOURCE: Final = "points"
 _EYES, _MOUTH = 4, 2
@@ -174,7 +175,7 @@ def template(wanted: str) -> Template:
     parts = [_numbers(part) for part in wanted.split("/")] if _SPEC.fullmatch(wanted) else []
     if len(parts) != 3 or len(parts[0]) < 3 or (len(parts[1]), len(parts[2])) != (_EYES, _MOUTH):
         raise ValueError(
-            f"{wanted!r} is none of {', '.join(TEMPLATES)}, nor a mapping of outline, 4 eye "
+            f"{shown(wanted)} is none of {', '.join(TEMPLATES)}, nor a mapping of outline, 4 eye "
             "corners and 2 mouth corners such as 0-16/36,39,42,45/48,54"
         )
     outline, eyes, mouth = parts

@@ -1,6 +1,5 @@
 """The choice of landmark sources, and models that users bring."""
 
-import cv2
 import numpy as np
 import pytest
 from damaging import models

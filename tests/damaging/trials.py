@@ -26,7 +26,7 @@ from damaging import child
 
 LONGEST_SECONDS = 20.0
 MOST_BYTES = 2 << 30
-LONGEST_SENTENCE = 1000  # letters
+LONGEST_SENTENCE = 700  # letters
 _PATIENCE = 1.5  # of the longest time, before a process is ended
 _PROGRAM = "kogao-cli: "
 _DIGITS = re.compile(r"\d+")
@@ -186,7 +186,7 @@ def _ill_said(case: Case, code: int, said: str, complaints: str) -> str:
         if not line.startswith(case.lines):
             return f"noise on stderr: {_DIGITS.sub('0', line)[:60]}"
         if len(line) > LONGEST_SENTENCE or not line.isprintable():
-            return "a sentence of more than 1000 letters, or with some that can't be printed"
+            return f"more than {LONGEST_SENTENCE} letters, or some that can't be printed"
     if code and case.lines == (_PROGRAM,) and len(lines) > 1:  # what was done may need remarks
         return "several lines on stderr"
     if _PROGRAM in case.lines and code in (2, 3, 4) and (said or not lines):

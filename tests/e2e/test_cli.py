@@ -282,6 +282,26 @@ def test_bad_values_are_usage(fails, tmp_path, arguments, words):
 
 
 @pytest.mark.parametrize(
+    "arguments",
+    [
+        ["photo\x1b[31m\n\u202e.jpg", "-o", "out.jpg"],
+        ["x" * 5000, "-o", "out.jpg"],
+        ["photo.jpg", "-o", "out.jpg", "--percent", "x" * 5000],
+        ["photo.jpg", "-o", "out.jpg", "--face", "x" * 5000],
+        ["photo.jpg", "-o", "out.jpg", "--points", "p.csv", "--points-map", "x" * 5000],
+        ["photo.jpg", "-o", "out.jpg", "--recipe", "\x1b]0;title\a"],
+    ],
+)
+def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
+    code, out, err = cli("warp", *arguments)
+    assert code in (2, 3)
+    assert out == ""
+    assert err.endswith("\n")
+    assert err[:-1].isprintable()
+    assert len(err) < 700
+
+
+@pytest.mark.parametrize(
     ("content", "words"),
     [
         ("", "can't be used: the file is no JSON"),
@@ -293,6 +313,10 @@ def test_bad_values_are_usage(fails, tmp_path, arguments, words):
         ('{"strength": 4}', "unknown recipe field 'strength'"),
         ('{"version": 2}', "version"),
         ("[" * 100_000, "nested too deeply"),
+        ('{"fit": "' + "x" * 500_000 + '"}', "got 'x{39}…"),
+        ('{"fit": ' + "[" * 900 + "]" * 900 + "}", r"got \[\["),
+        ('{"center": ' + "[1, " * 300 + "[]" + "]" * 300 + "}", "center must be a number, got"),
+        ('{"' + "x" * 500_000 + '": 1}', "unknown recipe field 'x{39}…"),
         ('{"percent": 1' + "0" * 400 + "}", "percent must be within 0..15, got 1000*…"),
         ('{"percent": ' + "9" * 5000 + "}", "the file is no JSON"),
         ('{"percent": 1e400}', "percent must be within 0..15, got inf"),

@@ -1,0 +1,31 @@
+"""Values and sentences as messages show them: short, on one line, no orders to a terminal."""
+
+from __future__ import annotations
+
+import reprlib
+from typing import Final
+
+_LONGEST_VALUE: Final = 40
+_LONGEST_SENTENCE: Final = 600
+_END: Final = 200  # letters of a long sentence that stay behind the gap: they say what to do
+
+
+def shown(value: object) -> str:
+    """Return a value as Python writes it, at most 40 letters: somebody else may have written it."""
+    # Nothing that is cut anyway is written out, whatever its size and depth.
+    text = repr(value) if isinstance(value, int | float) else _SHORT.repr(value)
+    return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
+
+
+def sentence(text: str) -> str:
+    """Return a message as one line: what can't be printed becomes '?', a long middle a gap.
+
+    Names of files may hold anything, orders to the terminal too, and thousands of letters.
+    """
+    if len(text) > _LONGEST_SENTENCE:
+        text = f"{text[: _LONGEST_SENTENCE - _END]} … {text[-_END:]}"
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
+_SHORT: Final = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = 3 * _LONGEST_VALUE  # its gaps lie behind ours
