@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtCore import QSettings
 
@@ -27,12 +27,8 @@ def built_in() -> dict[str, Recipe]:
 
 def own(settings: QSettings) -> dict[str, Recipe]:
     """Return the user's recipes by name; what can't be read is left out."""
-    try:
-        stored = json.loads(str(settings.value(_KEY, "{}")))
-    except (ValueError, RecursionError):
-        return {}
     found = {}
-    for name, values in stored.items() if isinstance(stored, dict) else ():
+    for name, values in _stored(settings).items():
         try:
             found[name[:LONGEST_NAME]] = Recipe.from_dict(values)
         except (ValueError, TypeError):  # written by a newer program, or by hand
@@ -42,13 +38,27 @@ def own(settings: QSettings) -> dict[str, Recipe]:
 
 def add(settings: QSettings, name: str, recipe: Recipe) -> None:
     """Keep a recipe under a name, in place of any other of that name."""
-    _store(settings, {**own(settings), name[:LONGEST_NAME]: recipe})
+    _store(settings, {**_without(settings, name), name[:LONGEST_NAME]: recipe.to_dict()})
 
 
 def remove(settings: QSettings, name: str) -> None:
     """Forget a recipe of the user's."""
-    _store(settings, {n: recipe for n, recipe in own(settings).items() if n != name})
+    _store(settings, _without(settings, name))
 
 
-def _store(settings: QSettings, recipes: dict[str, Recipe]) -> None:
-    settings.setValue(_KEY, json.dumps({n: recipe.to_dict() for n, recipe in recipes.items()}))
+def _stored(settings: QSettings) -> dict[str, Any]:
+    try:
+        stored = json.loads(str(settings.value(_KEY, "{}")))
+    except (ValueError, RecursionError):
+        return {}
+    return stored if isinstance(stored, dict) else {}
+
+
+def _without(settings: QSettings, name: str) -> dict[str, Any]:
+    # Those that can't be read stay: a newer program can.
+    stored = _stored(settings)
+    return {n: values for n, values in stored.items() if n[:LONGEST_NAME] != name[:LONGEST_NAME]}
+
+
+def _store(settings: QSettings, stored: dict[str, Any]) -> None:
+    settings.setValue(_KEY, json.dumps(stored))

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QSettings, QStandardPaths
 
 _NAME = "kogao"
+_ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]+)|([0-7]+)|([abfnrtv\"?'\\])|\r?\n|.)|\"")
+# Values that Qt makes from bytes, Python's objects among them, which run code when they are read.
+# Ours are texts, lists of them, flags and bytes.
+_NOT_OURS = ("@Variant(", "@DateTime(")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,5 +55,33 @@ class Storage:
         return self.data / "kogao.log"
 
     def settings(self) -> QSettings:
-        """Return the settings; every caller sees the same ones."""
-        return QSettings(str(self.config / "kogao.ini"), QSettings.Format.IniFormat)
+        """Return the settings; every caller sees the same ones.
+
+        A file with values of kinds that the editor doesn't write is put aside, as
+        ``kogao.ini.damaged``, before Qt reads it.
+        """
+        file = self.config / "kogao.ini"
+        place = str(file)
+        if _is_foreign(file):
+            try:
+                file.replace(file.with_name(f"{file.name}.damaged"))
+            except OSError:  # then nothing is known, and nothing kept
+                place = os.devnull
+        return QSettings(place, QSettings.Format.IniFormat)
+
+
+def _is_foreign(file: Path) -> bool:
+    try:
+        text = file.read_text(encoding="latin-1")
+    except OSError:
+        return False
+    plain = _ESCAPE.sub(_letter, text)
+    return any(kind in plain for kind in _NOT_OURS)
+
+
+def _letter(escape: re.Match[str]) -> str:
+    """Return what Qt reads for an escape; quotes, ends of lines and unknown ones vanish."""
+    code = int(escape[1], 16) if escape[1] else int(escape[2], 8) if escape[2] else None
+    if code is not None:
+        return chr(code & 0xFFFF)
+    return " " if escape[3] else ""

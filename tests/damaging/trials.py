@@ -71,15 +71,17 @@ class Counts:
     kinds: collections.Counter[tuple[str, str]] = field(default_factory=collections.Counter)
     wrong: collections.Counter[str] = field(default_factory=collections.Counter)
     slowest_seconds: float = 0.0
+    slowest: str = ""
     most_bytes: int = 0
 
-    def add(self, kind: str, verdict: str, reply: dict[str, Any]) -> None:
+    def add(self, name: str, kind: str, verdict: str, reply: dict[str, Any]) -> None:
         """Count one."""
         fine = verdict in _WORDS.values()
         self.kinds[kind, verdict if fine else "wrong"] += 1
         if not fine:
             self.wrong[f"{kind}: {verdict}"] += 1
-        self.slowest_seconds = max(self.slowest_seconds, reply["seconds"])
+        if reply["seconds"] > self.slowest_seconds:
+            self.slowest_seconds, self.slowest = reply["seconds"], name
         self.most_bytes = max(self.most_bytes, reply["peak_bytes"])
 
     def to_dict(self) -> dict[str, Any]:
@@ -90,6 +92,7 @@ class Counts:
         return {
             "sums": dict(sums),
             "slowest_s": round(self.slowest_seconds, 2),
+            "slowest": self.slowest,
             "most_mib": self.most_bytes >> 20,
             "kinds": {f"{kind}: {verdict}": n for (kind, verdict), n in sorted(self.kinds.items())},
             "wrong": dict(self.wrong.most_common()),
@@ -105,7 +108,7 @@ class Counts:
             counts = (f"{self.kinds[row, word]:14,}" for word in columns)
             lines.append(" ".join([f"{row:26}", *counts]))
         lines.append(
-            f"slowest {self.slowest_seconds:.1f} s, most memory {self.most_bytes >> 20} MiB"
+            f"slowest {self.slowest_seconds:.1f} s ({self.slowest}), most memory {self.most_bytes >> 20} MiB"
         )
         lines += [f"{count:6,} x {what}" for what, count in self.wrong.most_common()]
         return "\n".join(lines)
@@ -187,7 +190,8 @@ def _ill_said(case: Case, code: int, said: str, complaints: str) -> str:
             return f"noise on stderr: {_DIGITS.sub('0', line)[:60]}"
         if len(line) > LONGEST_SENTENCE or not line.isprintable():
             return f"more than {LONGEST_SENTENCE} letters, or some that can't be printed"
-    if code and case.lines == (_PROGRAM,) and len(lines) > 1:  # what was done may need remarks
+    # What was done may need remarks, of which each has its line.
+    if code not in (0, 5) and case.lines == (_PROGRAM,) and len(lines) > 1:
         return "several lines on stderr"
     if _PROGRAM in case.lines and code in (2, 3, 4) and (said or not lines):
         return "an error on stdout, or none at all"
@@ -236,7 +240,7 @@ def run(
             verdict, reply = tried(case, runner, folder)
             if verdict not in _WORDS.values():
                 verdict, reply = _again(case, runner, folder, verdict)
-            counts.add(case.kind, verdict, reply)
+            counts.add(folder.name, case.kind, verdict, reply)
             if verdict in _WORDS.values():
                 shutil.rmtree(folder)
             else:

@@ -1,0 +1,99 @@
+"""The editor's settings, whoever has written them."""
+
+import re
+from pathlib import Path
+
+import pytest
+from kogao_app import presets, recent, saving
+from kogao_app.storage import Storage
+from PySide6.QtCore import QByteArray, QSettings
+
+from kogao_core.recipe import Recipe
+
+
+class Trap:
+    """Makes a file when somebody reads it back with pickle."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return Path.touch, (self.path,)
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "kogao.ini"
+
+
+@pytest.fixture
+def trapped(tmp_path, file):
+    """Settings that Qt has written, with a Python object; and the file that shows it was read."""
+    sprung = tmp_path / "sprung"
+    written = QSettings(str(file), QSettings.Format.IniFormat)
+    written.setValue("window/docks", Trap(sprung))
+    written.sync()
+    assert b"@Variant(" in file.read_bytes()
+    return sprung
+
+
+@pytest.mark.parametrize(
+    ("plain", "disguised"),
+    [
+        ("@Variant", "@Variant"),
+        ("@Variant", r"\x40Variant"),
+        ("@Variant", r"\100Variant"),
+        ("@Variant", '@Var""iant'),
+        ("@Variant", "@Var\\\niant"),
+        ("@Variant", r"@Var\diant"),
+        ("@Variant(", "a, @Variant("),
+    ],
+)
+def test_python_objects_in_settings_are_never_read(tmp_path, file, trapped, plain, disguised):
+    file.write_text(file.read_text("latin-1").replace(plain, disguised), "latin-1")
+    settings = Storage.in_folder(tmp_path).settings()
+    for key in settings.allKeys():
+        settings.value(key)
+    assert settings.value("window/docks") is None
+    assert not trapped.exists()
+    assert (tmp_path / "kogao.ini.damaged").exists()
+
+
+def test_settings_that_are_cut_off_give_way_to_the_first_ones(tmp_path, file, trapped):
+    text = file.read_text("latin-1")
+    file.write_text(re.sub(r"(?s)(PyObject).*", r"\1\\0\\0\\0\\0\\0)\n", text), "latin-1")
+    assert Storage.in_folder(tmp_path).settings().value("window/docks") is None
+    assert not trapped.exists()
+
+
+def test_our_own_settings_are_kept(tmp_path):
+    storage = Storage.in_folder(tmp_path)
+    kept = storage.settings()
+    name = 'Ann@home\\ "é", (1)\n'
+    presets.add(kept, name, Recipe(percent=6.0))
+    recent.add(kept, tmp_path / "@a,b;c=.png")
+    saving.remember(kept, record=True, labelled=True, label="@ByteArray(x")
+    kept.setValue("window/docks", QByteArray(bytes(range(256))))
+    kept.sync()
+    del kept
+    again = storage.settings()
+    assert presets.own(again) == {name: Recipe(percent=6.0)}
+    assert recent.paths(again) == [tmp_path / "@a,b;c=.png"]
+    assert saving.disclosure(again).label == "@ByteArray(x"
+    assert again.value("window/docks") == QByteArray(bytes(range(256)))
+    assert not (tmp_path / "kogao.ini.damaged").exists()
+
+
+def test_presets_of_a_newer_program_outlive_changes(tmp_path):
+    kept = Storage.in_folder(tmp_path).settings()
+    presets.add(kept, "Old", Recipe())
+    newer = '{"Newer": {"version": 9}, "' + "n" * 70 + '": {"version": 9}}'
+    kept.setValue("presets", newer)
+    presets.add(kept, "Mine", Recipe(percent=2.0))
+    presets.add(kept, "Other", Recipe(percent=3.0))
+    presets.remove(kept, "Other")
+    assert presets.own(kept) == {"Mine": Recipe(percent=2.0)}
+    assert '"Newer": {"version": 9}' in kept.value("presets")
+    assert '"nnn' in kept.value("presets")
+    presets.remove(kept, "n" * 60)
+    assert '"nnn' not in kept.value("presets")
