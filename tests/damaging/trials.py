@@ -107,9 +107,8 @@ class Counts:
         for row in rows:
             counts = (f"{self.kinds[row, word]:14,}" for word in columns)
             lines.append(" ".join([f"{row:26}", *counts]))
-        lines.append(
-            f"slowest {self.slowest_seconds:.1f} s ({self.slowest}), most memory {self.most_bytes >> 20} MiB"
-        )
+        seconds, most = self.slowest_seconds, self.most_bytes >> 20
+        lines.append(f"slowest {seconds:.1f} s ({self.slowest}), most memory {most} MiB")
         lines += [f"{count:6,} x {what}" for what, count in self.wrong.most_common()]
         return "\n".join(lines)
 
