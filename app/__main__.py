@@ -6,6 +6,8 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from itertools import chain
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -37,7 +39,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     -------
     int
         0, or with ``--screenshot`` 1 when the picture can't be rendered or the search for faces
-        fails, 3 for a file that can't be read or written and 4 for no face.
+        fails, 2 for a line to protect that lies far outside the photo, 3 for a file that can't be
+        read or written and 4 for no face.
     """
     open_standard_streams()
     # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
@@ -174,7 +177,7 @@ def _line(text: str) -> tuple[tuple[float, float], ...]:
         line = tuple((float(x), float(y)) for x, y in pairs)
     except ValueError:
         line = ()
-    if len(line) < 2:
+    if len(line) < 2 or not all(map(isfinite, chain(*line))):
         raise argparse.ArgumentTypeError(f"{shown(text)} isn't a line such as '80,40 80,600'")
     return line
 

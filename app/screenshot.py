@@ -13,6 +13,9 @@ from PySide6.QtCore import QBuffer, QIODevice, QObject, QTimer
 from PySide6.QtGui import QPixmap
 
 from kogao_core.atomic import put
+from kogao_core.geometry import Box
+from kogao_core.limits import OutOfBounds, check_protection
+from kogao_core.wording import sentence
 
 from .before_after import Comparison, comparisons
 from .editor import Editor
@@ -28,6 +31,7 @@ SEE_THROUGH: Final = frozenset(
 _JAW: Final = 15
 
 FAILED: Final = 1
+USAGE: Final = 2
 UNREADABLE: Final = 3
 NO_FACE: Final = 4
 
@@ -90,7 +94,7 @@ class Screenshot(QObject):
     def finish(self) -> int:
         """Print what went wrong, if anything, and return the exit code."""
         if self._line:
-            print(f"kogao: {self._line}", file=sys.stderr)
+            print(f"kogao: {sentence(self._line)}", file=sys.stderr)
         return self._code
 
     def _arrive(self, faces: int) -> None:
@@ -117,9 +121,16 @@ class Screenshot(QObject):
         if look.percent is not None:
             recipe = dataclasses.replace(state.recipe, percent=look.percent)
             state = dataclasses.replace(state, recipe=recipe)
-        if look.protect is not None:
+        photo = self._editor.document.photo
+        if look.protect is not None and photo is not None:
             radius = self._editor.scene.brush.radius_px
             protection = state.protection.with_stroke(look.protect, radius)
+            try:
+                check_protection(protection, Box.of(photo.pixels))
+            except OutOfBounds as problem:
+                self._end(USAGE, str(problem))
+                self._leave()
+                return
             state = dataclasses.replace(state, protection=protection)
         if state is not self._editor.document.state:
             self._editor.document.restore(state)

@@ -61,6 +61,13 @@ def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, ca
     assert not shot.exists()
 
 
+def test_a_line_far_outside_the_photo_ends_with_2_and_one_line(source, photo, shot, capsys):
+    assert run(source, photo, "--protect", "1e9,0 1e9,10", "--screenshot", shot) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "protected line 1" in line
+    assert not shot.exists()
+
+
 def test_no_face_ends_with_4_and_still_shows_the_window(source, photo, shot, capsys):
     source.faces = []
     assert run(source, photo, "--screenshot", shot) == 4
@@ -122,6 +129,7 @@ def fail(*_, **__):
         ["a.jpg", "--sample"],
         ["--show", "nothing"],
         ["--protect", "1,2"],
+        ["--protect", "1,2 nan,3"],
         ["--percent", "nan"],
         ["--percent", "16"],
     ],
