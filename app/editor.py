@@ -110,7 +110,7 @@ class Editor(QObject):
             self._pool,
             self,
         )
-        self.rating = RatingPart(self.window, lambda: theme.current(app, choice), self)
+        self.rating = RatingPart(self.window, self)
         self._join_panels()
         self._join_messages()
         self._following = False
@@ -158,6 +158,7 @@ class Editor(QObject):
         self.batch.stop()
         self.experiments.stop()
         self.desk.stop()
+        self.rating.stop()
         self.display.stop()
         self.window.really_close()
         self.saver.stop()

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
-import subprocess
 import sys
-from contextlib import contextmanager
+import threading
+import webbrowser
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 _LARGEST_LATTICE: Final = 8.0
 _FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
-_EDITOR: Final = "kogao_app"
 
 
 @click.group("study")
@@ -32,7 +31,7 @@ def command() -> None:
     """Ask people which faces look natural (table 1, figures 10 and 11).
 
     make writes pictures and a page that say nothing of how they were made; rate asks in the
-    editor, the page in a browser; report counts. docs/study.md says how to run a study.
+    browser; report counts. docs/study.md says how to run a study.
     """
 
 
@@ -88,8 +87,8 @@ def make(
     with common.stopping(making.RefusedFolder, common.USAGE), _disk(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
     click.echo(
-        f"{folder}: {len(key.pictures)} pictures of {common.count_of_faces(len(photos))}; open "
-        f"{folder / making.PAGE_FILE} in a browser, or the folder in the editor's Experiments menu"
+        f"{folder}: {len(key.pictures)} pictures of {common.count_of_faces(len(photos))}; "
+        f"kogao-cli experiment study rate {folder} asks about them"
     )
     click.echo(f"{plan.key_path(folder)}: what each picture is; keep it from the raters")
 
@@ -122,18 +121,29 @@ def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
 
 @command.command("rate")
 @click.argument("folder", type=click.Path(path_type=Path))
-def rate(folder: Path) -> int:
-    """Open the rating session of the study in FOLDER in the editor."""
-    from kogao_core.experiments.study import plan
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
+def rate(folder: Path, no_browser: bool) -> None:
+    """Ask about the pictures of the study in FOLDER, in a browser on this machine.
+
+    Answers are kept in FOLDER/ratings, each before the next picture shows. Ctrl-C ends it.
+    """
+    from kogao_core.experiments.study.server import Server
     from kogao_core.strict import BadFile
 
-    with common.stopping(BadFile, common.UNREADABLE):
-        plan.load_study(folder)
-    if importlib.util.find_spec(_EDITOR) is None:
-        raise common.Stop(
-            f"the editor isn't installed; open {folder / 'index.html'} in a browser", common.BROKEN
-        )
-    return subprocess.run([sys.executable, "-m", _EDITOR, "--rate", folder], check=False).returncode
+    with common.stopping(BadFile, common.UNREADABLE), common.stopping(OSError, common.BROKEN):
+        server = Server(folder)
+    with server:
+        click.echo(f"{server.address}\nCtrl-C ends it; one rater after another may use it.")
+        if not no_browser:
+            # In a thread: a browser in the terminal keeps the call until it is closed.
+            threading.Thread(target=_browse, args=(server.address,), daemon=True).start()
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
+
+
+def _browse(address: str) -> None:
+    if not webbrowser.open(address):
+        click.echo("kogao-cli: no browser was found; open the address in one", err=True)
 
 
 @command.command("report")

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from ratings import VIEW, answered, graded, taken_back
 from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
@@ -29,9 +30,9 @@ from kogao_core.experiments.study import (
     results,
     sources,
 )
-from kogao_core.experiments.study.plan import Study, order
+from kogao_core.experiments.study.plan import Study
 from kogao_core.experiments.study.results import Log
-from kogao_core.experiments.study.session import Record, Session
+from kogao_core.experiments.study.session import Record, Session, drawn_order
 from kogao_core.experiments.study.statistics import Grades, Share
 from kogao_core.experiments.study.tally import tally
 from kogao_core.experiments.study.variants import LATTICES, Variant, variants
@@ -215,64 +216,80 @@ def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):
 # ---- the order ------------------------------------------------------------------------------
 
 
-def test_every_rater_has_an_order_of_their_own_and_keeps_it():
-    first = order(NAMES, "rater-1")
-    assert sorted(first) == sorted(NAMES)
-    assert order(reversed(NAMES), "rater-1") == first
-    assert order(NAMES, "rater-2") != first
+def test_orders_are_even_and_grades_come_last():
+    """Every picture comes first about equally often: chi square of 24 degrees, 1 in 10^9."""
+    orders = [drawn_order(STUDY) for _ in range(1500)]
+    for order in orders[:10]:
+        assert sorted(order[:25]) == list(STUDY.ratings)
+        assert sorted(order[25:]) == list(STUDY.satisfaction)
+    counts = np.array([sum(order[0] == name for order in orders) for name in STUDY.ratings])
+    assert ((counts - 60.0) ** 2 / 60.0).sum() < 94.0
 
 
-def test_orders_are_even():
-    """Every picture comes first about equally often: chi square of 29 degrees, 1 in 10^4."""
-    first = [order(NAMES, f"r{number}")[0] for number in range(1500)]
-    counts = np.array([first.count(name) for name in NAMES])
-    assert ((counts - 50.0) ** 2 / 50.0).sum() < 66.2
-
-
-def test_the_page_lets_nothing_out_and_loads_nothing():
-    text = page.page(STUDY)
+@pytest.mark.parametrize("served", [False, True])
+def test_the_page_lets_nothing_out_and_loads_nothing(tmp_path, served):
+    text = page.page(STUDY, tmp_path, served=served)
     policy = re.search(r'Content-Security-Policy" content="([^"]+)"', text)[1]
-    assert policy.startswith("default-src 'none'; img-src 'self' file: data:;")
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    assert rules["default-src"] == "'none'"
+    assert rules.get("connect-src") == ("'self'" if served else None)
+    assert rules["img-src"] == ("'self' data:" if served else "'self' file: data:")
     assert "unsafe" not in policy
-    assert not re.search(r"https?:|//[a-z]|@import|url\(|fetch|XMLHttp|sendBeacon", text)
+    assert not re.search(r"https?:|//[a-z]|@import|url\(|XMLHttp|sendBeacon", text)
     assert "<!--" not in text
 
 
 # ---- sessions and their files ---------------------------------------------------------------
 
 
-def answered(count, study=STUDY, rater="r1", said=lambda k: "unnatural" if k % 3 else "natural"):
-    session = Session(study, rater)
+def begun(count=0):
+    """A session with so many answers."""
+    session = Session(STUDY, "r1", NAMES)
     for k in range(count):
         if session.grading:
-            session.take(session.grade(10 * (k % 11), 5.0))
+            session.take(graded(session, 10 * (k % 11)))
         else:
-            session.take(session.answer(said(k), 5.0))
+            session.take(answered(session, "unnatural" if k % 3 else "natural"))
     return session
 
 
+def judge(log):
+    """Answer or grade the log's next picture in some way."""
+    one = graded(log.session, 50) if log.session.grading else answered(log.session, "natural")
+    log.add(one)
+
+
 def test_a_session_asks_every_picture_once_and_grades_at_the_end():
-    session, asked = Session(STUDY, "r1"), []
+    session, asked = begun(), []
     while session.current is not None:
         asked.append(session.current)
         assert session.grading == (len(asked) > len(STUDY.ratings))
-        session.take(session.grade(50, 1.0) if session.grading else session.answer("natural", 1.0))
-    assert sorted(asked) == sorted(NAMES)
-    with pytest.raises(ValueError, match="every picture"):
-        session.answer("natural", 1.0)
+        say = graded(session, 50) if session.grading else answered(session, "natural")
+        session.take(say)
+    assert tuple(asked) == NAMES
+    assert not session.grading
+    with pytest.raises(BadFile, match="wasn't shown"):
+        session.take(Record(31, NAMES[0], answer="natural"))
 
 
 def test_an_answer_taken_back_is_asked_again_and_both_lines_stay():
-    session = answered(3)
+    session = begun(3)
     last = session.answered[-1]
-    session.take(session.back())
+    session.take(taken_back(session))
     assert session.current == last.picture
-    session.take(session.answer("natural", 1.0))
+    session.take(answered(session, "natural"))
     assert [record.back for record in session.records] == [False, False, False, True, False]
     assert len(session.answered) == 3
-    for _ in range(3):
-        session.take(session.back())
-    assert session.back() is None
+
+
+@pytest.mark.parametrize(
+    "order",
+    [(), NAMES[:-1], (*NAMES[1:], NAMES[0]), (*NAMES[:-1], NAMES[0]), ("x", *NAMES[1:])],
+    ids=["none", "one short", "a grade first", "one twice", "a foreign one"],
+)
+def test_an_order_that_isnt_the_studys_is_refused(order):
+    with pytest.raises(BadFile, match="every picture of this study once"):
+        Session(STUDY, "r1", order)
 
 
 @pytest.mark.parametrize(
@@ -280,31 +297,53 @@ def test_an_answer_taken_back_is_asked_again_and_both_lines_stay():
     [
         Record(3, NAMES[0], answer="natural"),
         Record(1, "ffffffffffffffff.jpg", answer="natural"),
+        Record(1, NAMES[1], answer="natural"),
         Record(1, NAMES[0], back=True),
-        Record(1, order(STUDY.ratings, "r1")[0], grade=50),
+        Record(1, NAMES[0], grade=50),
     ],
 )
 def test_records_that_dont_follow_are_refused(record):
     with pytest.raises(BadFile, match=f"line {min(record.number, 1)}"):
-        Session(STUDY, "r1", [record])
+        Session(STUDY, "r1", NAMES, [record])
 
 
 def test_what_was_logged_is_read_again(tmp_path):
     log = Log(tmp_path / "r.jsonl", STUDY, "r1")
-    for record in answered(30).records[:-1]:
-        log.add(record)
-    log.add(log.session.grade(None, 7.4))
-    log.add(log.session.back())
+    while len(log.session.answered) < 29:
+        judge(log)
+    log.add(graded(log.session, None, took_ms=7))
+    log.add(taken_back(log.session))
     held = results.load(log.path)
     assert held.records == tuple(log.session.records)
+    assert held.records[0].view == VIEW
     assert (held.study, held.rater, held.torn) == ("a-study", "r1", 0)
-    assert Log(log.path, STUDY, "r1").session.records == log.session.records
+    assert Log(log.path, STUDY, "r1").session == log.session
+    head = json.loads(log.path.read_text().splitlines()[0])
+    assert head["order"] == list(log.session.order)
+    assert head["surround"] == results.SURROUND
+
+
+def test_a_log_of_the_version_before_counts_and_goes_on(tmp_path):
+    """It names no order, and tells nothing of how pictures were displayed."""
+    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    for _ in range(7):
+        judge(log)
+    log.add(taken_back(log.session))
+    lines = [json.loads(line) for line in log.path.read_text().splitlines()]
+    for line in lines:
+        for name in ("order", "surround", "shown", "window", "ratio"):
+            line.pop(name, None)
+    lines[0]["version"] = 1
+    log.path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    again = Log(log.path, STUDY, "r1")
+    assert [one.picture for one in again.session.answered] == list(log.session.order[:6])
+    assert again.session.current == log.session.order[6]
 
 
 def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
     whole = Log(tmp_path / "whole.jsonl", STUDY, "r1")
-    for record in answered(3).records:
-        whole.add(record)
+    for _ in range(3):
+        judge(whole)
     data = whole.path.read_bytes()
     start = data[:-1].rindex(b"\n") + 1
     for end in range(start, len(data) + 1):
@@ -314,7 +353,7 @@ def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
         kept = len(log.session.answered)
         # A line whose newline alone is missing is whole.
         assert kept == (3 if end >= len(data) - 1 else 2)
-        log.add(log.session.answer("natural", 1.0))
+        judge(log)
         assert path.read_bytes().startswith(data[:end])
         again = results.load(path)
         assert len(again.records) == kept + 1
@@ -324,8 +363,7 @@ def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
 def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
     path = tmp_path / "r.jsonl"
     path.write_bytes(b'{"format": "kogao-rat')
-    log = Log(path, STUDY, "r1")
-    log.add(log.session.answer("natural", 1.0))
+    judge(Log(path, STUDY, "r1"))
     held = results.load(path)
     assert (len(held.records), held.torn) == (1, 1)
 
@@ -333,7 +371,7 @@ def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
 @pytest.mark.parametrize("fails", ["write", "fsync"])
 def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeypatch, fails):
     log = Log(tmp_path / "r.jsonl", STUDY, "r1")
-    log.add(log.session.answer("natural", 1.0))
+    judge(log)
     before, write = log.path.read_bytes(), os.write
 
     def half(file, data):
@@ -344,17 +382,21 @@ def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeyp
 
     monkeypatch.setattr(results.os, fails, half if fails == "write" else full)
     with pytest.raises(OSError, match=r"part of the line|No space"):
-        log.add(log.session.answer("unnatural", 1.0))
+        log.add(answered(log.session, "unnatural"))
     monkeypatch.undo()
     assert log.path.read_bytes() == before
     assert len(log.session.answered) == 1
-    log.add(log.session.answer("unnatural", 1.0))
+    log.add(answered(log.session, "unnatural"))
     held = results.load(log.path)
     assert [record.answer for record in held.records] == ["natural", "unnatural"]
     assert held.torn == 0
 
 
-HEAD = json.dumps(results.header("a-study", "r1", "page")) + "\n"
+HEAD = json.dumps({**results.header(STUDY, "r1", "page"), "order": NAMES}) + "\n"
+
+
+def line(said, seen='"shown": [960, 720], "window": [1280, 960], "ratio": 1'):
+    return f'{HEAD}{{"n": 1, "picture": "x", {said}, {seen}}}\n'
 
 
 @pytest.mark.parametrize(
@@ -364,13 +406,20 @@ HEAD = json.dumps(results.header("a-study", "r1", "page")) + "\n"
         "hello\n",
         "\x00\xff\x12",
         '{"format": "something else"}\n',
-        HEAD.replace('"version": 1', '"version": 2'),
+        HEAD.replace('"version": 2', '"version": 3'),
+        HEAD.replace(NAMES[0], NAMES[1]),
+        HEAD.replace(NAMES[0], "../" + NAMES[0]),
+        HEAD.replace('"order"', '"other"'),
         HEAD.replace('"r1"', '"../r1"'),
-        HEAD + '{"n": 1, "picture": "x", "answer": "perhaps", "ms": 1}\n',
-        HEAD + '{"n": 1, "picture": "x", "answer": "natural", "ms": -1}\n',
-        HEAD + '{"n": 0, "picture": "x", "answer": "natural", "ms": 1}\n',
-        HEAD + '{"n": 1, "picture": "x", "grade": 101, "ms": 1}\n',
-        HEAD + '{"n": 1, "picture": "x", "grade": 1, "ms": 1, "name": "A. Person"}\n',
+        line('"answer": "perhaps", "ms": 1'),
+        line('"answer": "natural", "ms": -1'),
+        line('"answer": "natural", "ms": 1').replace('"n": 1', '"n": 0'),
+        line('"answer": "natural"', '"ms": 1'),
+        line('"answer": "natural", "ms": 1', '"shown": [9], "window": [9, 9], "ratio": 1'),
+        line('"answer": "natural", "ms": 1', '"shown": [9, 9], "window": [9, 0], "ratio": 1'),
+        line('"answer": "natural", "ms": 1', '"shown": [9, 9], "window": [9, 9], "ratio": 0'),
+        line('"grade": 101, "ms": 1'),
+        line('"grade": 1, "ms": 1, "name": "A. Person"'),
         HEAD + "[]\n",
     ],
 )
@@ -444,16 +493,16 @@ def test_grades_have_mean_and_sample_deviation():
     assert math.isnan(Grades.of([]).mean)
 
 
-def rated(folder, rater, judge, count=None, place=plan.RATINGS_FOLDER):
+def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER):
     """Write made-up ratings into a copy of a study."""
     study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))
     log = Log(folder / place / f"{rater}.jsonl", study, rater)
     while log.session.current is not None and len(log.session.answered) != count:
         meaning = key.pictures[log.session.current]
         if log.session.grading:
-            log.add(log.session.grade(judge(meaning), 1.0))
+            log.add(graded(log.session, said(meaning)))
         else:
-            log.add(log.session.answer("unnatural" if judge(meaning) else "natural", 1.0))
+            log.add(answered(log.session, "unnatural" if said(meaning) else "natural"))
     return log
 
 

@@ -6,9 +6,14 @@ import json
 import os
 import re
 import shutil
+import signal
+import subprocess
+import sys
+import urllib.request
 
 import pytest
 from PIL import Image, ImageOps
+from ratings import answered, graded
 
 from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.origin import Measured
@@ -27,10 +32,10 @@ def answer_all(folder, rater):
     while log.session.current is not None:
         meaning = key.pictures[log.session.current]
         if log.session.grading:
-            log.add(log.session.grade(92, 1.0))
+            log.add(graded(log.session, 92))
         else:
             judged = "unnatural" if meaning.variant.percent > 6.0 else "natural"
-            log.add(log.session.answer(judged, 1.0))
+            log.add(answered(log.session, judged))
 
 
 def test_a_study_is_made_answered_and_reported(cli, portrait, tmp_path):
@@ -133,16 +138,22 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
     assert list(tmp_path.iterdir()) == []
 
 
-def test_rate_starts_the_editor_with_the_session(cli, portrait, tmp_path, monkeypatch):
-    from kogao_core.cli import study
-
-    cli("make", portrait, "-o", tmp_path / "new")
-    started = []
-
-    class Done:
-        returncode = 0
-
-    monkeypatch.setattr(study.subprocess, "run", lambda words, **_: started.append(words) or Done)
-    code, _, err = cli("rate", tmp_path / "new")
-    assert (code, err) == (0, "")
-    assert started[0][1:] == ["-m", "kogao_app", "--rate", tmp_path / "new"]
+def test_rate_serves_the_page_until_it_is_interrupted(cli, portrait, tmp_path):
+    cli("make", portrait, "-o", tmp_path / "new", "--lattices", "1")
+    start = "from kogao_core.cli import main; main()"
+    words = [sys.executable, "-c", start, "experiment", "study", "rate"]
+    program = subprocess.Popen(
+        [*words, tmp_path / "new", "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        address = program.stdout.readline().strip()
+        with urllib.request.urlopen(address) as page:
+            assert b"Natural or unnatural?" in page.read()
+        assert "Ctrl-C" in program.stdout.readline()
+        program.send_signal(signal.SIGINT)
+        assert program.communicate(timeout=20) == ("", "")
+        assert program.returncode == 0
+    finally:
+        program.kill()
+        program.communicate()

@@ -123,7 +123,7 @@ def make(
 
 def _write_lists(study: Study, folder: Path) -> None:
     plan.save(study, folder / plan.STUDY_FILE)
-    put(page.page(study).encode(), folder / PAGE_FILE)
+    put(page.page(study, folder).encode(), folder / PAGE_FILE)
     pictures.same_time([folder / plan.STUDY_FILE, folder / PAGE_FILE])
 
 

@@ -1,23 +1,14 @@
 "use strict";
-// One rating session in a browser. The upper half knows nothing of the page and is tested without one.
+// One rating session in a browser. What stands before its keepers is tested without one.
 const study = "STUDY";
 
-// plan.py has the same few lines: a session's order follows from the rater's code alone.
-function mixed(text) {
-  let value = 2166136261;
-  for (let k = 0; k < text.length; k++) value = Math.imul(value ^ text.charCodeAt(k), 16777619);
-  value = Math.imul(value ^ (value >>> 16), 0x85ebca6b);
-  value = Math.imul(value ^ (value >>> 13), 0xc2b2ae35);
-  return (value ^ (value >>> 16)) >>> 0;
+function drawn(names) {
+  const left = [...names];
+  return names.map(() => left.splice(Math.floor(Math.random() * left.length), 1)[0]);
 }
 
-function order(names, rater) {
-  const places = new Map(names.map((name) => [name, mixed(rater + ":" + name)]));
-  return [...names].sort((a, b) => places.get(a) - places.get(b) || (a < b ? -1 : 1));
-}
-
-function todo(rater) {
-  return [...order(study.ratings, rater), ...order(study.satisfaction, rater)];
+function fresh(rater) {
+  return { rater, order: [...drawn(study.ratings), ...drawn(study.satisfaction)], records: [] };
 }
 
 // The answers that stand, oldest first.
@@ -27,38 +18,78 @@ function standing(records) {
   return told;
 }
 
-function file(rater, records) {
-  const lines = [Object.assign({}, study.header, { rater }), ...records];
-  return lines.map((line) => JSON.stringify(line) + "\n").join("");
+function file(session) {
+  const head = Object.assign({}, study.header, { rater: session.rater, order: session.order });
+  return [head, ...session.records].map((line) => JSON.stringify(line) + "\n").join("");
 }
+
+// What keeps the sessions: the program that served the page, or this browser. `add` says how the session stands.
+const program = {
+  sessions: () => ask("sessions"),
+  open: (rater) => ask("sessions/" + rater, {}),
+  add: async (session, line) => {
+    const further = await ask("sessions/" + session.rater + "/lines", line);
+    return further.records ? further : Object.assign({}, session, { records: [...session.records, line] });
+  },
+};
+
+async function ask(what, content) {
+  const sent = content && { method: "POST", body: JSON.stringify(content) };
+  let reply;
+  try {
+    reply = await fetch(what, sent);
+  } catch (problem) {
+    throw new Error("Kogao has ended. Nothing is lost: start it again, and go on with your code on the page that it opens.");
+  }
+  const told = await reply.json();
+  if (!reply.ok && told.problem) throw new Error(told.problem);
+  return told;
+}
+
+const browser = {
+  place: "kogao-ratings:" + study.study + ":",
+  stored: (rater) => {
+    try {
+      return JSON.parse(localStorage.getItem(browser.place + rater));
+    } catch (problem) {
+      return null;
+    }
+  },
+  sessions: async () => Object.keys(localStorage)
+    .filter((key) => key.startsWith(browser.place))
+    .sort()
+    .map((key) => browser.stored(key.slice(browser.place.length)))
+    .map(({ rater, order, records }) => ({ rater, done: standing(records).length, total: order.length })),
+  open: async (rater) => browser.stored(rater) || fresh(rater),
+  add: async (session, line) => {
+    // Another tab may have gone on with the same session.
+    const kept = browser.stored(session.rater);
+    if (kept && kept.records.length > session.records.length) return kept;
+    const next = Object.assign({}, session, { records: [...session.records, line] });
+    try {
+      localStorage.setItem(browser.place + session.rater, JSON.stringify(next));
+    } catch (problem) {
+      // It goes on without: the first page has said so, and the answers can be saved at any time.
+    }
+    return next;
+  },
+};
 
 if (typeof document !== "undefined") begin();
 
 function begin() {
   const part = (id) => document.getElementById(id);
-  const place = "kogao-study:" + study.study + ":";
-  let rater = null;
-  let records = [];
+  const keeper = study.served ? program : browser;
+  // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
+  const scales = [1, 3 / 4, 1 / 2, 1 / 3];
+  let session = null;
+  let scale = null;
   let shownAt = 0;
   let ready = false;
+  let busy = false;
   let touched = false;
 
-  function stored(code) {
-    try {
-      return JSON.parse(localStorage.getItem(place + code) || "[]");
-    } catch (problem) {
-      return [];
-    }
-  }
-
-  function codes() {
-    const found = [];
-    for (let k = 0; k < localStorage.length; k++) {
-      const key = localStorage.key(k);
-      if (key.startsWith(place)) found.push(key.slice(place.length));
-    }
-    return found.sort();
-  }
+  const done = () => standing(session.records).length;
 
   function say(id, text) {
     part(id).textContent = text;
@@ -69,54 +100,57 @@ function begin() {
     for (const main of document.querySelectorAll("main")) main.hidden = main.id !== id;
   }
 
-  function welcome() {
+  async function welcome() {
     const pictures = study.ratings.length;
+    for (const told of document.querySelectorAll(study.served ? ".alone" : ".served")) told.remove();
     part("count").textContent = pictures + (pictures === 1 ? " picture" : " pictures");
     part("then").hidden = !study.satisfaction.length;
-    const drawn = crypto.getRandomValues(new Uint8Array(4));
-    part("rater").value = [...drawn].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-    let sessions = [];
-    try {
-      sessions = codes();
-      localStorage.setItem("kogao-study", "1");
-    } catch (problem) {
-      say("warning", "This browser keeps nothing for a file: do the session in one go, and save at the end.");
-    }
-    part("unfinished").hidden = !sessions.length;
-    part("sessions").replaceChildren(...sessions.map(entry));
+    const code = crypto.getRandomValues(new Uint8Array(4));
+    part("rater").value = [...code].map((byte) => byte.toString(16).padStart(2, "0")).join("");
     only("start");
+    try {
+      const sessions = await keeper.sessions();
+      if (!study.served) localStorage.setItem("kogao-study", "1");
+      part("unfinished").hidden = !sessions.length;
+      part("sessions").replaceChildren(...sessions.map(entry));
+    } catch (problem) {
+      say("warning", study.served ? problem.message
+        : "This browser keeps nothing for a file: do the session in one go, and save at the end.");
+    }
   }
 
-  function entry(code) {
+  function entry(begun) {
     const item = document.createElement("li");
     const button = document.createElement("button");
-    const done = standing(stored(code)).length;
-    button.textContent = code + ": " + done + " of " + todo(code).length;
-    button.addEventListener("click", () => open(code));
+    button.textContent = begun.rater + ": " + begun.done + " of " + begun.total;
+    button.addEventListener("click", () => open(begun.rater));
     item.append(button);
     return item;
   }
 
-  function open(code) {
-    rater = code;
+  async function open(rater) {
     try {
-      records = stored(code);
+      session = await keeper.open(rater);
     } catch (problem) {
-      records = [];
+      return say("warning", problem.message);
     }
+    say("warning", "");
+    const last = standing(session.records).pop();
+    scale = last && last.shown ? Math.max(...last.shown) / Math.max(...study.box) : null;
     show();
   }
 
   function show() {
-    const list = todo(rater);
-    const done = standing(records).length;
-    part("progress").max = list.length;
-    part("progress").value = done;
-    part("place").textContent = done + " of " + list.length;
-    part("back").disabled = !done;
-    if (done >= list.length) return finish();
+    const at = done();
+    const total = session.order.length;
+    say("trouble", "");
+    part("progress").max = total;
+    part("progress").value = at;
+    part("place").textContent = at + " of " + total;
+    part("back").disabled = !at;
+    if (at >= total) return finish();
     only("judge");
-    const grading = done >= study.ratings.length;
+    const grading = at >= study.ratings.length;
     part("question").textContent = grading
       ? "How satisfied are you with this picture of yourself?"
       : "Does this face look natural or unnatural?";
@@ -127,48 +161,70 @@ function begin() {
     part("shown").textContent = "–";
     part("enter").disabled = true;
     part("question").focus();
-    draw(list[done]);
-    if (done + 1 < list.length) new Image().src = list[done + 1];
+    draw(session.order[at]);
+    if (at + 1 < total) new Image().src = session.order[at + 1];
+  }
+
+  function fits(scale) {
+    const [width, height] = study.box;
+    return scale * width <= part("stage").clientWidth && scale * height <= part("stage").clientHeight;
   }
 
   function draw(name) {
     const picture = part("picture");
     ready = false;
-    picture.classList.add("waiting");
-    picture.onload = () => {
-      picture.classList.remove("waiting");
-      ready = true;
-      say("trouble", "");
-      requestAnimationFrame(() => { shownAt = performance.now(); });
-    };
+    picture.hidden = true;
+    picture.onload = lay;
     picture.onerror = () => say("trouble", "The picture " + name + " is missing: copy the whole folder again.");
     picture.src = name;
   }
 
-  function add(said) {
-    // Another tab may have gone on with the same session.
-    const kept = stored(rater);
-    if (kept.length > records.length) {
-      records = kept;
-      show();
-      return say("trouble", "This session went on in another tab; here it goes on from there.");
+  // Shows the picture at the session's scale; its time begins after the frame that paints it.
+  function lay() {
+    const picture = part("picture");
+    if (ready && fits(scale)) return;
+    scale = scale || scales.find(fits) || scales[scales.length - 1];
+    ready = false;
+    picture.hidden = !fits(scale);
+    if (picture.hidden) {
+      return say("trouble", "Make this window larger: the pictures of a session keep their size, and need "
+        + study.box.map((side) => Math.round(scale * side)).join(" × ") + " px beside the buttons.");
     }
-    const next = [...records, Object.assign({ n: records.length + 1 }, said)];
+    say("trouble", "");
+    picture.width = scale * picture.naturalWidth;
+    picture.height = scale * picture.naturalHeight;
+    requestAnimationFrame(() => requestAnimationFrame((now) => {
+      shownAt = now;
+      ready = !picture.hidden;
+    }));
+  }
+
+  async function add(said) {
+    if (busy) return;
+    busy = true;
+    const line = Object.assign({ n: session.records.length + 1 }, said);
     try {
-      localStorage.setItem(place + rater, JSON.stringify(next));
+      session = await keeper.add(session, line);
     } catch (problem) {
-      say("trouble", "This browser can't keep the answers: don't close it before you have saved them.");
+      return say("trouble", problem.message);
+    } finally {
+      busy = false;
     }
-    records = next;
     show();
+    if (session.records[session.records.length - 1] !== line) {
+      say("trouble", "This session went on in another window; here it goes on from there.");
+    }
   }
 
   function answer(said) {
     if (!ready || part("judge").hidden) return;
-    ready = false;
-    const done = standing(records).length;
-    const ms = Math.max(0, Math.round(performance.now() - shownAt));
-    add(Object.assign({ picture: todo(rater)[done] }, said, { ms }));
+    const box = part("picture").getBoundingClientRect();
+    add(Object.assign({ picture: session.order[done()] }, said, {
+      ms: Math.max(0, Math.round(performance.now() - shownAt)),
+      shown: [Math.round(box.width), Math.round(box.height)],
+      window: [innerWidth, innerHeight],
+      ratio: devicePixelRatio,
+    }));
   }
 
   const grading = () => !part("grades").hidden;
@@ -177,22 +233,22 @@ function begin() {
   const skip = () => { if (grading()) answer({ grade: null }); };
 
   function back() {
-    const told = standing(records);
-    if (told.length) add({ picture: told[told.length - 1].picture, back: true });
+    const last = standing(session.records).pop();
+    if (last) add({ picture: last.picture, back: true });
   }
 
   function save() {
     const link = document.createElement("a");
-    link.download = "ratings-" + rater + ".jsonl";
-    link.href = URL.createObjectURL(new Blob([file(rater, records)], { type: "application/jsonl" }));
+    link.download = "ratings-" + session.rater + ".jsonl";
+    link.href = URL.createObjectURL(new Blob([file(session)], { type: "application/jsonl" }));
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
   }
 
   function finish() {
     only("end");
-    part("said").textContent = standing(records).length + " answers are kept under the code " + rater + ".";
-    part("file").textContent = "ratings-" + rater + ".jsonl";
+    part("said").textContent = done() + " answers are kept under the code " + session.rater + ".";
+    if (part("file")) part("file").textContent = "ratings-" + session.rater + ".jsonl";
     part("thanks").focus();
   }
 
@@ -215,8 +271,9 @@ function begin() {
   part("back").addEventListener("click", back);
   part("again").addEventListener("click", back);
   for (const button of document.querySelectorAll(".save")) button.addEventListener("click", save);
+  addEventListener("resize", () => { if (session && !part("judge").hidden && part("picture").complete) lay(); });
   document.addEventListener("keydown", (event) => {
-    if (part("judge").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!part("start").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
     const keys = { f: () => judge("natural"), j: () => judge("unnatural"), s: skip, backspace: back };
     const does = keys[event.key.toLowerCase()];
     if (does) {

@@ -1,4 +1,4 @@
-"""The rating session as one HTML file: no server, no outside request, no label."""
+"""The rating session as one HTML file: no outside request, no label."""
 
 from __future__ import annotations
 
@@ -6,22 +6,35 @@ import base64
 import hashlib
 import json
 from importlib import resources
+from pathlib import Path
 
-from kogao_core import __version__
+from PIL import Image as Pillow
+
 from kogao_core.experiments.study import results
 from kogao_core.experiments.study.plan import Study
+from kogao_core.experiments.subjects import PAPER_SIZE
 
 
-def page(study: Study) -> str:
+def page(study: Study, folder: Path, *, served: bool = False) -> str:
     """Return the page, to lie in the folder of the pictures that it shows.
 
     Its content security policy allows its own script and style by their digests and pictures from
     its own folder, and nothing else: no request can leave for anywhere.
+
+    Parameters
+    ----------
+    study : Study
+        What is asked.
+    folder : Path
+        Where its pictures lie.
+    served : bool
+        For `server.Server`, to which answers go; otherwise the browser keeps them.
     """
-    style, script = _part("page.css"), _part("page.js")
-    script = script.replace('"STUDY"', _data(study))
+    style = _part("page.css").replace("SURROUND", results.SURROUND)
+    script = _part("page.js").replace('"STUDY"', _data(study, folder, served))
+    reached = "connect-src 'self'; img-src 'self' data:" if served else "img-src 'self' file: data:"
     policy = (
-        f"default-src 'none'; img-src 'self' file: data:; script-src {_digest(script)}; "
+        f"default-src 'none'; {reached}; script-src {_digest(script)}; "
         f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
     )
     filled = {"POLICY": policy, "STYLE": style, "SCRIPT": script}
@@ -31,10 +44,27 @@ def page(study: Study) -> str:
     return text
 
 
-def _data(study: Study) -> str:
-    head = results.header(study.identity, "", "page")
-    content = {**study.to_dict(), "header": head, "program": __version__}
+def _data(study: Study, folder: Path, served: bool) -> str:
+    content = {
+        **study.to_dict(),
+        "header": results.header(study, "", "page"),
+        "box": _box(study, folder),
+        "served": served,
+    }
     return json.dumps(content).replace("<", "\\u003c")
+
+
+def _box(study: Study, folder: Path) -> tuple[int, int]:
+    """Return the width and height, px, that every picture fits in."""
+    sizes = []
+    for name in (*study.ratings, *study.satisfaction):
+        try:
+            with Pillow.open(folder / name) as picture:
+                sizes.append(picture.size)
+        except OSError:
+            continue  # the page says so when that picture's turn comes
+    wide, high = zip(*(sizes or [PAPER_SIZE]), strict=True)
+    return max(wide), max(high)
 
 
 def _part(name: str) -> str:

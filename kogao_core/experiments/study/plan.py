@@ -1,4 +1,4 @@
-"""What raters may see of a study, what only its maker may, and the order of the pictures.
+"""What raters may see of a study, and what only its maker may.
 
 The two halves are two files: `Study` lies in the folder that raters get and names pictures only;
 `Key` lies beside that folder and says what each picture is.
@@ -11,7 +11,7 @@ import hashlib
 import hmac
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, get_args
@@ -35,7 +35,6 @@ _HEX: Final = 16  # letters of a name: 64 bits
 LONGEST_SEED: Final = 64
 _NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
 _RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
-_WORD: Final = 0xFFFFFFFF
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,25 +153,6 @@ def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str
     return digest[:_HEX] + SUFFIX
 
 
-def order(names: Iterable[str], rater: str) -> tuple[str, ...]:
-    """Return the order in which a rater sees pictures; everybody's is another one.
-
-    It follows from the rater's code alone, so that a session that goes on tomorrow, in the editor
-    or in the browser, shows the same one. ``page.js`` has the same few lines.
-    """
-    return tuple(sorted(names, key=lambda name: (_mixed(f"{rater}:{name}"), name)))
-
-
-def _mixed(text: str) -> int:
-    """FNV-1a over the bytes, then the last rounds of MurmurHash3: 32 well-shuffled bits."""
-    value = 2166136261
-    for byte in text.encode("ascii"):
-        value = ((value ^ byte) * 16777619) & _WORD
-    value = ((value ^ (value >> 16)) * 0x85EBCA6B) & _WORD
-    value = ((value ^ (value >> 13)) * 0xC2B2AE35) & _WORD
-    return value ^ (value >> 16)
-
-
 def is_rater(code: str) -> bool:
     """Return whether a text can be a rater's code: a to z, 0 to 9 and dashes, at most 32."""
     return _RATER.fullmatch(code) is not None
@@ -189,7 +169,7 @@ def load_study(folder: Path) -> Study:
     top = _parsed(folder / STUDY_FILE, f"{folder} holds no study")
     _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"), VERSION)
     identity = top.field("study").text(64)
-    ratings, grades = _names(top.field("ratings")), _names(top.field("satisfaction"))
+    ratings, grades = names(top.field("ratings")), names(top.field("satisfaction"))
     if set(ratings) & set(grades):
         top.field("satisfaction").refuse("names pictures that are rated, too")
     return Study(identity, ratings, grades)
@@ -262,11 +242,18 @@ def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:
     top.only(("format", "version", *fields))
 
 
-def _names(node: Node) -> tuple[str, ...]:
-    names = tuple(_checked_name(item) for item in node.items(_MOST_PICTURES))
-    if len(set(names)) != len(names):
+def names(node: Node) -> tuple[str, ...]:
+    """Read a list of different pictures.
+
+    Raises
+    ------
+    BadFile
+        If it isn't one.
+    """
+    found = tuple(_checked_name(item) for item in node.items(_MOST_PICTURES))
+    if len(set(found)) != len(found):
         node.refuse("names a picture twice")
-    return names
+    return found
 
 
 def _checked_name(node: Node) -> str:

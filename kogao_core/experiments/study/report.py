@@ -132,7 +132,7 @@ def document(tally: Tally) -> dict[str, object]:
         "raters": tally.raters,
         "torn_lines": tally.torn,
         "unfinished": [
-            {"rater": one.rater, "answered": len(one.answered), "pictures": one.total}
+            {"rater": one.rater, "answered": len(one.answered), "pictures": len(one.order)}
             for one in tally.unfinished
         ],
         "not_counted": [{"file": str(path), "study": study} for path, study in tally.foreign],

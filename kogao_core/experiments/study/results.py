@@ -19,17 +19,28 @@ from kogao_core import __version__
 from kogao_core.atomic import check_target
 from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.plan import Study
-from kogao_core.experiments.study.session import Answer, Record, Session
+from kogao_core.experiments.study.session import (
+    Answer,
+    Record,
+    Session,
+    View,
+    drawn_order,
+    order_seen,
+)
 from kogao_core.strict import BadFile, Node, parse
 
 SUFFIX: Final = ".jsonl"
-VERSION: Final = 1
-LARGEST_GRADE: Final = 100
+VERSION: Final = 2
+# The grey round every picture, in every browser: another one changes how a face's colours look.
+SURROUND: Final = "#b8b8b8"
+_LARGEST_GRADE: Final = 100
 _FORMAT: Final = "kogao-ratings"
 _MOST_BYTES: Final = 64 * 2**20
 _MOST_LINE_BYTES: Final = 4096
 _MOST_RECORDS: Final = 10_000_000
 _LONGEST_MS: Final = 10**9
+_LONGEST_SIDE: Final = 100_000
+_LARGEST_RATIO: Final = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +51,8 @@ class Ratings:
     ----------
     study, rater : str
         Whose answers to what.
+    order : tuple of str, optional
+        In which the pictures are shown; logs of version 1 don't name it.
     records : tuple of Record
         The lines in their order.
     torn : int
@@ -48,8 +61,20 @@ class Ratings:
 
     study: str
     rater: str
+    order: tuple[str, ...] | None
     records: tuple[Record, ...]
     torn: int
+
+    def session(self, study: Study) -> Session:
+        """Return the session that was logged.
+
+        Raises
+        ------
+        BadFile
+            If it can't be one of this study.
+        """
+        order = order_seen(study, self.records) if self.order is None else self.order
+        return Session(study, self.rater, order, list(self.records))
 
 
 class Log:
@@ -58,7 +83,7 @@ class Log:
     Parameters
     ----------
     path : Path
-        The file; a new one is begun with a line that names study and rater.
+        The file; a new one is begun with a line that names study, rater and the order drawn.
     study : Study
         The study.
     rater : str
@@ -81,11 +106,11 @@ class Log:
             held = load(path)
             if (held.study, held.rater) != (study.identity, rater):
                 raise BadFile(f"{path} holds ratings of another study or rater")
-            self.session = Session(study, rater, list(held.records))
+            self.session = held.session(study)
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self.session = Session(study, rater)
-            self._write(header(study.identity, rater, "editor"))
+            self.session = Session(study, rater, drawn_order(study))
+            self._write({**header(study, rater, "program"), "order": self.session.order})
 
     def add(self, record: Record) -> None:
         """Put a record on the disk, then let it count.
@@ -94,7 +119,10 @@ class Log:
         ------
         OSError
             If it couldn't be written; the session is as before.
+        BadFile
+            If it doesn't follow; nothing is written.
         """
+        self.session.check(record)
         self._write(record.to_dict())
         self.session.take(record)
 
@@ -118,20 +146,21 @@ class Log:
         self._on_new_line = True
 
 
-def header(study: str, rater: str, via: str) -> dict[str, Any]:
-    """Return the first line of a file of ratings."""
+def header(study: Study, rater: str, via: str) -> dict[str, Any]:
+    """Return the first line of a file of ratings, but for the order of its pictures."""
     return {
         "format": _FORMAT,
         "version": VERSION,
-        "study": study,
+        "study": study.identity,
         "rater": rater,
         "via": via,
         "program": __version__,
+        "surround": SURROUND,
     }
 
 
 def load(path: Path) -> Ratings:
-    """Read a file of ratings, the editor's or the browser page's.
+    """Read a file of ratings, the program's or one that the page saved.
 
     Raises
     ------
@@ -149,46 +178,69 @@ def load(path: Path) -> Ratings:
     try:
         top = next(lines)
         top.field("format").text(40, (_FORMAT,))
-        top.field("version").whole(VERSION, VERSION)
+        version = top.field("version").whole(1, VERSION)
         rater = top.field("rater").text(32)
         if not plan.is_rater(rater):
             top.field("rater").refuse("is no code of a rater")
         study = top.field("study").text(64)
-        records = tuple(_record(line) for line in lines)
+        order = None if version == 1 else plan.names(top.field("order"))
+        records = tuple(record(line, version) for line in lines)
     except StopIteration:
         raise BadFile(f"{path} holds no ratings") from None
     except BadFile as error:
         raise BadFile(f"{path} is no file of ratings: {error}") from None
-    return Ratings(study, rater, records, torn)
+    return Ratings(study, rater, order, records, torn)
 
 
 def _lines(data: bytes) -> tuple[Iterator[Node], int]:
-    found = []
+    found: list[Node] = []
     lines = [line for line in data.split(b"\n") if line.strip()]
     for number, line in enumerate(lines, start=1):
         try:
-            found.append(Node(parse(line, _MOST_LINE_BYTES).value, f"line {number}"))
+            # The first one names every picture.
+            most = _MOST_LINE_BYTES if found else _MOST_BYTES
+            found.append(Node(parse(line, most).value, f"line {number}"))
         except BadFile:
             continue
     return iter(found), len(lines) - len(found)
 
 
-def _record(node: Node) -> Record:
+def record(node: Node, version: int = VERSION) -> Record:
+    """Read one line.
+
+    Raises
+    ------
+    BadFile
+        If it isn't one.
+    """
     number = node.field("n").whole(1, _MOST_RECORDS)
     picture = node.field("picture").text(40)
     if node.field("back").value is not None:
         node.only(("n", "picture", "back")).field("back").flag()
         return Record(number, picture, back=True)
-    took = node.field("ms").whole(0, _LONGEST_MS)
+    viewed = ("shown", "window", "ratio") if version > 1 else ()
+    took, view = node.field("ms").whole(0, _LONGEST_MS), _view(node) if viewed else None
     if "answer" in node.value:
-        node.only(("n", "picture", "answer", "ms"))
+        node.only(("n", "picture", "answer", "ms", *viewed))
         said = node.field("answer").text(20, get_args(Answer))
         answer: Answer = "natural" if said == "natural" else "unnatural"
-        return Record(number, picture, answer=answer, took_ms=took)
-    node.only(("n", "picture", "grade", "ms"))
+        return Record(number, picture, answer=answer, took_ms=took, view=view)
+    node.only(("n", "picture", "grade", "ms", *viewed))
     grade = node.field("grade")
-    value = None if grade.value is None else grade.whole(0, LARGEST_GRADE)
-    return Record(number, picture, grade=value, took_ms=took)
+    value = None if grade.value is None else grade.whole(0, _LARGEST_GRADE)
+    return Record(number, picture, grade=value, took_ms=took, view=view)
+
+
+def _view(node: Node) -> View:
+    ratio = node.field("ratio").number(1.0 / _LARGEST_RATIO, _LARGEST_RATIO)
+    return View(_size(node.field("shown")), _size(node.field("window")), ratio)
+
+
+def _size(node: Node) -> tuple[int, int]:
+    sides = [side.whole(1, _LONGEST_SIDE) for side in node.items(2)]
+    if len(sides) != 2:
+        node.refuse("must be a width and a height")
+    return sides[0], sides[1]
 
 
 def newest(many: Sequence[Ratings]) -> list[Ratings]:

@@ -2,14 +2,32 @@
 
 from __future__ import annotations
 
+import secrets
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.plan import Study
 from kogao_core.strict import BadFile
 
 Answer = Literal["natural", "unnatural"]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """How a picture was displayed when it was judged.
+
+    Parameters
+    ----------
+    shown, window : (int, int)
+        Width and height of the picture and of the browser's viewport, CSS px.
+    ratio : float
+        Device px a CSS px.
+    """
+
+    shown: tuple[int, int]
+    window: tuple[int, int]
+    ratio: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +46,10 @@ class Record:
         0 to 100 for a picture of the second block; None there for one that was skipped.
     back : bool
         The last answer, about this picture, is taken back.
-    took_ms : float
+    took_ms : int
         From the picture's appearance to the answer.
+    view : View, optional
+        How it was displayed. None in logs of version 1.
     """
 
     number: int
@@ -38,6 +58,7 @@ class Record:
     grade: int | None = None
     back: bool = False
     took_ms: int = 0
+    view: View | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -45,7 +66,30 @@ class Record:
         if self.back:
             return {**said, "back": True}
         said |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
-        return {**said, "ms": self.took_ms}
+        said |= {"ms": self.took_ms}
+        if self.view is not None:
+            shown, window = list(self.view.shown), list(self.view.window)
+            said |= {"shown": shown, "window": window, "ratio": self.view.ratio}
+        return said
+
+
+def drawn_order(study: Study) -> tuple[str, ...]:
+    """Draw the order in which a rater sees a study's pictures; grades come last."""
+    draw = secrets.SystemRandom().sample
+    return tuple(
+        name for block in (study.ratings, study.satisfaction) for name in draw(block, len(block))
+    )
+
+
+def order_seen(study: Study, records: Iterable[Record]) -> tuple[str, ...]:
+    """Return the order of a log of version 1, which doesn't name it: as far as it was seen."""
+    seen = dict.fromkeys(record.picture for record in records)
+    places = {name: place for place, name in enumerate(seen)}
+    return tuple(
+        name
+        for block in (study.ratings, study.satisfaction)
+        for name in sorted(block, key=lambda name: places.get(name, len(places)))
+    )
 
 
 @dataclass(slots=True)
@@ -57,16 +101,18 @@ class Session:
     study : Study
         Its pictures.
     rater : str
-        The code that orders them.
+        The rater's code.
+    order : tuple of str
+        Every picture once, in the order of showing; those to be graded come last.
     records : list of Record
         Every line so far.
     """
 
     study: Study
     rater: str
+    order: tuple[str, ...]
     records: list[Record] = field(default_factory=list)
     _told: dict[str, Record] = field(init=False, default_factory=dict)
-    _todo: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Replay the records.
@@ -74,10 +120,12 @@ class Session:
         Raises
         ------
         BadFile
-            If they don't follow from one another.
+            If the order isn't one of this study, or the records don't follow from one another.
         """
-        ratings = plan.order(self.study.ratings, self.rater)
-        self._todo = (*ratings, *plan.order(self.study.satisfaction, self.rater))
+        rated = len(self.study.ratings)
+        blocks = sorted(self.order[:rated]), sorted(self.order[rated:])
+        if blocks != (sorted(self.study.ratings), sorted(self.study.satisfaction)):
+            raise BadFile("the order doesn't hold every picture of this study once")
         past, self.records = self.records, []
         for record in past:
             self.take(record)
@@ -88,69 +136,38 @@ class Session:
         return list(self._told.values())
 
     @property
-    def total(self) -> int:
-        """Number of pictures."""
-        return len(self._todo)
-
-    @property
     def current(self) -> str | None:
         """The picture to ask about; None at the end."""
-        return self._at(0)
-
-    @property
-    def following(self) -> str | None:
-        """The picture after that, to be made ready."""
-        return self._at(1)
+        done = len(self._told)
+        return self.order[done] if done < len(self.order) else None
 
     @property
     def grading(self) -> bool:
         """Whether the current picture is to be graded."""
-        return self.current in self.study.satisfaction
+        return len(self.study.ratings) <= len(self._told) < len(self.order)
 
-    def _at(self, ahead: int) -> str | None:
-        place = len(self._told) + ahead
-        return self._todo[place] if place < len(self._todo) else None
-
-    def answer(self, answer: Answer, took_ms: float) -> Record:
-        """Return the record of an answer about the current picture; `take` makes it count."""
-        return Record(self._number, self._asked, answer=answer, took_ms=round(took_ms))
-
-    def grade(self, grade: int | None, took_ms: float) -> Record:
-        """Return the record of a grade of the current picture, None to skip it."""
-        return Record(self._number, self._asked, grade=grade, took_ms=round(took_ms))
-
-    def back(self) -> Record | None:
-        """Return the record that takes the last answer back; None before the first."""
-        if not self._told:
-            return None
-        return Record(self._number, next(reversed(self._told)), back=True)
-
-    def take(self, record: Record) -> None:
-        """Let a record count.
+    def check(self, record: Record) -> None:
+        """Check that a record may come next.
 
         Raises
         ------
         BadFile
             If it isn't the next one of this session: a line is missing, doubled or foreign.
         """
-        if record.number != self._number:
-            raise BadFile(f"line {self._number} is missing, or {record.number} is there twice")
+        number = len(self.records) + 1
+        if record.number != number:
+            raise BadFile(f"line {number} is missing, or {record.number} is there twice")
         if record.back:
             if not self._told or next(reversed(self._told)) != record.picture:
-                raise BadFile(f"line {record.number} takes back what wasn't the last answer")
+                raise BadFile(f"line {number} takes back what wasn't the last answer")
+        elif record.picture != self.current or (record.answer is None) != self.grading:
+            raise BadFile(f"line {number} is about a picture that wasn't shown then")
+
+    def take(self, record: Record) -> None:
+        """Let a record count; see `check` for what is refused."""
+        self.check(record)
+        if record.back:
             del self._told[record.picture]
         else:
-            if record.picture != self.current or (record.answer is None) != self.grading:
-                raise BadFile(f"line {record.number} is about a picture that wasn't shown then")
             self._told[record.picture] = record
         self.records.append(record)
-
-    @property
-    def _number(self) -> int:
-        return len(self.records) + 1
-
-    @property
-    def _asked(self) -> str:
-        if self.current is None:
-            raise ValueError("every picture has been judged")
-        return self.current

@@ -44,7 +44,8 @@ def notes(tally: Tally) -> list[str]:
     if tally.torn:
         said.append(f"torn lines of ratings that were left out: {tally.torn}")
     if tally.unfinished:
-        some = ", ".join(f"{s.rater} ({len(s.answered)} of {s.total})" for s in tally.unfinished)
+        left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
+        some = ", ".join(f"{rater} ({done} of {total})" for rater, done, total in left)
         said.append(f"sessions that weren't finished, whose answers count: {some}")
     old = [key.identity for key in tally.keys if key.origin is None]
     if old:

@@ -151,7 +151,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
 
 def _session(study: plan.Study, ratings: Ratings) -> Session:
     try:
-        return Session(study, ratings.rater, list(ratings.records))
+        return ratings.session(study)
     except BadFile as error:
         raise BadFile(f"the ratings of {ratings.rater} can't be used: {error}") from None
 
