@@ -15,10 +15,11 @@ from kogao_core.experiments import (
     timing,
     timing_report,
 )
-from kogao_core.experiments.methods import comparing, telling
-from kogao_core.experiments.report import Made, reduced
+from kogao_core.experiments.imagefiles import reduced
+from kogao_core.experiments.methods import comparing, methods_report
+from kogao_core.experiments.page import files
+from kogao_core.experiments.report import Made
 from kogao_core.experiments.subjects import Told
-from kogao_core.experiments.telling import texts
 from kogao_core.geometry import Image
 
 from .experiments import ExperimentName, Outcome, Task
@@ -41,14 +42,14 @@ def measured(name: ExperimentName, task: Task, told: Told) -> Outcome:
 
 def _outcome(name: ExperimentName, task: Task, found: _Found) -> Outcome:
     made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
-    tells = _TELLING[name]
+    report = _REPORTS[name].report(found.result)
     return Outcome(
         name,
-        tells.LEAD,
-        tells.tables(found.result),
+        report.lead,
+        report.tables,
         found.pictures,
         found.left_out,
-        {kind: text() for kind, text in texts(found.result, tells, made).items()},
+        {kind: text() for kind, text in files(report, made).items()},
     )
 
 
@@ -102,9 +103,9 @@ _RUNS: Final[dict[ExperimentName, Callable[[Task, Told], _Found]]] = {
     "distortion": _distortion,
     "methods": _methods,
 }
-_TELLING: Final[dict[ExperimentName, Any]] = {
+_REPORTS: Final[dict[ExperimentName, Any]] = {
     "timing": timing_report,
     "domains": domains_report,
     "distortion": distortion_report,
-    "methods": telling,
+    "methods": methods_report,
 }

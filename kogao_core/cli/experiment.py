@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 import click
 
-from kogao_core.cli import distortion, domains, figures, methods, study, timing
+from kogao_core.cli import common, figures, reports, study
 
-MODULES = (timing, domains, distortion, methods, figures, study)
+if TYPE_CHECKING:
+    from kogao_core.experiments.sessions import Session
 
 
 @click.group("experiment")
@@ -14,5 +18,107 @@ def command() -> None:
     """Repeat the paper's tables and figures on your own photos."""
 
 
-for module in MODULES:
-    command.add_command(module.command)
+@command.command("timing")
+@reports.takes_photos
+@click.option(
+    "--size", type=click.Choice(["own", "960x720", "both"]), default="both", show_default=True,
+    help="The photo's own size, or the paper's (cut to its shape and scaled).",
+)  # fmt: skip
+@click.option("--repeats", type=click.IntRange(1), default=10, show_default=True)
+@click.option("--warm-up", type=click.IntRange(0), default=2, show_default=True)
+@click.option(
+    "--setting-time", "sessions_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="Sessions of setting by hand that the editor recorded (JSON lines).",
+)  # fmt: skip
+def timing_command(
+    size: str, repeats: int, warm_up: int, sessions_file: Path | None, **given: Any
+) -> int:
+    """Table 2: setting and computing time by hand and found, whole and reduced."""
+    from kogao_core.experiments import timing, timing_report
+
+    work = reports.Work("timing", given)
+    sessions = _sessions(sessions_file)
+    sizes = timing.SIZES if size == "both" else [one for one in timing.SIZES if one == size]
+    timings: list[timing.Timing] = []
+    source = work.source()
+    for subject in work.subjects(source):
+        found, missing = timing.measure(
+            subject, source, work.recipe, sizes=sizes, repeats=repeats, warm_up=warm_up
+        )
+        timings += found
+        for sentence in missing:
+            work.leave_out(sentence)
+    result = timing.Result(tuple(timings), tuple(sessions), work.recipe, repeats, warm_up)
+    return work.deliver(timing_report.report(result))
+
+
+def _sessions(file: Path | None) -> list[Session]:
+    from kogao_core.experiments.sessions import read
+    from kogao_core.strict import BadFile
+
+    if file is None:
+        return []
+    try:
+        return read(file)
+    except BadFile as error:
+        raise common.Stop(error, common.USAGE) from error
+    except OSError as error:
+        raise common.Stop(f"{file} can't be read ({error.strerror})", common.UNREADABLE) from error
+
+
+@command.command("domains")
+@reports.takes_photos
+@click.option("--repeats", type=click.IntRange(1), default=5, show_default=True)
+def domains_command(repeats: int, **given: Any) -> int:
+    """Figures 14 and 15: pixels of the domains, and the error of each threshold."""
+    from kogao_core.experiments import domains, domains_report
+
+    work = reports.Work("domains", given)
+    photos = []
+    for subject in work.subjects(work.source()):
+        found = domains.measure(subject, work.recipe, repeats=repeats)
+        work.keep(domains_report.pictures(subject.stem, found.masks))
+        photos.append(found.without_masks())
+    result = domains.Result(tuple(photos), work.recipe)
+    return work.deliver(domains_report.report(result))
+
+
+@command.command("distortion")
+@reports.takes_photos
+def distortion_command(**given: Any) -> int:
+    """Table 1 and figure 11 beside numbers: area, folds, bent lines, missed targets."""
+    from kogao_core.experiments import distortion, distortion_report
+
+    if given["percent"] is not None:
+        raise common.Stop("it tries every distance of table 1; leave --percent out", common.USAGE)
+    work = reports.Work("distortion", given)
+    found: list[distortion.Distortion] = []
+    for subject in work.subjects(work.source()):
+        found += distortion.measure(subject, work.recipe)
+    result = distortion.Result(tuple(found), work.recipe)
+    return work.deliver(distortion_report.report(result))
+
+
+@command.command("methods")
+@reports.takes_photos
+@click.option("--repeats", type=click.IntRange(1), default=3, show_default=True)
+def methods_command(repeats: int, **given: Any) -> int:
+    """B-splines beside other warps: speed, exactness, folds, domain, pictures."""
+    from kogao_core.experiments.methods import comparing, methods_report
+
+    work = reports.Work("methods", given)
+    for sentence in comparing.missing():
+        work.name_absent(sentence)
+    photos = []
+    for subject in work.subjects(work.source()):
+        comparison, failed = comparing.measure(subject, work.recipe, repeats=repeats)
+        for sentence in failed:
+            work.leave_out(sentence)
+        work.keep(methods_report.pictures(comparison))
+        photos.append(comparison.views())
+    result = comparing.Result(tuple(photos), work.recipe, repeats)
+    return work.deliver(methods_report.report(result))
+
+
+command.add_command(figures.command)
+command.add_command(study.command)

@@ -3,22 +3,44 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
 from kogao_core.cli import common
 
 if TYPE_CHECKING:
-    from kogao_core.experiments.report import Made
-    from kogao_core.experiments.telling import Telling
+    from kogao_core.experiments.report import Made, Report
     from kogao_core.geometry import Image
 
 KINDS: Final = ("json", "csv", "html")
 STDOUT: Final = Path("-")
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+_FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+_KEPT: Final = {
+    "json": "Write everything; - prints.",
+    "csv": "Write a table of all figures.",
+    "html": "Write a report for a browser.",
+}
+
+
+def writes_files(command: _Command) -> _Command:
+    """Add ``--json``, ``--csv``, ``--html`` and ``--force``; `asked_for` reads the first three."""
+    command = click.option("--force", is_flag=True, help="Replace existing files.")(command)
+    for kind in reversed(KINDS):
+        command = click.option(
+            f"--{kind}", f"{kind}_file", type=_FILE, metavar="F", help=_KEPT[kind]
+        )(command)
+    return command
+
+
+def asked_for(given: Mapping[str, Any]) -> dict[str, Path]:
+    """Return the files that were asked for, by kind."""
+    files = {kind: given[f"{kind}_file"] for kind in KINDS}
+    return {kind: file for kind, file in files.items() if file is not None}
 
 
 class Outputs:
@@ -60,7 +82,7 @@ class Outputs:
     def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
         """Write pictures, grey or RGB with their files' names, where a folder was asked for."""
         from kogao_core import atomic
-        from kogao_core.experiments.report import png
+        from kogao_core.experiments.imagefiles import png
 
         if self._folder is None:
             return
@@ -69,14 +91,14 @@ class Outputs:
             for name, pixels in pictures:
                 atomic.put(png(pixels), self._folder / name)
 
-    def write(self, result: object, telling: Telling, made: Made) -> None:
+    def write(self, report: Report, made: Made) -> None:
         """Write the files, and print the tables unless a file is printed."""
         from kogao_core import atomic
-        from kogao_core.experiments.telling import texts
+        from kogao_core.experiments.page import files
 
-        text_of = texts(result, telling, made)
+        text_of = files(report, made)
         if STDOUT not in self._files.values():
-            click.echo("\n\n".join(map(str, telling.tables(result))))
+            click.echo(report.text())
         if self._folder is not None:
             with _writing(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)

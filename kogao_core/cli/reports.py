@@ -14,14 +14,13 @@ from kogao_core import wording
 from kogao_core.cli import common, options, outputs
 
 if TYPE_CHECKING:
+    from kogao_core.experiments.report import Report
     from kogao_core.experiments.subjects import Subject
-    from kogao_core.experiments.telling import Telling
     from kogao_core.face import LandmarkSource
     from kogao_core.geometry import Image
     from kogao_core.recipe import Recipe
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
-_file = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 _OPTIONS: Final = (
     click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=common.PHOTO),
@@ -32,20 +31,11 @@ _OPTIONS: Final = (
         help="A saved recipe (JSON) [the paper's].",
     ),
     options.chooses_faces,
-    click.option(
-        "--json", "json_file", type=_file, metavar="F", help="Write everything; - prints.",
-    ),
-    click.option(
-        "--csv", "csv_file", type=_file, metavar="F", help="Write a table of all figures.",
-    ),
-    click.option(
-        "--html", "html_file", type=_file, metavar="F", help="Write a report for a browser.",
-    ),
+    outputs.writes_files,
     click.option(
         "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False),
         metavar="DIR", help="Write all of these, and pictures, into a folder; made if need be.",
     ),
-    click.option("--force", is_flag=True, help="Replace existing files."),
     common.limits_megapixels,
     common.chooses_landmarks,
 )  # fmt: skip
@@ -142,12 +132,12 @@ class Work:
         """Write pictures, with their files' names, where a folder was asked for."""
         self._outputs.keep(pictures)
 
-    def deliver(self, result: object, telling: Telling) -> int:
+    def deliver(self, report: Report) -> int:
         """Print the tables, write the files that were asked for, and return the exit code."""
         from kogao_core.experiments.report import Made
 
         made = Made.now(click.get_current_context().obj, self.left_out)
-        self._outputs.write(result, telling, made)
+        self._outputs.write(report, made)
         return self._code
 
 
@@ -163,10 +153,10 @@ def _recipe(file: Path | None, percent: float | None) -> Recipe:
 
 def _files(name: str, given: Mapping[str, Any]) -> dict[str, Path]:
     folder: Path | None = given["folder"]
-    files = {kind: given[f"{kind}_file"] for kind in outputs.KINDS}
-    if folder is not None:
-        files = {kind: file or folder / f"{name}.{kind}" for kind, file in files.items()}
-    return {kind: file for kind, file in files.items() if file is not None}
+    files = outputs.asked_for(given)
+    if folder is None:
+        return files
+    return {kind: files.get(kind, folder / f"{name}.{kind}") for kind in outputs.KINDS}
 
 
 def _photos(inputs: tuple[Path, ...], sample: bool) -> list[Path]:

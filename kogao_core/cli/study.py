@@ -8,7 +8,7 @@ import threading
 import webbrowser
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from kogao_core.experiments.subjects import Subject
 
 _LARGEST_LATTICE: Final = 8.0
-_FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 
 @click.group("study")
@@ -156,22 +155,16 @@ def _browse(address: str) -> None:
     "--ratings", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
     help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
 )  # fmt: skip
-@click.option(
-    "--json", "json_file", type=_FILE, metavar="F", help="Write everything; - prints.",
-)  # fmt: skip
-@click.option("--csv", "csv_file", type=_FILE, metavar="F", help="Write a table of all figures.")
-@click.option("--html", "html_file", type=_FILE, metavar="F", help="Write a report for a browser.")
-@click.option("--force", is_flag=True, help="Replace existing files.")
+@outputs.writes_files
 @click.pass_obj
 def report(
     told: str,
+    /,
     folders: Sequence[Path],
     keys: Sequence[Path],
     files: Sequence[Path],
-    json_file: Path | None,
-    csv_file: Path | None,
-    html_file: Path | None,
     force: bool,
+    **given: Any,
 ) -> int:
     """Count the ratings of the studies in FOLDERS."""
     from kogao_core.experiments.report import Made
@@ -180,14 +173,13 @@ def report(
 
     if keys and len(keys) != len(folders):
         raise common.Stop("give one --key for each folder, or none", common.USAGE)
-    files_of = {"json": json_file, "csv": csv_file, "html": html_file}
-    to = outputs.Outputs({k: f for k, f in files_of.items() if f is not None}, None, force)
+    to = outputs.Outputs(outputs.asked_for(given), None, force)
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with common.stopping(BadFile, common.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
     for note in sources.notes(counted):
         common.tell(note)
-    to.write(counted, report, Made.now(told))
+    to.write(report.report(counted), Made.now(told))
     return common.SOME_FAILED if counted.foreign else 0
 
 

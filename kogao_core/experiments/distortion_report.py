@@ -9,18 +9,16 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.experiments import report
-from kogao_core.experiments.charts import Axis, Line, line_chart
+from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.distortion import Distortion, Result, shown
-from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.experiments.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 
-TITLE: Final = "Table 1 beside numbers: what the warp distorts"
-LEAD: Final = (
+_TITLE: Final = "Table 1 beside numbers: what the warp distorts"
+_LEAD: Final = (
     "Above a warp distance of 6 % people suddenly called faces unnatural. Does anything that can "
     "be measured in the warp jump there, too?"
 )
-_NONE: Final = "\N{EN DASH}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +48,7 @@ class Measure:
 
     def text(self, value: float) -> str:
         """Return it as people read it."""
-        return _NONE if np.isnan(value) else f"{value:.{self.digits}f}"
+        return NONE if np.isnan(value) else f"{value:.{self.digits}f}"
 
 
 MEASURES: Final = (
@@ -66,14 +64,21 @@ MEASURES: Final = (
 _CHARTED: Final = ("local_area", "min_det", "bend")
 
 
-def tables(result: Result) -> list[Table]:
-    """Return table 1, each measure in its shape, how they grow, and the lattice sizes."""
-    return [
-        _published(),
-        *(_in_its_shape(result, measure) for measure in MEASURES),
-        _growth(result),
-        _lattices(result),
-    ]
+def report(result: Result) -> Report:
+    """Return how each measure grows, table 1 and each in its shape, and the lattice sizes."""
+    photos = len({one.photo for one in result.distortions})
+    how = (
+        f"{result.recipe.fit.capitalize()} fit, {photos} "
+        f"{'photo' if photos == 1 else 'photos, medians'}. Nothing here looks at a face: these "
+        "are numbers of the displacement, and of straight lines that it bends."
+    )
+    cells = [_published(), *(_in_its_shape(result, measure) for measure in MEASURES)]
+    parts: list[Part] = [
+        _chart(result), how, _growth(result),
+        Heading("Cell by cell"), Row(cells, wide=True),
+        Heading("Lattice size"), _lattices(result),
+    ]  # fmt: skip
+    return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
 
 
 def _header(first: str) -> tuple[str, ...]:
@@ -123,7 +128,7 @@ def _growth(result: Result) -> Table:
         harms = _harms(result, measure)
         alike = rank_correlation(np.ravel(harms), np.ravel(UNNATURAL))
         title = "1 - smallest det J" if measure.name == "min_det" else measure.title
-        rows.append((title, *_whole(_relative(harms)), _NONE if alike is None else f"{alike:.2f}"))
+        rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
     header = (*_header("mean over the centres, % of its value at 10 %"), "rank correlation")
     note = (
         "A number that grows evenly reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of "
@@ -134,7 +139,7 @@ def _growth(result: Result) -> Table:
 
 
 def _whole(values: Sequence[float]) -> list[str]:
-    return [_NONE if np.isnan(value) else f"{value:.0f}" for value in values]
+    return [NONE if np.isnan(value) else f"{value:.0f}" for value in values]
 
 
 def rank_correlation(a: np.ndarray, b: np.ndarray) -> float | None:
@@ -175,8 +180,7 @@ def _median(found: Sequence[Distortion], name: str) -> float:
     return float(statistics.median(getattr(one, name) for one in found))
 
 
-def records(result: Result) -> list[dict[str, object]]:
-    """Return one flat record for each photo and variant."""
+def _records(result: Result) -> list[dict[str, object]]:
     return [_record(one) for one in result.distortions]
 
 
@@ -190,42 +194,24 @@ def _record(one: Distortion) -> dict[str, object]:
     return {"photo": photo, **variant, **values, "published_unnatural_percent": published}
 
 
-def document(result: Result) -> dict[str, object]:
-    """Return everything as JSON values."""
+def _document(result: Result) -> dict[str, object]:
     return {
         "experiment": "distortion",
         "recipe": result.recipe.to_dict(),
         "published_unnatural_percent": [list(row) for row in UNNATURAL],
         "units": {measure.name: measure.title for measure in MEASURES},
-        "distortions": records(result),
+        "distortions": _records(result),
     }
 
 
-def html(result: Result, made: Made) -> str:
-    """Return the report."""
-    published, *measures, growth, lattices = map(report.table, tables(result))
-    photos = len({one.photo for one in result.distortions})
-    blocks: list[Html] = [
-        report.paragraph(
-            f"{result.recipe.fit.capitalize()} fit, {photos} "
-            f"{'photo' if photos == 1 else 'photos, medians'}. Nothing here looks at a face: these "
-            "are numbers of the displacement, and of straight lines that it bends."
-        ),
-        report.chart(_chart(result), "Means over the four centres, in % of the value at 10 %."),
-        growth,
-        report.heading("Cell by cell"),
-        report.side_by_side([published, *measures], wide=True),
-        report.heading("Lattice size"),
-        lattices,
-    ]
-    return report.page(TITLE, LEAD, blocks, made)
-
-
-def _chart(result: Result) -> Html:
-    lines = [Line("unnatural answers (table 1)", _relative(UNNATURAL))]
+def _chart(result: Result) -> Chart:
+    series = [Series("unnatural answers (table 1)", _relative(UNNATURAL))]
     for measure in MEASURES:
         if measure.name in _CHARTED:
             title = "1 - smallest det J" if measure.name == "min_det" else measure.title
-            lines.append(Line(title.split(",")[0], _relative(_harms(result, measure))))
-    x = Axis("warp distance, % of D", [f"{distance:g}" for distance in DISTANCES])
-    return line_chart("Growth with the warp distance", x, "% of the value at 10 %", lines)
+            series.append(Series(title.split(",")[0], _relative(_harms(result, measure))))
+    return Chart(
+        "Growth with the warp distance", [f"{distance:g}" for distance in DISTANCES],
+        "% of the value at 10 %", series, along="warp distance, % of D",
+        caption="Means over the four centres, in % of the value at 10 %.",
+    )  # fmt: skip

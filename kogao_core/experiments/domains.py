@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from kogao_core.domain import NAMES, Mask, reduce, threshold_mask
-from kogao_core.experiments.report import reduced
+from kogao_core.experiments.imagefiles import reduced
 from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import Subject, Told, rgb8, untold
 from kogao_core.field import Field

@@ -1,4 +1,4 @@
-"""Figures 14 and 15 as pictures, tables and curves."""
+"""Figures 14 and 15 as a report: bars, curves, tables, pictures."""
 
 from __future__ import annotations
 
@@ -10,16 +10,24 @@ from typing import Final
 import numpy as np
 
 from kogao_core.domain import NAMES, Mask
-from kogao_core.experiments import report
-from kogao_core.experiments.charts import Axis, Line, line_chart
+from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.domains import Domains, Error, Result, Step
-from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.experiments.report import (
+    NONE,
+    Heading,
+    Part,
+    Picture,
+    Report,
+    Row,
+    Table,
+    recipe_in_words,
+)
 from kogao_core.experiments.spread import Spread
 from kogao_core.geometry import Image
 from kogao_core.recipe import DomainName
 
-TITLE: Final = "Figures 14 and 15: the reduced domain"
-LEAD: Final = (
+_TITLE: Final = "Figures 14 and 15: the reduced domain"
+_LEAD: Final = (
     "Which pixels does the warp have to work on, and what does it cost the picture when pixels "
     "that move only a little are left where they are?"
 )
@@ -28,12 +36,44 @@ _TITLES: Final[dict[DomainName, str]] = {
     "control-points": "control-point selection (4.1)",
     "threshold": "threshold of 1/64 px (4.2), which changes no byte",
 }
-_SAME: Final = "\N{EN DASH}"
 
 
-def tables(result: Result) -> list[Table]:
-    """Return pixel counts photo by photo, and the errors of each threshold."""
-    return [_counts(result), _errors(result)]
+def report(result: Result) -> Report:
+    """Return pixel counts photo by photo, the errors of each threshold, and the domains."""
+    parts: list[Part] = [
+        Row(_bars(result), wide=True),
+        f"{recipe_in_words(result.recipe)}.",
+        _counts(result),
+        Heading("What a threshold costs the picture"),
+        Row(_curves(result), wide=True),
+        _errors(result),
+        Heading("The domains"),
+        "What is worked on shows the photo; white pixels keep their bytes.",
+    ]
+    for photo in result.photos:
+        parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
+    return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
+
+
+def _bars(result: Result) -> list[Chart]:
+    shares = [[_share(photo, name) for photo in result.photos] for name in NAMES]
+    times = [[photo.computing_ms[name] for photo in result.photos] for name in NAMES]
+    spreads = [one[0] if len(one) == 1 else Spread.of([s.median for s in one]) for one in times]
+    pixels = Series("pixels worked on", list(map(statistics.median, shares)))
+    computing = Series(
+        "computing", [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
+    )
+    of = "" if len(result.photos) == 1 else f", {len(result.photos)} photos"
+    return [
+        Chart(
+            "Pixels to be worked on", NAMES, "% of the image", [pixels], bars=True,
+            caption=f"Pixels of each domain: median{of}.",
+        ),
+        Chart(
+            "Computing time", NAMES, "ms", [computing], bars=True,
+            caption=f"From landmarks to pixels: median and quartiles{of}.",
+        ),
+    ]  # fmt: skip
 
 
 def _counts(result: Result) -> Table:
@@ -99,7 +139,7 @@ def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
     psnr = _psnr(errors)
     return (
         _whole_or_half(statistics.median(error.max_levels for error in errors)),
-        _SAME if psnr is None else f"{psnr:.1f}",
+        NONE if psnr is None else f"{psnr:.1f}",
         f"{statistics.median(error.seam_px for error in errors):.3f}",
     )
 
@@ -129,8 +169,7 @@ def _threshold(px: float) -> str:
     return f"{Fraction(px)}" if px < 1.0 else f"{px:g}"
 
 
-def records(result: Result) -> list[dict[str, object]]:
-    """Return one flat record for each photo and threshold."""
+def _records(result: Result) -> list[dict[str, object]]:
     return [_record(photo, step) for photo in result.photos for step in photo.steps]
 
 
@@ -158,8 +197,7 @@ def _error_values(error: Error) -> dict[str, float | None]:
     }
 
 
-def document(result: Result) -> dict[str, object]:
-    """Return everything as JSON values."""
+def _document(result: Result) -> dict[str, object]:
     return {
         "experiment": "domains",
         "recipe": result.recipe.to_dict(),
@@ -184,32 +222,14 @@ def pictures(stem: str, masks: Mapping[DomainName, Mask]) -> Iterator[tuple[str,
         yield f"{stem}-{name}.png", np.where(mask, np.uint8(255), np.uint8(0))
 
 
-def html(result: Result, made: Made) -> str:
-    """Return the report."""
-    counts, errors = tables(result)
-    blocks: list[Html] = [
-        report.paragraph(f"{report.recipe_in_words(result.recipe)}."),
-        report.table(counts),
-        report.heading("What a threshold costs the picture"),
-        report.side_by_side(_charts(result), wide=True),
-        report.table(errors),
-        report.heading("The domains"),
-        report.paragraph("What is worked on shows the photo; white pixels keep their bytes."),
-    ]
-    for photo in result.photos:
-        blocks.append(report.heading(photo.photo, 3))
-        blocks.append(report.side_by_side([_figure(photo, name) for name in NAMES]))
-    return report.page(TITLE, LEAD, blocks, made)
-
-
-def _charts(result: Result) -> list[Html]:
+def _curves(result: Result) -> list[Chart]:
     by_threshold = _by_threshold(result)
-    x = Axis("threshold T, px", [_threshold(steps[0].threshold_px) for steps in by_threshold])
+    places = [_threshold(steps[0].threshold_px) for steps in by_threshold]
 
-    def errors(of: Callable[[list[Error]], float]) -> list[Line]:
+    def errors(of: Callable[[list[Error]], float]) -> list[Series]:
         return [
-            Line("cut, as in the paper", [of([s.cut for s in steps]) for steps in by_threshold]),
-            Line("fade over [T, 2T]", [of([s.fade for s in steps]) for steps in by_threshold]),
+            Series("cut, as in the paper", [of([s.cut for s in steps]) for steps in by_threshold]),
+            Series("fade over [T, 2T]", [of([s.fade for s in steps]) for steps in by_threshold]),
         ]
 
     def median(name: str) -> Callable[[list[Error]], float]:
@@ -217,18 +237,21 @@ def _charts(result: Result) -> list[Html]:
 
     shares = [statistics.median(_shares(result, steps)) for steps in by_threshold]
     charts = (
-        ("Pixels worked on", "% of the image", [Line("pixels that move by more than T", shares)]),
+        ("Pixels worked on", "% of the image", [Series("pixels that move by more than T", shares)]),
         ("Largest difference", "levels of 255", errors(median("max_levels"))),
         ("Signal-to-noise ratio", "PSNR, dB", errors(lambda e: _psnr(e) or float("nan"))),
         ("Seam", "step between neighbours, px", errors(median("seam_px"))),
     )
     return [
-        report.chart(line_chart(title, x, unit, lines), f"{title}; medians over the photos.")
-        for title, unit, lines in charts
-    ]
+        Chart(
+            title, places, unit, series, along="threshold T, px",
+            caption=f"{title}; medians over the photos.",
+        )
+        for title, unit, series in charts
+    ]  # fmt: skip
 
 
-def _figure(photo: Domains, name: DomainName) -> Html:
+def _figure(photo: Domains, name: DomainName) -> Picture:
     share = f"{_share(photo, name):.1f} % of the image"
     caption = f"{_TITLES[name]}: {photo.counts[name]} pixels, {share}"
-    return report.picture(photo.shown[name], caption, alt=f"{photo.photo}, {caption}")
+    return Picture(photo.shown[name], caption, f"{photo.photo}, {caption}")

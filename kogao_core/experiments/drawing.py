@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 from dataclasses import dataclass
 from typing import Final
@@ -10,13 +9,12 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.experiments.report import png
+from kogao_core.experiments.imagefiles import data_uri, png
 from kogao_core.geometry import Array, Image
 
 _HALO: Final = "#ffffff"
 _HALO_PX: Final = 1.2
 _FRACTION_BITS: Final = 4  # OpenCV draws at sixteenths of a px
-_QUALITY: Final = 92
 _FONT: Final = cv2.FONT_HERSHEY_SIMPLEX
 _FONT_PX: Final = 22.0  # height of that font's capitals at scale 1
 
@@ -84,8 +82,7 @@ class Drawing:
     def svg(self) -> bytes:
         """Return the drawing as an SVG file that asks for nothing outside itself."""
         height, width = self.pixels.shape[:2]
-        kind, data = ("png", png(self.pixels)) if self.exact else ("jpeg", _jpeg(self.pixels))
-        source = f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+        source = data_uri(self.pixels, exact=self.exact)
         # A pixel's centre is a whole number here, its corner in SVG.
         parts = [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
@@ -96,12 +93,6 @@ class Drawing:
             "</svg>",
         ]
         return "\n".join(parts).encode() + b"\n"
-
-
-def _jpeg(pixels: Image) -> bytes:
-    bgr = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
-    _, data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-    return data.tobytes()
 
 
 def _tag(mark: Mark) -> str:

@@ -1,31 +1,25 @@
-"""One HTML file that holds an experiment: tables, pictures, charts, and how it was made.
+"""What an experiment found: tables, charts and pictures in order, and every figure as data.
 
-The file asks nothing of the network: pictures are data URIs, and a content security policy
-forbids the rest. Text is escaped here; callers hand in plain strings.
+Text tables, CSV, JSON and the HTML file (`page`) all follow from one `Report`.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import html
+import csv
+import io
+import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Final, NewType
+from typing import Final
 
-import cv2
-import numpy as np
-
+from kogao_core.experiments.charts import Chart
 from kogao_core.experiments.machine import machine
-from kogao_core.experiments.style import STYLE
 from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
 
-Html = NewType("Html", str)
-LONGEST_SIDE_PX: Final = 640
-_JPEG_QUALITY: Final = 90
+NONE: Final = "\N{EN DASH}"
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
 
@@ -51,18 +45,64 @@ class Table:
     rows: Sequence[Sequence[str]]
     note: str = ""
 
+    @property
+    def numeric(self) -> list[bool]:
+        """Whether each column holds numbers, which stand to the right."""
+        columns = zip(*self.rows, strict=True)
+        found = [all(map(_NUMBER.match, column)) for column in columns]
+        return found or [False] * len(self.header)
+
     def __str__(self) -> str:
         """Return the table as text in columns."""
         lines = [self.header, *self.rows]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        numeric = [all(map(_is_number, column)) for column in zip(*self.rows, strict=True)]
         texts = []
         for line in lines:
-            cells = zip(line, widths, numeric or [False] * len(widths), strict=True)
+            cells = zip(line, widths, self.numeric, strict=True)
             texts.append(
                 "  ".join(c.rjust(w) if right else c.ljust(w) for c, w, right in cells).rstrip()
             )
         return "\n".join([self.caption, *texts, *([self.note] if self.note else [])])
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading; 2 opens a section, 3 a part of one."""
+
+    text: str
+    level: int = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """A picture with its caption.
+
+    Parameters
+    ----------
+    pixels : array of shape (H, W) or (H, W, 3)
+        Grey or RGB, uint8; shown reduced.
+    caption, alt : str
+        Text below it; what it shows, for those who don't see it.
+    exact : bool
+        Keep the very pixels (PNG), for masks and maps; JPEG otherwise.
+    """
+
+    pixels: Image
+    caption: str
+    alt: str
+    exact: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Parts in rows that break with the window; `wide` ones come two to a row."""
+
+    parts: Sequence[Part]
+    wide: bool = False
+
+
+# A text is a paragraph.
+Part = str | Heading | Table | Chart | Picture | Row
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,108 +141,57 @@ class Made:
         }
 
 
-def heading(text: str, level: int = 2) -> Html:
-    """Return a heading; 2 opens a section, 3 a part of one."""
-    return Html(f"<h{level}>{html.escape(text)}</h{level}>")
-
-
-def paragraph(text: str) -> Html:
-    """Return a paragraph."""
-    return Html(f"<p>{html.escape(text)}</p>")
-
-
-def listing(items: Sequence[str]) -> Html:
-    """Return a list with a bullet for each item."""
-    return Html("<ul>" + "".join(f"<li>{html.escape(item)}</li>" for item in items) + "</ul>")
-
-
-def table(content: Table) -> Html:
-    """Return a table with its caption, column and row headers, and its note."""
-    columns = list(zip(*content.rows, strict=True))
-    right = [bool(column) and all(map(_is_number, column)) for column in columns]
-    right = right or [False] * len(content.header)
-    head = "".join(
-        f'<th scope="col"{_class(number)}>{html.escape(name)}</th>'
-        for name, number in zip(content.header, right, strict=True)
-    )
-    body = "".join(f"<tr>{_cells(row, right)}</tr>" for row in content.rows)
-    caption = html.escape(content.caption)
-    note = f'<p class="note">{html.escape(content.note)}</p>' if content.note else ""
-    return Html(
-        f'<div><div class="scroll" tabindex="0" role="region" aria-label="{caption}"><table>'
-        f"<caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>{note}</div>"
-    )
-
-
-def _cells(row: Sequence[str], right: Sequence[bool]) -> str:
-    first = f'<th scope="row"{_class(right[0])}>{html.escape(row[0])}</th>'
-    rest = zip(row[1:], right[1:], strict=True)
-    return first + "".join(f"<td{_class(n)}>{html.escape(cell)}</td>" for cell, n in rest)
-
-
-def _is_number(text: str) -> bool:
-    return bool(_NUMBER.match(text))
-
-
-def _class(number: bool) -> str:
-    return ' class="number"' if number else ""
-
-
-def picture(pixels: Image, caption: str, *, alt: str, exact: bool = False) -> Html:
-    """Return a picture with its caption.
-
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, 3)
-        Grey or RGB, uint8; shown reduced to `LONGEST_SIDE_PX`.
-    caption, alt : str
-        Text below it; what it shows, for those who don't see it.
-    exact : bool
-        Keep the very pixels (PNG), for masks and maps; JPEG otherwise.
-    """
-    shown = reduced(pixels)
-    source = f"data:image/{'png' if exact else 'jpeg'};base64,{_encoded(shown, exact)}"
-    size = f'width="{shown.shape[1]}" height="{shown.shape[0]}"'
-    image = f'<img src="{source}" alt="{html.escape(alt)}" {size}>'
-    return _figure(image, caption)
-
-
-def chart(svg: Html, caption: str) -> Html:
-    """Return a chart (`kogao_core.experiments.charts`) with its caption."""
-    return _figure(svg, caption)
-
-
-def side_by_side(figures: Sequence[Html], *, wide: bool = False) -> Html:
-    """Return figures in rows that break with the window; `wide` ones come two to a row."""
-    return Html(f'<div class="row{" wide" if wide else ""}">{"".join(figures)}</div>')
-
-
-def page(title: str, lead: str, blocks: Sequence[Html], made: Made) -> str:
-    """Return the whole HTML file.
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What an experiment found.
 
     Parameters
     ----------
     title, lead : str
         Heading, and what was asked, in a sentence or two.
-    blocks : sequence of Html
-        What this module's other functions return, in order.
-    made : Made
-        Command, time and machine; told at the end.
+    parts : sequence of Part
+        To read and to look at, in order; the first is something to look at.
+    records : list of dict
+        A flat record for each row of a table to compute with.
+    document : dict
+        Everything as plain JSON values.
     """
-    digest = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
-    policy = f"default-src 'none'; img-src data:; style-src 'sha256-{digest}'; base-uri 'none'"
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<link rel="icon" href="data:,">\n'
-        f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n"
-        f'<h1>{html.escape(title)}</h1>\n<p class="lead">{html.escape(lead)}</p>\n'
-        + "\n".join(blocks)
-        + "\n"
-        + _told(made)
-        + "\n</main>\n</body>\n</html>\n"
-    )
+
+    title: str
+    lead: str
+    parts: Sequence[Part]
+    records: list[dict[str, object]]
+    document: dict[str, object]
+
+    @property
+    def tables(self) -> list[Table]:
+        """The tables, in order."""
+        return list(_tables(self.parts))
+
+    def text(self) -> str:
+        """Return the tables as text."""
+        return "\n\n".join(map(str, self.tables))
+
+    def csv(self) -> str:
+        """Return the records as a CSV file."""
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(self.records[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(self.records)
+        return text.getvalue()
+
+    def json(self, made: Made) -> str:
+        """Return everything as a JSON file."""
+        content = {**self.document, "made": made.to_dict()}
+        return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _tables(parts: Sequence[Part]) -> Iterator[Table]:
+    for part in parts:
+        if isinstance(part, Table):
+            yield part
+        elif isinstance(part, Row):
+            yield from _tables(part.parts)
 
 
 def recipe_in_words(recipe: Recipe) -> str:
@@ -212,45 +201,3 @@ def recipe_in_words(recipe: Recipe) -> str:
         f"{recipe.percent:g} % of D towards centre {recipe.center:g}, {recipe.fit} fit, lattice "
         f"R = {recipe.lattice:g} {unit}, {recipe.interpolation}"
     )
-
-
-def reduced(pixels: Image, longest_px: int = LONGEST_SIDE_PX) -> Image:
-    """Return a picture made smaller, if need be, to `longest_px` along its longer side."""
-    shrink = longest_px / max(pixels.shape[:2])
-    if shrink >= 1.0:
-        return pixels
-    size = [max(1, round(side * shrink)) for side in pixels.shape[1::-1]]
-    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA))
-
-
-def png(pixels: Image) -> bytes:
-    """Return a grey or RGB picture as the bytes of a PNG file."""
-    return _file(pixels, ".png")
-
-
-def _file(pixels: Image, kind: str, *options: int) -> bytes:
-    bgr = pixels if pixels.ndim == 2 else cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
-    _, data = cv2.imencode(kind, bgr, options)
-    return data.tobytes()
-
-
-def _encoded(pixels: Image, exact: bool) -> str:
-    jpeg = cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY
-    data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
-    return base64.b64encode(data).decode()
-
-
-def _figure(content: str, caption: str) -> Html:
-    return Html(f"<figure>{content}<figcaption>{html.escape(caption)}</figcaption></figure>")
-
-
-def _told(made: Made) -> str:
-    rows = [(name, str(value)) for name, value in made.machine.items() if name != "packages"]
-    packages = made.machine.get("packages")
-    if isinstance(packages, Mapping):
-        rows += [(str(name), str(version)) for name, version in packages.items()]
-    when = ("made", made.at.strftime("%Y-%m-%d %H:%M %Z"))
-    record = Table("Machine and versions", ("what", "value"), [when, *rows])
-    command = f"<pre>{html.escape(made.command)}</pre>"
-    left_out = heading("Left out") + listing(made.left_out) if made.left_out else ""
-    return left_out + heading("How this was made") + command + table(record)

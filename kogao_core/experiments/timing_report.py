@@ -1,24 +1,24 @@
-"""Table 2 as tables of text, records for a file, and a report; the paper's figures stand beside."""
+"""Table 2 as a report: bars, tables, records; the paper's figures stand beside."""
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import chain
 from typing import Final
 
-from kogao_core.experiments import report
-from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.experiments.charts import Chart, Series
+from kogao_core.experiments.report import NONE, Report, Table, recipe_in_words
 from kogao_core.experiments.spread import Spread, rounded
 from kogao_core.experiments.timing import SIZES, WAYS, Result, Size, Timing, Way
 
-TITLE: Final = "Table 2: setting and computing time"
-LEAD: Final = (
+_TITLE: Final = "Table 2: setting and computing time"
+_LEAD: Final = (
     "How long does it take to make a face smaller when landmarks and targets are set by hand or "
     "found, and when the whole image or only the reduced domain is warped?"
 )
-_NONE: Final = "\N{EN DASH}"
 _NAMES: Final[dict[Size, str]] = {
     "960x720": "960 x 720 px",
     "own": "the photos' own size",
@@ -26,17 +26,56 @@ _NAMES: Final[dict[Size, str]] = {
 _PAPER_MACHINE: Final = "Intel Core Duo T2300, 1.66 GHz, 2011"
 
 
-def tables(result: Result) -> list[Table]:
+def report(result: Result) -> Report:
     """Return table 2 and the stages for each size, then the photos one by one."""
-    found = []
-    for size in SIZES:
-        if any(timing.size == size for timing in result.timings):
-            found += [
-                _table_2(result, size),
-                _beside_the_paper(result, size),
-                _stages(result, size),
-            ]
-    return [*found, _photos(result)]
+    sizes = [size for size in SIZES if any(timing.size == size for timing in result.timings)]
+    parts = [
+        part
+        for size in sizes
+        for part in (
+            _chart(result, size), _table_2(result, size), _beside_the_paper(result, size),
+            _stages(result, size),
+        )
+    ]  # fmt: skip
+    how = (
+        f"{recipe_in_words(result.recipe)}; {result.warm_up} rounds to warm up, then "
+        f"{result.repeats} that count, the four ways in turns. Manual ways are computed with the "
+        "points that were found, held as if set by hand: where a point lies doesn't change what "
+        "its warp costs."
+    )
+    return Report(
+        _TITLE, _LEAD, [*parts, _photos(result), how], _records(result), _document(result)
+    )
+
+
+def _chart(result: Result, size: Size) -> Chart:
+    ways = _ways(result, size)
+    settings = [_setting(result, timings, way) for way, timings in ways]
+    computings = [_pooled(timings) for _, timings in ways]
+    series = (
+        _bars("setting, here", settings, 1.0),
+        Series("setting, the paper", [way.setting_s for way, _ in ways]),
+        _bars("computing, here", computings, 1e-3),
+        Series("computing, the paper", [way.computing_s for way, _ in ways]),
+    )
+    caption = (
+        f"At {_NAMES[size]}: medians with quartiles. A division is ten times the one before. "
+        "The paper says less than 1 s for automatic setting."
+    )
+    title, names = f"Table 2 at {_NAMES[size]}", [way.title.split(" (")[0] for way, _ in ways]
+    return Chart(
+        title, names, "time, s", series, bars=True, logarithmic=True, caption=caption
+    )  # fmt: skip
+
+
+def _bars(name: str, spreads: Sequence[Spread | None], unit_s: float) -> Series:
+    missing = Spread(math.nan, math.nan, math.nan, 0)
+    known = [spread or missing for spread in spreads]
+    return Series(
+        name,
+        [unit_s * one.median for one in known],
+        [(unit_s * one.q1, unit_s * one.q3) for one in known],
+    )
 
 
 def _table_2(result: Result, size: Size) -> Table:
@@ -46,8 +85,8 @@ def _table_2(result: Result, size: Size) -> Table:
         setting, total = _setting(result, timings, way), _total(result, timings, way)
         ratio = _of_conventional(result, size, way.name)
         rows.append((
-            way.title, setting.text() if setting else _NONE, _pooled(timings).text(),
-            total.text() if total else _NONE, _NONE if ratio is None else f"{ratio:.2f}",
+            way.title, setting.text() if setting else NONE, _pooled(timings).text(),
+            total.text() if total else NONE, NONE if ratio is None else f"{ratio:.2f}",
         ))  # fmt: skip
     note = "Median and quartiles of all runs. "
     if result.setting is None:
@@ -70,7 +109,7 @@ def _beside_the_paper(result: Result, size: Size) -> Table:
             f"{way.computing_s:.3f}", f"{way.total_s:.3f}",
             f"{way.computing_s / WAYS[0].computing_s:.2f}",
             rounded(1e3 * way.computing_s / _pooled(timings).median),
-            rounded(way.total_s / total.median) if total else _NONE,
+            rounded(way.total_s / total.median) if total else NONE,
         ))  # fmt: skip
     note = (
         f"The paper worked at 960 x 720 px on an {_PAPER_MACHINE}; the last two columns divide its "
@@ -123,7 +162,7 @@ def _stages(result: Result, size: Size) -> Table:
     rows = [["finding faces and landmarks"]]
     for way, timings in ways:
         setting = _setting(result, timings, way) if way.automatic else None
-        rows[0].append(rounded(1e3 * setting.median) if setting else _NONE)
+        rows[0].append(rounded(1e3 * setting.median) if setting else NONE)
     for name in ways[0][1][0].stages_ms:
         rows.append([name, *(rounded(_stage(timings, name)) for _, timings in ways)])
     header = ("stage", *(way.name for way, _ in ways))
@@ -149,13 +188,12 @@ def _photos(result: Result) -> Table:
             rows.append([
                 whole.photo, str(whole.width), str(whole.height), str(whole.faces),
                 f"{100.0 * reduced.domain_share:.1f}", all_of_it.text(), part.text(),
-                f"{part.median / all_of_it.median:.2f}", found.text() if found else _NONE,
+                f"{part.median / all_of_it.median:.2f}", found.text() if found else NONE,
             ])  # fmt: skip
     return Table("Photo by photo", header, rows, "Computing and finding: median and quartiles.")
 
 
-def records(result: Result) -> list[dict[str, object]]:
-    """Return one flat record for each photo, size and way; times in ms."""
+def _records(result: Result) -> list[dict[str, object]]:
     ways = {way.name: way for way in WAYS}
     return [_record(result, timing, ways[timing.way]) for timing in result.timings]
 
@@ -186,8 +224,7 @@ def _record(result: Result, timing: Timing, way: Way) -> dict[str, object]:
     }
 
 
-def document(result: Result) -> dict[str, object]:
-    """Return everything as JSON values, every single run included."""
+def _document(result: Result) -> dict[str, object]:
     return {
         "experiment": "timing",
         "recipe": result.recipe.to_dict(),
@@ -197,19 +234,3 @@ def document(result: Result) -> dict[str, object]:
         "sessions": [asdict(session) for session in result.sessions],
         "timings": [asdict(timing) for timing in result.timings],
     }
-
-
-def html(result: Result, made: Made) -> str:
-    """Return the report."""
-    blocks: list[Html] = [
-        report.paragraph(
-            f"{report.recipe_in_words(result.recipe)}; {result.warm_up} rounds to warm up, then "
-            f"{result.repeats} that count, the four ways in turns."
-        ),
-        report.paragraph(
-            "Manual ways are computed with the points that were found, held as if set by hand: "
-            "where a point lies doesn't change what its warp costs."
-        ),
-        *map(report.table, tables(result)),
-    ]
-    return report.page(TITLE, LEAD, blocks, made)

@@ -8,6 +8,7 @@ from scenes import oval_face, textured_photo
 from scipy.stats import spearmanr
 
 from kogao_core.experiments import distortion, distortion_report
+from kogao_core.experiments.page import page
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.subjects import Subject
 from kogao_core.naturalness import UNNATURAL
@@ -31,10 +32,10 @@ def grid(result, name):
 def test_there_are_twenty_variants_and_four_lattices(result):
     kinds = [one.variant.kind for one in result.distortions]
     assert (kinds.count("table1"), kinds.count("figure11")) == (20, 4)
-    records = distortion_report.records(result)
+    records = distortion_report.report(result).records
     published = [r["published_unnatural_percent"] for r in records if r["kind"] == "table1"]
     assert published == [value for row in UNNATURAL for value in row]
-    json.dumps(distortion_report.document(result), allow_nan=False)
+    json.dumps(distortion_report.report(result).document, allow_nan=False)
 
 
 @pytest.mark.parametrize("name", ["local_area", "bend", "photo_bend", "residual"])
@@ -64,7 +65,7 @@ def test_a_photo_without_lines_has_no_bent_ones():
     plain = Subject("plain.png", np.full((360, 480, 3), 90, np.uint8), (oval_face(),))
     found = distortion.measure(plain)
     assert {one.photo_bend for one in found} == {None}
-    tables = distortion_report.tables(distortion.Result(tuple(found), PAPER))
+    tables = distortion_report.report(distortion.Result(tuple(found), PAPER)).tables
     (growth,) = [table for table in tables if "grows" in table.caption]
     (row,) = [row for row in growth.rows if "in the photo" in row[0]]
     assert set(row[1:]) == {"\N{EN DASH}"}
@@ -79,6 +80,6 @@ def test_rank_correlation_is_spearmans(seed):
 
 
 def test_the_report_draws_the_published_answers(result):
-    page = distortion_report.html(result, Made.now("kogao-cli"))
-    assert "76.875" in page
-    assert page.count("<svg") == 1
+    told = page(distortion_report.report(result), Made.now("kogao-cli"))
+    assert "76.875" in told
+    assert told.count("<svg") == 1

@@ -8,6 +8,7 @@ import pytest
 from scenes import oval_face, textured_photo
 
 from kogao_core.experiments import domains, domains_report
+from kogao_core.experiments.page import page
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.spread import Spread
 from kogao_core.experiments.subjects import Subject
@@ -77,11 +78,13 @@ def test_no_warp_has_no_domain_and_no_error():
     found = domains.measure(subject, still, repeats=1)
     assert found.counts == {"image": 480 * 360, "control-points": 0, "threshold": 0}
     assert {step.cut for step in found.steps} == {domains.Error(0.0, None, 0.0)}
-    assert "<table" in domains_report.html(domains.Result((found,), still), Made.now("kogao-cli"))
+    assert "<table" in page(
+        domains_report.report(domains.Result((found,), still)), Made.now("kogao-cli")
+    )
 
 
 def test_several_photos_have_their_median_first(measured):
-    counts = domains_report.tables(domains.Result((measured, measured), PAPER))[0]
+    counts = domains_report.report(domains.Result((measured, measured), PAPER)).tables[0]
     assert [row[0] for row in counts.rows[:3]] == ["median of 2"] * 3
     assert [row[2] for row in counts.rows[:3]] == [row[2] for row in counts.rows[3:6]]
 
@@ -98,21 +101,21 @@ def photo_with(levels, psnr_db, pixels):
 def test_medians_of_an_even_number_of_photos_lie_between_the_middle_two():
     photos = (photo_with(10.0, 50.0, 100), photo_with(11.0, 41.0, 103), photo_with(90.0, 40.0, 900))
     result = domains.Result((photo_with(1.0, None, 90), *photos), PAPER)
-    counts, errors = domains_report.tables(result)
+    counts, errors = domains_report.report(result).tables
     assert [row[2] for row in counts.rows[:3]] == ["1000", "101.5", "101.5"]
     assert errors.rows[0][2:4] == ("10.5", "45.5")
 
 
 def test_half_of_the_photos_without_an_error_leave_no_median():
     clean, cut = photo_with(0.0, None, 90), photo_with(3.0, 40.0, 90)
-    errors = domains_report.tables(domains.Result((clean, cut), PAPER))[1]
+    errors = domains_report.report(domains.Result((clean, cut), PAPER)).tables[1]
     assert errors.rows[0][3] == "\N{EN DASH}"
 
 
 def test_everything_is_told(measured):
     result = domains.Result((measured,), PAPER)
-    json.dumps(domains_report.document(result), allow_nan=False)
-    assert len(domains_report.records(result)) == len(domains.THRESHOLDS)
-    page = domains_report.html(result, Made.now("kogao-cli"))
-    assert page.count("<img") == 3
-    assert page.count("<svg") == 4
+    json.dumps(domains_report.report(result).document, allow_nan=False)
+    assert len(domains_report.report(result).records) == len(domains.THRESHOLDS)
+    told = page(domains_report.report(result), Made.now("kogao-cli"))
+    assert told.count("<img") == 3
+    assert told.count("<svg") == 6

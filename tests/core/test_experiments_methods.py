@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.methods import METHODS, Task, comparing, telling
+from kogao_core.experiments.methods import METHODS, Task, comparing, methods_report
 from kogao_core.experiments.methods.liquify import Liquify
 from kogao_core.experiments.methods.mesh import Mesh
 from kogao_core.experiments.methods.moving import MovingLeastSquares
 from kogao_core.experiments.methods.scattered import Radial, ThinPlate
+from kogao_core.experiments.page import page
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.subjects import Subject
 from kogao_core.geometry import Affine, Box
@@ -178,10 +179,10 @@ def test_points_that_a_method_cannot_take_are_named():
 
 def test_the_report_shows_all(comparison):
     result = comparing.Result((comparison.views(),), PAPER, 1)
-    json.dumps(telling.document(result), allow_nan=False)
-    page = telling.html(result, Made.now("kogao-cli"))
-    assert page.count("<img") == 1 + 3 * len(METHODS)
-    assert len(list(telling.pictures(comparison))) == 3 * len(METHODS)
-    cost, effect = telling.tables(result)
+    json.dumps(methods_report.report(result).document, allow_nan=False)
+    told = page(methods_report.report(result), Made.now("kogao-cli"))
+    assert told.count("<img") == 1 + 3 * len(METHODS)
+    assert len(list(methods_report.pictures(comparison))) == 3 * len(METHODS)
+    cost, effect = methods_report.report(result).tables
     assert len(cost.rows) == len(effect.rows) == len(METHODS)
     assert cost.rows[0][-1] == "1.00"

@@ -1,19 +1,19 @@
 """Reports hold everything themselves, say it in accessible HTML, and let no text become markup."""
 
 import base64
+import dataclasses
 import hashlib
+import json
 import re
 from datetime import UTC, datetime
 from html.parser import HTMLParser
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from kogao_core.experiments import report
-from kogao_core.experiments.charts import HEIGHT, WIDTH, Axis, Line, line_chart
-from kogao_core.experiments.report import Made, Table
-from kogao_core.experiments.style import STYLE
+from kogao_core.experiments.charts import HEIGHT, WIDTH, Chart, Series, svg
+from kogao_core.experiments.page import page as page_of
+from kogao_core.experiments.report import Heading, Made, Picture, Report, Row, Table
 
 NASTY = "<script>alert('1')</script> & \"quotes\""
 MADE = Made(
@@ -45,15 +45,16 @@ class Reader(HTMLParser):
 @pytest.fixture(scope="module")
 def page():
     pixels = np.random.default_rng(3).integers(0, 256, (30, 40, 3), np.uint8)
-    blocks = [
-        report.heading(NASTY),
-        report.paragraph(NASTY),
-        report.listing([NASTY]),
-        report.table(Table(NASTY, ("a", NASTY), [("x", NASTY), ("y", "1")], NASTY)),
-        report.side_by_side([report.picture(pixels, NASTY, alt=NASTY)]),
-        report.chart(line_chart(NASTY, Axis(NASTY, [NASTY]), NASTY, [Line(NASTY, [1.0])]), NASTY),
+    chart = Chart(NASTY, [NASTY], NASTY, [Series(NASTY, [1.0])], along=NASTY, caption=NASTY)
+    parts = [
+        Heading(NASTY),
+        NASTY,
+        Table(NASTY, ("a", NASTY), [("x", NASTY), ("y", "1")], NASTY),
+        Row([Picture(pixels, NASTY, NASTY)]),
+        chart,
+        dataclasses.replace(chart, bars=True),
     ]
-    return report.page(NASTY, NASTY, blocks, MADE)
+    return page_of(Report(NASTY, NASTY, parts, [], {}), MADE)
 
 
 def test_text_stays_text(page):
@@ -69,10 +70,10 @@ def test_nothing_is_asked_of_the_network(page):
             assert attributes.get(name, "data:").startswith("data:")
     assert not re.search(r"url\(|@import", page)
     (policy,) = [m["content"] for m in read.all("meta") if "http-equiv" in m]
-    digest = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
+    style = re.search("<style>(.*)</style>", page, re.DOTALL)[1]
+    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
     assert "default-src 'none'" in policy
     assert f"'sha256-{digest}'" in policy
-    assert f"<style>{STYLE}</style>" in page
 
 
 def test_tables_and_pictures_speak(page):
@@ -95,7 +96,8 @@ def test_exact_pictures_keep_their_pixels():
     import cv2
 
     mask = np.random.default_rng(4).integers(0, 2, (50, 70)).astype(np.uint8) * 255
-    source = Reader(report.picture(mask, "m", alt="m", exact=True)).all("img")[0]["src"]
+    shown = page_of(Report("", "", [Picture(mask, "m", "m", exact=True)], [], {}), MADE)
+    source = Reader(shown).all("img")[0]["src"]
     data = np.frombuffer(base64.b64decode(source.split(",")[1]), np.uint8)
     np.testing.assert_array_equal(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), mask)
 
@@ -107,10 +109,8 @@ def test_a_table_reads_as_text():
 
 def test_a_chart_keeps_inside_and_leaves_gaps():
     curve = [0.0, 3.0, float("nan"), 7.3, float("inf"), 2.0]
-    ticks = [str(k) for k in range(6)]
-    svg = ElementTree.fromstring(line_chart("t", Axis("x", ticks), "y", [Line("one", curve)]))
-    circles = [node for node in svg.iter() if node.tag.endswith("circle")]
-    placed = [(float(c.get("cx")), float(c.get("cy"))) for c in circles]
+    drawn = svg(Chart("t", [str(k) for k in range(6)], "y", [Series("one", curve)]))
+    placed = [(float(c.get("cx")), float(c.get("cy"))) for c in drawn.iter("circle")]
     assert len(placed) == 4 + 2  # and the key's two
     assert all(0 <= x <= WIDTH and 0 <= y <= HEIGHT + 20 for x, y in placed)
     low, high = placed[0][1], placed[2][1]
@@ -118,7 +118,47 @@ def test_a_chart_keeps_inside_and_leaves_gaps():
 
 
 def test_lines_differ_by_more_than_colour():
-    lines = [Line(str(k), [1.0, 2.0]) for k in range(4)]
-    svg = ElementTree.fromstring(line_chart("t", Axis("x", ["a", "b"]), "y", lines))
-    looks = [n.get("stroke-dasharray") for n in svg.iter() if n.get("class", "").startswith("line")]
+    drawn = svg(Chart("t", ["a", "b"], "y", [Series(str(k), [1.0, 2.0]) for k in range(4)]))
+    looks = [n.get("stroke-dasharray") for n in drawn.iter() if n.get("class", "").startswith("l")]
     assert len(set(looks)) == 4
+
+
+def test_intervals_are_error_bars_round_their_values():
+    series = [Series(name, [2.0, 5.0], [(1.0, 4.0), (4.5, 9.0)]) for name in ("one", "two")]
+    for chart in (
+        Chart("t", ["a", "b"], "y", series),
+        Chart("t", ["a", "b"], "y", series, "", True),
+    ):
+        bars = [n.get("d") for n in svg(chart).iter() if n.get("class", "").startswith("whisker")]
+        assert len(bars) == 4
+        assert len(set(bars)) == 4, "those of one place lie beside each other"
+
+
+def bars(**changed):
+    """Widths of the bars of 1, 10 and 100, and what is written beside them; one is missing."""
+    series = [Series("here", [1.0, 10.0, 100.0, float("nan")])]
+    chart = Chart("t", ["a", "b", "c", "d"], "ms", series, bars=True, **changed)
+    drawn = list(svg(chart).iter())
+    values = [node.text for node in drawn if node.get("class") == "value"]
+    return [float(node.get("width")) for node in drawn if node.tag == "rect"][:3], values
+
+
+def test_bars_are_as_long_as_their_values_or_their_powers_of_ten():
+    (one, ten, hundred), values = bars()
+    assert values == ["1.00", "10.0", "100"]
+    assert (ten / hundred, one / hundred) == (pytest.approx(0.1, 0.02), pytest.approx(0.01, 0.1))
+    (one, ten, hundred), _ = bars(logarithmic=True)
+    assert hundred - ten == pytest.approx(ten - one, abs=0.2)
+
+
+def test_what_a_chart_shows_can_be_heard():
+    drawn = svg(Chart("Speed", ["a", "b"], "ms", [Series("here", [1.5, float("nan")])], bars=True))
+    assert drawn.get("aria-label") == "Speed. here: a 1.50"
+
+
+def test_a_report_is_text_records_and_data():
+    table = Table("Caption", ("name", "ms"), [("first", "1.5")])
+    report = Report("t", "l", ["words", Row([table]), table], [{"a": 1, "b": None}], {"c": 2})
+    assert report.text() == "\n\n".join([str(table)] * 2)
+    assert report.csv() == "a,b\n1,\n"
+    assert json.loads(report.json(MADE)) == {"c": 2, "made": MADE.to_dict()}

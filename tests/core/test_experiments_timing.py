@@ -131,7 +131,7 @@ def test_totals_with_and_without_sessions(timings):
     sessions = tuple(Session.now("a.jpg", (9, 9), [21], s) for s in (60.0, 80.0, 70.0))
     for known in ((), sessions):
         result = timing.Result(tuple(timings), known, PAPER, REPEATS, 1)
-        table = timing_report.tables(result)[0]
+        table = timing_report.report(result).tables[0]
         manual = [row for row in table.rows if row[0].startswith(("Conv", "Warp"))]
         assert [row[1] for row in manual] == [SEVENTY if known else NONE] * 2
         assert all((row[3] == NONE) is (not known) for row in manual)
@@ -141,10 +141,10 @@ def test_totals_with_and_without_sessions(timings):
 
 def test_records_hold_the_medians(timings):
     result = timing.Result(tuple(timings), (), PAPER, REPEATS, 1)
-    for record, one in zip(timing_report.records(result), timings, strict=True):
+    for record, one in zip(timing_report.report(result).records, timings, strict=True):
         assert record["computing_median_ms"] == statistics.median(one.computing_ms)
         assert record["setting_median_ms"] is None or one.way in ("akt", "dual")
-    totals = [record["paper_total_s"] for record in timing_report.records(result)]
+    totals = [record["paper_total_s"] for record in timing_report.report(result).records]
     assert totals == pytest.approx([25.896, 23.576, 7.102, 4.722] * 2)
 
 

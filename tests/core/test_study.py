@@ -19,6 +19,7 @@ from ratings import VIEW, answered, graded, taken_back
 from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
+from kogao_core.experiments import page as html_page
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.study import (
     making,
@@ -529,6 +530,10 @@ def counted(copy, *others):
     return tally([(copy, plan.key_path(copy))], others)
 
 
+def as_html(found):
+    return html_page.page(report.report(found), Made.now("a command"))
+
+
 def test_answers_are_counted_by_what_was_shown(copy):
     rated(copy, "r1", strict)
     rated(copy, "r2", lenient)
@@ -581,7 +586,7 @@ def test_answers_about_another_face_are_named_and_not_counted(tmp_path):
     assert {share.answers for share in found.shares.values()} == {0}
     (sentence,) = sources.notes(found)
     assert "r1.jsonl holds ratings of study" in sentence
-    assert sentence in html.unescape(report.html(found, Made.now("a command")))
+    assert sentence in html.unescape(as_html(found))
 
 
 def as_version_1(copy):
@@ -605,15 +610,15 @@ def test_a_study_of_the_version_before_is_reported_on(copy):
     assert report.figure_11(before).rows[0][1:3] == ["\N{EN DASH}"] * 2
     (sentence,) = sources.notes(before)
     assert "names don't tell faces apart" in sentence
-    json.dumps(report.document(before), allow_nan=False)
-    assert sentence in html.unescape(report.html(before, Made.now("a command")))
+    json.dumps(report.report(before).document, allow_nan=False)
+    assert sentence in html.unescape(as_html(before))
 
 
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict, 50)
     (sentence,) = sources.notes(counted(copy))
     assert sentence.endswith("r1 (50 of 52)")
-    assert report.document(counted(copy))["unfinished"] == [
+    assert report.report(counted(copy)).document["unfinished"] == [
         {"rater": "r1", "answered": 50, "pictures": 52}
     ]
     rated(copy, "r1", strict)
@@ -658,16 +663,17 @@ def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
         "the photo as it is",
     ]
     assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
-    document = json.loads(json.dumps(report.document(found), allow_nan=False))
+    document = json.loads(json.dumps(report.report(found).document, allow_nan=False))
     assert len(document["variants"]) == 25
     assert document["satisfaction"]["mean"] == 85.0
-    text = report.html(found, Made.now("a command"))
-    assert text.count("<svg") == 2
+    text = as_html(found)
+    assert text.count("<svg") == 3
+    assert text.index("<svg") < text.index("<table")
     assert "34.2 to 100.0" in text
 
 
 def test_a_study_without_answers_has_a_report(copy):
     found = counted(copy)
     assert report.table_1(found).rows[0][1] == "\N{EN DASH}"
-    assert json.loads(json.dumps(report.document(found), allow_nan=False))["raters"] == 0
-    assert "<table" in report.html(found, Made.now("a command"))
+    assert json.loads(json.dumps(report.report(found).document, allow_nan=False))["raters"] == 0
+    assert "<table" in as_html(found)

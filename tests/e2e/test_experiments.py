@@ -60,6 +60,7 @@ def test_one_command_writes_everything(cli, portrait, tmp_path, name):
     assert len(records) == RECORDS[name]
     assert {record["photo"] for record in records} == {"small.png"}
     page = (folder / f"{name}.html").read_text(encoding="utf-8")
+    assert page.index("<svg") < page.index("<table"), "people look before they read"
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert "small.png" in said + page
     assert len(list(folder.glob("*.png"))) == PICTURES[name]

@@ -12,8 +12,8 @@ from typing import Final
 import cv2
 import numpy as np
 
+from kogao_core.experiments.imagefiles import reduced
 from kogao_core.experiments.methods import METHODS, Method, Task, Warp
-from kogao_core.experiments.report import reduced
 from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import Subject, Told, rgb8, untold
 from kogao_core.geometry import Array, Box, Image

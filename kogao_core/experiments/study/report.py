@@ -7,27 +7,18 @@ from collections.abc import Sequence
 from statistics import fmean
 from typing import Final
 
-from kogao_core.experiments import charts
-from kogao_core.experiments.report import (
-    Html,
-    Made,
-    Table,
-    chart,
-    heading,
-    page,
-    paragraph,
-    table,
-)
+from kogao_core.experiments.charts import Chart, Series
+from kogao_core.experiments.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.experiments.study.sources import counted, document_of, notes, studies
 from kogao_core.experiments.study.statistics import Share
 from kogao_core.experiments.study.tally import Tally
-from kogao_core.experiments.study.variants import BEST_CENTER, Kind, Variant
+from kogao_core.experiments.study.variants import Kind, Variant
 from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
 _TITLE: Final = "How natural do the faces look?"
-_NONE: Final = "–"  # noqa: RUF001
+_LEAD: Final = "People called pictures natural or unnatural without knowing how they were made."
 _ACHIEVED: Final = (
     "Achieved: how far landmarks came towards the centre on average; the paper's own figures are "
     "those that were asked for."
@@ -88,8 +79,8 @@ def _size_row(tally: Tally, title: str, variant: Variant) -> list[str]:
     in_warps = None if found is None else found.lattice_in_warps
     return [
         title,
-        _NONE if in_warps is None else f"{in_warps:.2f}",
-        _NONE if found is None else f"{found.achieved:.2f}",
+        NONE if in_warps is None else f"{in_warps:.2f}",
+        NONE if found is None else f"{found.achieved:.2f}",
         _percent(tally.shares[variant]),
     ]
 
@@ -101,31 +92,25 @@ def satisfaction(tally: Tally) -> Table:
     return Table(
         "Satisfaction, 0 to 100 (section 5)",
         ("", "grades", "mean", "standard deviation", "skipped"),
-        [["this study", *row], ["the paper", str(PUBLISHED_USERS), "92", _NONE, _NONE]],
+        [["this study", *row], ["the paper", str(PUBLISHED_USERS), "92", NONE, NONE]],
         "The paper's users graded the picture of themselves; it prints no deviation.",
     )
 
 
-def tables(tally: Tally) -> list[Table]:
-    """Return the report's tables."""
-    return [table_1(tally), figure_11(tally), satisfaction(tally), studies(tally)]
-
-
-def html(tally: Tally, made: Made) -> str:
-    """Return the report as one HTML file."""
-    blocks: list[Html] = [heading("Warp distance and centre"), table(table_1(tally))]
-    blocks += [_distance_chart(tally), heading("Lattice size"), table(figure_11(tally))]
+def report(tally: Tally) -> Report:
+    """Return the report of a tally."""
+    parts: list[Part] = [Row(_distance_charts(tally), wide=True)]
+    parts += [Heading("Warp distance and centre"), table_1(tally)]
+    parts += [Heading("Lattice size"), figure_11(tally)]
     if _of(tally, "figure11"):
-        blocks.append(_lattice_chart(tally))
-    blocks += [heading("Satisfaction"), table(satisfaction(tally))]
-    blocks += [heading("Where it comes from"), table(studies(tally))]
-    blocks += [paragraph(f"Note: {sentence}.") for sentence in notes(tally)]
-    lead = "People called pictures natural or unnatural without knowing how they were made."
-    return page(_TITLE, lead, blocks, made)
+        parts.append(_lattice_chart(tally))
+    parts += [Heading("Satisfaction"), satisfaction(tally)]
+    parts += [Heading("Where it comes from"), studies(tally)]
+    parts += [f"Note: {sentence}." for sentence in notes(tally)]
+    return Report(_TITLE, _LEAD, parts, _records(tally), _document(tally))
 
 
-def document(tally: Tally) -> dict[str, object]:
-    """Return the report as plain JSON values; shares from 0 to 1, the paper's too."""
+def _document(tally: Tally) -> dict[str, object]:
     grades = tally.satisfaction
     return {
         "subjects": tally.subjects,
@@ -137,7 +122,7 @@ def document(tally: Tally) -> dict[str, object]:
         ],
         "not_counted": [{"file": str(path), "study": study} for path, study in tally.foreign],
         "studies": [document_of(key) for key in tally.keys],
-        "variants": records(tally),
+        "variants": _records(tally),
         "satisfaction": {
             "grades": grades.count,
             "mean": _or_none(grades.mean),
@@ -148,8 +133,7 @@ def document(tally: Tally) -> dict[str, object]:
     }
 
 
-def records(tally: Tally) -> list[dict[str, object]]:
-    """Return a row for each variant that is judged, for a table to compute with."""
+def _records(tally: Tally) -> list[dict[str, object]]:
     return [_row(tally, variant, share) for variant, share in tally.shares.items()]
 
 
@@ -187,12 +171,12 @@ def _achieved(tally: Tally, kind: Kind, percent: float, center: int) -> str:
         for v, one in tally.measured.items()
         if (v.kind, v.percent, v.center) == (kind, percent, center)
     ]
-    return f"{fmean(found):.2f}" if found else _NONE
+    return f"{fmean(found):.2f}" if found else NONE
 
 
 def _percent(share: Share) -> str:
     if not share.answers:
-        return _NONE
+        return NONE
     low, high = (100.0 * end for end in share.interval)
     return f"{100.0 * share.value:.1f} % ({low:.1f} to {high:.1f})"
 
@@ -205,39 +189,45 @@ def _basis(tally: Tally) -> str:
     return f"{faces}, {raters}, {answers} to each kind of picture."
 
 
-def _distance_chart(tally: Tally) -> Html:
-    shares = [_share(tally, "table1", percent, BEST_CENTER) for percent in DISTANCES]
-    lines = [charts.Line("this study", [_in_percent(share) for share in shares])]
-    lines += [charts.Line(name, ends) for name, ends in _ends(shares)]
-    lines.append(charts.Line("the paper", UNNATURAL[BEST_CENTER - 1]))
-    axis = charts.Axis("warp distance, % of D", [f"{percent:g}" for percent in DISTANCES])
-    drawn = charts.line_chart("Unnaturalness by warp distance", axis, "unnatural, %", lines)
-    return chart(drawn, f"Centre candidate {BEST_CENTER}, which the paper chose.")
+def _distance_charts(tally: Tally) -> list[Chart]:
+    """Return the study and the paper side by side, all centres."""
+    names = [f"centre candidate {center}" for center in range(1, len(UNNATURAL) + 1)]
+    shares = [
+        [_share(tally, "table1", percent, center) for percent in DISTANCES]
+        for center in range(1, len(names) + 1)
+    ]
+    here = [_series(name, row) for name, row in zip(names, shares, strict=True)]
+    there = [Series(name, row) for name, row in zip(names, UNNATURAL, strict=True)]
+    most = max([100.0, *(value for row in UNNATURAL for value in row)])
+    return [
+        Chart(
+            f"Unnaturalness by warp distance, {whose}", [f"{p:g}" for p in DISTANCES],
+            "unnatural, %", series, along="warp distance, % of D", caption=caption, most=most,
+        )
+        for whose, series, caption in (
+            ("this study", here, "This study, with intervals of 95 %."),
+            ("the paper", there, "The paper's table 1, which prints no intervals."),
+        )
+    ]  # fmt: skip
 
 
-def _lattice_chart(tally: Tally) -> Html:
+def _lattice_chart(tally: Tally) -> Chart:
     found = _of(tally, "figure11")
-    shares = [share for _, share in found]
-    lines = [charts.Line("this study", [_in_percent(share) for share in shares])]
-    lines += [charts.Line(name, ends) for name, ends in _ends(shares)]
-    axis = charts.Axis(
-        "lattice spacing R, landmark spacings", [f"{variant.lattice:g}" for variant, _ in found]
-    )
-    drawn = charts.line_chart("Unnaturalness by lattice size", axis, "unnatural, %", lines)
-    return chart(drawn, "In the shape of figure 11, which has no printed figures to put beside.")
+    return Chart(
+        "Unnaturalness by lattice size", [f"{variant.lattice:g}" for variant, _ in found],
+        "unnatural, %", [_series("this study", [share for _, share in found])],
+        along="lattice spacing R, landmark spacings", most=100.0,
+        caption="In the shape of figure 11, which has no printed figures to put beside.",
+    )  # fmt: skip
 
 
-def _ends(shares: Sequence[Share]) -> list[tuple[str, list[float]]]:
-    lows, highs = ([100.0 * share.interval[end] for share in shares] for end in (0, 1))
-    return [("interval, lower end", lows), ("interval, upper end", highs)]
-
-
-def _in_percent(share: Share) -> float:
-    return 100.0 * share.value
+def _series(name: str, shares: Sequence[Share]) -> Series:
+    ends = [(100.0 * low, 100.0 * high) for low, high in (share.interval for share in shares)]
+    return Series(name, [100.0 * share.value for share in shares], ends)
 
 
 def _number(value: float) -> str:
-    return _NONE if math.isnan(value) else f"{value:.1f}"
+    return NONE if math.isnan(value) else f"{value:.1f}"
 
 
 def _or_none(value: float) -> float | None:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from kogao_core.experiments.report import Table, recipe_in_words
+from kogao_core.experiments.report import NONE, Table, recipe_in_words
 from kogao_core.experiments.study.plan import Key
 from kogao_core.experiments.study.tally import Tally
 
-_NONE: Final = "\N{EN DASH}"
 _SHOWN: Final = 12  # letters of a digest
 
 
 def studies(tally: Tally) -> Table:
     """Return where the pictures come from, a row for each photo."""
     rows = [
-        [key.identity, face.name, face.sha256[:_SHOWN] or _NONE, *_origin(key), key.seed]
+        [key.identity, face.name, face.sha256[:_SHOWN] or NONE, *_origin(key), key.seed]
         for key in tally.keys
         for face in key.subjects
     ]
@@ -31,8 +30,8 @@ def studies(tally: Tally) -> Table:
 
 def _origin(key: Key) -> tuple[str, str, str]:
     if key.origin is None:
-        return _NONE, _NONE, _NONE
-    return key.origin.landmarks or _NONE, key.origin.program, key.origin.made
+        return NONE, NONE, NONE
+    return key.origin.landmarks or NONE, key.origin.program, key.origin.made
 
 
 def notes(tally: Tally) -> list[str]:

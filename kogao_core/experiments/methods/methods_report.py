@@ -1,4 +1,4 @@
-"""Methods side by side as tables, records and a report of pictures."""
+"""Methods side by side as a report: bars, tables, pictures."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from kogao_core.experiments import report
+from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.methods.base import Method
 from kogao_core.experiments.methods.comparing import (
     DIFFERENCE_GAIN,
@@ -15,12 +15,12 @@ from kogao_core.experiments.methods.comparing import (
     Comparison,
     Result,
 )
-from kogao_core.experiments.report import Html, Made, Table
+from kogao_core.experiments.report import Heading, Part, Picture, Report, Row, Table
 from kogao_core.experiments.spread import Spread, rounded
 from kogao_core.geometry import Image
 
-TITLE: Final = "Methods side by side"
-LEAD: Final = (
+_TITLE: Final = "Methods side by side"
+_LEAD: Final = (
     "The same landmarks go to the same targets by the methods of the paper's references and of "
     "today's practice: how exactly, how fast, over how many pixels, and does it fold?"
 )
@@ -31,13 +31,45 @@ _KINDS: Final = {
 }
 
 
-def tables(result: Result) -> list[Table]:
+def report(result: Result) -> Report:
     """Return what each method costs and does, over all photos, then photo by photo."""
-    found = _tables("", result.photos)
-    if len(result.photos) > 1:
-        for photo in result.photos:
-            found += _tables(f", {photo.subject.name}", [photo])
-    return found
+    recipe, several = result.recipe, len(result.photos) > 1
+    what = f"{recipe.percent:g} % of D towards centre {recipe.center:g}; B-splines with lattice "
+    parts: list[Part] = [
+        Row(_bars(result.photos), wide=True),
+        f"{what}R = {recipe.lattice:g}. {result.repeats} rounds that count.",
+        *_tables("", result.photos),
+    ]
+    for photo in result.photos:
+        parts += _photo(photo, _tables(f", {photo.subject.name}", [photo]) if several else [])
+    return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
+
+
+def _bars(photos: Sequence[Comparison]) -> list[Chart]:
+    methods = _methods(photos)
+    names = [method.name for method in methods]
+
+    def medians(of: Callable[[Compared], float]) -> list[float]:
+        return [statistics.median(of(one) for one in _of(photos, method)) for method in methods]
+
+    times = (
+        Series("fit", medians(lambda one: one.fit_ms.median)),
+        Series("warp", medians(lambda one: one.warp_ms.median)),
+    )
+    off = (
+        Series("mean", medians(lambda one: one.residual_mean_px)),
+        Series("largest", medians(lambda one: one.residual_max_px)),
+    )
+    return [
+        Chart(
+            "What the methods cost", names, "time, ms", times, bars=True, logarithmic=True,
+            caption="Medians. A division is ten times the one before.",
+        ),
+        Chart(
+            "How far landmarks miss their targets", names, "px", off, bars=True,
+            caption="Landmarks off their targets, medians over the photos.",
+        ),
+    ]  # fmt: skip
 
 
 def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
@@ -115,8 +147,7 @@ def _times_the_first(photos: Sequence[Comparison], method: Method) -> float:
     return statistics.median(ratios)
 
 
-def records(result: Result) -> list[dict[str, object]]:
-    """Return one flat record for each photo and method."""
+def _records(result: Result) -> list[dict[str, object]]:
     return [_record(photo, one) for photo in result.photos for one in photo.methods]
 
 
@@ -143,13 +174,12 @@ def _record(photo: Comparison, one: Compared) -> dict[str, object]:
     }
 
 
-def document(result: Result) -> dict[str, object]:
-    """Return everything but the pictures as JSON values."""
+def _document(result: Result) -> dict[str, object]:
     return {
         "experiment": "methods",
         "recipe": result.recipe.to_dict(),
         "repeats": result.repeats,
-        "photos": records(result),
+        "photos": _records(result),
     }
 
 
@@ -160,38 +190,23 @@ def pictures(comparison: Comparison) -> Iterator[tuple[str, Image]]:
             yield f"{comparison.subject.stem}-{one.method.name}-{kind}.png", pixels
 
 
-def html(result: Result, made: Made) -> str:
-    """Return the report, of `Comparison.views`."""
-    recipe, several = result.recipe, len(result.photos) > 1
-    what = f"{recipe.percent:g} % of D towards centre {recipe.center:g}; B-splines with lattice "
-    blocks: list[Html] = [
-        report.paragraph(f"{what}R = {recipe.lattice:g}. {result.repeats} rounds that count."),
-        *map(report.table, _tables("", result.photos)),
-    ]
-    for photo in result.photos:
-        blocks += _photo(photo, _tables(f", {photo.subject.name}", [photo]) if several else [])
-    return report.page(TITLE, LEAD, blocks, made)
-
-
-def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Html]:
+def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
     name = photo.subject.name
-    yield report.heading(name)
-    yield from map(report.table, tables)
-    original = report.picture(photo.subject.pixels, "The photo", alt=f"{name} as it is")
+    yield Heading(name)
+    yield from tables
+    original = Picture(photo.subject.pixels, "The photo", f"{name} as it is")
     for kind, title in _KINDS.items():
-        yield report.heading(title, 3)
+        yield Heading(title, 3)
         if kind == "heat":
-            yield report.paragraph(
+            yield (
                 "Dark violet stays; yellow moves by the largest distance that a landmark asks for, "
                 f"{photo.asked_px:.1f} px, or more."
             )
         figures = [
-            report.picture(
-                one.pictures[kind], _caption(one, kind), alt=f"{title}: {one.method.title}, {name}"
-            )
+            Picture(one.pictures[kind], _caption(one, kind), f"{title}: {one.method.title}, {name}")
             for one in photo.methods
         ]
-        yield report.side_by_side([original, *figures] if kind == "result" else figures)
+        yield Row([original, *figures] if kind == "result" else figures)
 
 
 def _caption(one: Compared, kind: str) -> str:
