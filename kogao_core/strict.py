@@ -100,7 +100,7 @@ def parse(data: bytes, most_bytes: int) -> Node:
     Raises
     ------
     BadFile
-        If it is too large or no JSON.
+        If it is too large or not JSON.
     """
     if len(data) > most_bytes:
         raise BadFile(f"the file has {len(data)} bytes; at most {most_bytes} are allowed")
@@ -113,7 +113,7 @@ def parse(data: bytes, most_bytes: int) -> Node:
     except BadFile:
         raise
     except ValueError as error:  # not UTF-8, not JSON, or a number of thousands of digits
-        raise BadFile(f"the file is no JSON ({str(error)[:80]})") from None
+        raise BadFile(f"the file is not JSON ({str(error)[:80]})") from None
     return Node(value)
 
 

@@ -304,8 +304,8 @@ def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "can't be used: the file is no JSON"),
-        ("\x80", "the file is no JSON"),
+        ("", "can't be used: the file is not JSON"),
+        ("\x80", "the file is not JSON"),
         ("[]", "must be a JSON object"),
         ('{"percent": 99}', "can't be used: percent must be"),
         ('{"percent": "4"}', "percent must be a number"),
@@ -318,7 +318,7 @@ def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
         ('{"center": ' + "[1, " * 300 + "[]" + "]" * 300 + "}", "center must be a number, got"),
         ('{"' + "x" * 500_000 + '": 1}', "unknown recipe field 'x{39}…"),
         ('{"percent": 1' + "0" * 400 + "}", "percent must be within 0..15, got 1000*…"),
-        ('{"percent": ' + "9" * 5000 + "}", "the file is no JSON"),
+        ('{"percent": ' + "9" * 5000 + "}", "the file is not JSON"),
         ('{"percent": 1e400}', "percent must be within 0..15, got inf"),
         ('{"version": 1' + "0" * 400 + "}", "version 1, got 1000*…"),
         ("{" + " " * 2**20, "at most 1048576 are allowed"),
