@@ -123,6 +123,14 @@ class State(Sheet):
         return dataclasses.replace(self, faces=faces)
 
 
+@dataclass(frozen=True, eq=False)
+class Saving:
+    """A save on its way: what its file will hold, and what lay below the first undo step."""
+
+    base: State
+    work: dict[Part, object]
+
+
 class Document(QObject):
     """One open photo; a gesture previews many states and commits one.
 
@@ -147,6 +155,7 @@ class Document(QObject):
         self.undo = QUndoStack(self)
         self._state = self._committed = self._base = State()
         self._saved = self._base.work
+        self._savings: list[Saving] = []
 
     @property
     def state(self) -> State:
@@ -164,14 +173,14 @@ class Document(QObject):
         return self._state is not self._committed
 
     @property
-    def base(self) -> State:
-        """What lies below the first undo step."""
-        return self._base
-
-    @property
     def saved(self) -> bool:
-        """True while the committed state holds only what was opened or last saved."""
-        return self._committed.work == self._saved
+        """True while the committed state holds only what was opened or last saved.
+
+        A save on its way may write over the file that holds it: it must come to the same.
+        """
+        work = self._committed.work
+        coming = (saving.work for saving in self._savings if saving.base is self._base)
+        return work == self._saved and all(it.items() <= work.items() for it in coming)
 
     @property
     def dirty(self) -> bool:
@@ -204,14 +213,20 @@ class Document(QObject):
         self._begin(state)
         self.changed.emit()
 
-    def mark_saved(self, state: State, base: State, parts: Collection[Part]) -> None:
-        """Note that a file holds these parts of a state.
+    def begin_saving(self, state: State, parts: Collection[Part]) -> Saving:
+        """Note that a file is being written that will hold these parts of a state."""
+        work = state.work
+        saving = Saving(self._base, {part: work[part] for part in parts})
+        self._savings.append(saving)
+        self.marked.emit()
+        return saving
 
-        Ignored when another `base` has been taken since `state` was the committed one.
-        """
-        if base is self._base:
-            self._saved = {**self._saved, **{part: state.work[part] for part in parts}}
-            self.marked.emit()
+    def end_saving(self, saving: Saving, *, written: bool) -> None:
+        """Note that it is over; what it holds is saved, unless another base has been taken."""
+        self._savings.remove(saving)
+        if written and saving.base is self._base:
+            self._saved = {**self._saved, **saving.work}
+        self.marked.emit()
 
     def preview(self, state: State) -> None:
         """Show a state while a gesture lasts."""

@@ -19,6 +19,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from bookkeeping import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
+from kogao_app.document import State
 from kogao_app.editor import Editor
 from kogao_app.points import Handle
 from kogao_app.storage import Storage
@@ -220,7 +221,7 @@ class Interleaving:
         self._opened = self._gesture = False
         now = document.committed
         if self._restored:
-            books.begin(document.path.name, document.base, now)
+            books.begin(document.path.name, State(), now)
             if (books.name, books.work) in books.owed:
                 books.owed.remove((books.name, books.work))
             self.counts["restored"] += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core.photo import Photo
 
-from ..document import Document, Part, State
+from ..document import Document, Part, Saving, State
 from ..i18n import tr
 from ..workers import Lane
 from .editing import Editing
@@ -27,21 +27,17 @@ class Request:
     ----------
     photo : Photo
         The photo that was open.
-    base, state : State
-        The document's base, and the state to write.
+    saving : Saving
+        What the file will hold.
     file : Path
         Where it goes.
-    parts : collection of Part
-        What the file holds of the state.
     then : callable, optional
         What the user wanted to do once everything is saved: close, or open another photo.
     """
 
     photo: Photo
-    base: State
-    state: State
+    saving: Saving
     file: Path
-    parts: Collection[Part]
     then: Then | None
 
 
@@ -122,7 +118,7 @@ class Saver(QObject):
         parts: tuple[Part, ...] = ("protection", state.mode)
         if whole:
             parts = ("protection", "automatic", "manual")
-        request = Request(photo, self._document.base, state, file, parts, then)
+        request = Request(photo, self._document.begin_saving(state, parts), file, then)
         lane = self._lanes[request] = Lane(
             self._pool, lambda problem: self._end(request, lambda: failed(problem), False), self
         )
@@ -133,9 +129,9 @@ class Saver(QObject):
 
     def _end(self, request: Request, tell: Callable[[], object], written: bool) -> None:
         self._lanes.pop(request).deleteLater()
+        self._document.end_saving(request.saving, written=written)
         then = request.then if request is self._goes_on else None
         if written:
-            self._document.mark_saved(request.state, request.base, request.parts)
             self.working.emit(tr("Saved {name}", name=request.file.name))
         else:
             self.working.emit("")

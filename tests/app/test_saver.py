@@ -163,6 +163,25 @@ def test_undo_and_redo_lead_back_to_what_was_saved(opened, disk, tmp_path):
     assert not opened.window.isWindowModified()
 
 
+def test_what_a_save_on_its_way_will_write_over_is_unsaved(opened, disk, tmp_path):
+    disk.set()
+    step(opened, 8.0)
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.settle()
+    disk.clear()
+    opened.editor.files.save(tmp_path / "same.png")
+    assert not opened.window.isWindowModified(), "it comes to the same"
+    step(opened, 9.0)
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.editor.editing.undo()
+    assert opened.window.isWindowModified()
+    disk.set()
+    opened.settle()
+    assert opened.window.isWindowModified()
+    opened.editor.editing.redo()
+    assert not opened.window.isWindowModified()
+
+
 def test_copies_are_written_one_after_the_other(opened, disk, pixels, tmp_path):
     for name, percent in (("first.png", 8.0), ("second.png", 9.0), ("first.png", 0.0)):
         step(opened, percent)
