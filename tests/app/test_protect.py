@@ -76,10 +76,18 @@ def test_points_are_not_dragged_while_a_brush_is_in_hand(opened):
 
 
 def test_the_preview_holds_the_place_as_well(opened):
-    frames = []
-    opened.editor.live.drawn.connect(frames.append)
-    paint(opened)
-    preview = next(f for f in reversed(frames) if f.rendering.recipe.interpolation == "bilinear")
+    start, previews = beside_the_cheek(opened), []
+    opened.editor.live.drawn.connect(lambda frame: frame.whole or previews.append(frame))
+    opened.key(KEYS.Key_B)
+    opened.press(start)
+    opened.move(start + DOWN / 2)
+    opened.settle()
+    seen = len(previews)
+    opened.move(start + DOWN)  # one step: the newest preview is of the whole stroke
+    opened.qtbot.waitUntil(lambda: len(previews) > seen)
+    opened.release(start + DOWN)
+    opened.settle()
+    preview = previews[-1]
     (stroke,) = strokes(opened)
     there = preview.to_photo.inverse(stroke.points_px)
     pull = preview.rendering.field.at(there) * preview.scale
