@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel, QStatusBar
 
-from kogao_core.photo import FORMATS, Format, Photo
-from kogao_core.photo.kinds import not_kept
+from kogao_core.photo import Photo, formats
 
 from ..colour import way_of
 from ..i18n import tr
@@ -60,7 +59,7 @@ class StatusLine(QStatusBar):
         if photo.icc_profile is not None:
             unusable = tr("colour profile can't be used")
             parts.append((way.name or tr("colour profile")) if way.usable else unusable)
-        notes = [*photo.notes, *filter(None, [not_kept(photo.extras, _copied_as(photo))])]
+        notes = [*photo.notes, *filter(None, [_copied_as(photo).not_kept(photo.extras)])]
         if notes:
             parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))
@@ -75,6 +74,6 @@ class StatusLine(QStatusBar):
         self._zoom.setText(f"{zoom * 100:.0f} %")
 
 
-def _copied_as(photo: Photo) -> Format:
+def _copied_as(photo: Photo) -> formats.FileFormat:
     """Return the format of a copy like the photo, or the one that holds most."""
-    return next((form for form in FORMATS.values() if form == photo.format), "TIFF")
+    return next((form for form in formats.WRITTEN if form.name == photo.format), formats.TIFF)

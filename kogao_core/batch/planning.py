@@ -10,7 +10,7 @@ from pathlib import Path
 from kogao_core.atomic import is_aside
 from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
-from kogao_core.photo.model import READ_ONLY, READABLE
+from kogao_core.photo.formats import READ_ONLY, READABLE
 from kogao_core.recipe import Recipe
 from kogao_core.sidecar import sidecar_of
 

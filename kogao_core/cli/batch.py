@@ -42,7 +42,8 @@ if TYPE_CHECKING:
     "--force", is_flag=True, help="Start in a folder that holds files of the results' names."
 )
 @click.option(
-    "--as", "suffix", type=click.Choice(("jpg", "png", "tif", "webp")), default="jpg",
+    "--as", "suffix", default="jpg",
+    type=common.LateChoice(lambda: [ending.removeprefix(".") for ending in common.endings()]),
     help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
 )  # fmt: skip
 @click.option("--again", is_flag=True, help="Do everything again, whatever the report says.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -40,6 +40,50 @@ class Number(click.FloatRange):
         if not isfinite(number):
             self.fail(f"{value} is not a finite number.", param, ctx)
         return number
+
+
+class LateChoice(click.ParamType):  # type: ignore[type-arg]
+    """A choice whose list is made when it is needed, for what it comes from loads numpy."""
+
+    name = "choice"
+
+    def __init__(self, choices: Callable[[], Sequence[str]]) -> None:
+        self._choices = choices
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Take a value that is on the list."""
+        return click.Choice(self._choices()).convert(value, param, ctx)
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
+        """Return the list as help shows it."""
+        return f"[{'|'.join(self._choices())}]"
+
+
+class LateHelp(click.Option):
+    """An option whose help is made when it is shown, for what it comes from loads numpy."""
+
+    def __init__(self, *names: Any, tells: Callable[[], str], **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        self._tells = tells
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the option and its help."""
+        self.help = self._tells()
+        return super().get_help_record(ctx)
+
+
+def endings() -> list[str]:
+    """Return the usual endings of the formats that can be written."""
+    from kogao_core.photo import formats
+
+    return [form.suffixes[0] for form in formats.WRITTEN]
+
+
+def tell_of_endings() -> str:
+    """Return the help of an output."""
+    from kogao_core.photo import formats
+
+    return f"Where to write; {formats.either(endings())}."
 
 
 class Stop(click.ClickException):

@@ -42,7 +42,7 @@ def _corners(value: str) -> list[list[float]]:
 @common.takes_photo
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path),
-    help="Where to write; .jpg, .png, .tif or .webp.",
+    cls=common.LateHelp, tells=common.tell_of_endings,
 )  # fmt: skip
 @options.chooses
 @points.takes_points

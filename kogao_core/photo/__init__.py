@@ -1,7 +1,8 @@
 """Photographs in and out: pixels at full depth, upright, with the metadata they came with."""
 
 from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, UnreadablePhoto
-from kogao_core.photo.model import FORMATS, READABLE, Format, Photo
+from kogao_core.photo.formats import FORMATS, READABLE, Format
+from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
 from kogao_core.photo.writing import bits_of, check_holds, check_output, write
 

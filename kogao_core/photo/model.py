@@ -5,29 +5,13 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import TYPE_CHECKING
 
 from kogao_core.geometry import Image
 from kogao_core.photo.kinds import Extra
 
-Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
-SourceFormat = Literal["JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"]
-
-FORMATS: Final[dict[str, Format]] = {
-    ".jpg": "JPEG",
-    ".jpeg": "JPEG",
-    ".png": "PNG",
-    ".tif": "TIFF",
-    ".tiff": "TIFF",
-    ".webp": "WEBP",
-}
-# Needs the extras [heic] and [raw].
-READ_ONLY: Final[dict[str, SourceFormat]] = {
-    **dict.fromkeys((".heic", ".heif", ".hif"), "HEIF"),
-    **dict.fromkeys((".dng", ".cr2", ".cr3", ".nef", ".nrw", ".arw", ".orf", ".raf"), "RAW"),
-    **dict.fromkeys((".rw2", ".pef", ".srw"), "RAW"),
-}
-READABLE: Final[dict[str, SourceFormat]] = {**FORMATS, **READ_ONLY}
+if TYPE_CHECKING:
+    from kogao_core.photo.formats import SourceFormat
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +112,11 @@ class Photo:
     def height(self) -> int:
         """Rows of the upright photo, px."""
         return int(self.pixels.shape[0])
+
+    @property
+    def channels(self) -> int:
+        """Channels of a pixel: 1 to 4."""
+        return 1 if self.pixels.ndim == 2 else int(self.pixels.shape[2])
 
     @property
     def bits(self) -> int:

@@ -10,30 +10,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Final, Literal
 
-import numpy as np
 from PIL import Image as Pillow
-from PIL import JpegImagePlugin, UnidentifiedImageError
+from PIL import UnidentifiedImageError
 
-from kogao_core.photo import (
-    colour,
-    contents,
-    deep,
-    extras,
-    heif,
-    jpeg_data,
-    metadata,
-    raw,
-    riff,
-    tiff,
-)
+from kogao_core.photo import extras, formats
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.model import READ_ONLY, Format, Photo, Stamp
-from kogao_core.photo.turning import turn_upright
+from kogao_core.photo.formats import Source, common
+from kogao_core.photo.model import Photo, Stamp
 from kogao_core.stderr import hushed
 
 MAX_MEGAPIXELS: Final = 300.0
-# TIFF has a way of its own.
-_COMMON: Final[tuple[Format, ...]] = ("JPEG", "PNG", "WEBP")
+_PILLOWS: Final = tuple(form.name for form in formats.ALL if form.reader is None)
+_READERS: Final = sorted(
+    (form.reader for form in formats.ALL if form.reader is not None),
+    key=lambda reader: not reader.is_by_name,
+)
 _LOCK: Final = threading.Lock()
 
 
@@ -93,26 +84,20 @@ def _present(path: Path) -> Path:
 
 
 def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
+    def check(width: int, height: int) -> None:
+        _check_size(path, width, height, max_megapixels)
+
     stamp = Stamp.of(os.fstat(file.fileno()))
     with _own_limits(), hushed() as said:
         try:
-            if READ_ONLY.get(path.suffix.lower()) == "RAW":
-                photo = _read_raw(file, path, max_megapixels, bits)
-            elif heif.is_heif(file):
-                photo = _read_heif(file, path, max_megapixels, bits)
-            elif tiff.is_tiff(file, path):
-                photo = _read_tiff(file, path, max_megapixels)
-            else:
-                photo = _read_common(file, path, max_megapixels)
+            photo = _decoded(Source(file, path, bits, check))
             photo = dataclasses.replace(photo, stamp=stamp, extras=extras.found(photo, file))
         except UnreadablePhoto:
             raise
         except UnidentifiedImageError:
-            if contents.is_rare_jpeg(file):
-                raise _rare(path) from None
+            known = formats.either([form.title for form in formats.ALL])
             raise UnreadablePhoto(
-                f"{path} is not a JPEG, PNG, TIFF, WebP, HEIC or raw photo; convert it to one of "
-                "them first"
+                f"{path} is not a {known} photo; convert it to one of them first"
             ) from None
         except MemoryError:
             raise UnreadablePhoto(
@@ -127,11 +112,11 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
     return dataclasses.replace(photo, notes=notes)
 
 
-def _rare(path: Path) -> UnreadablePhoto:
-    return UnreadablePhoto(
-        f"{path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); save it as an "
-        "ordinary JPEG or as PNG first"
-    )
+def _decoded(source: Source) -> Photo:
+    for reader in _READERS:
+        if reader.recognises(source.file, source.path):
+            return reader.decode(source)
+    return common.decode(source, _PILLOWS)
 
 
 @contextmanager
@@ -157,112 +142,3 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
             f"{max_megapixels:g}: raise --max-megapixels on the command line if it is genuine, "
             "or make it smaller"
         )
-
-
-def _read_common(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
-    with Pillow.open(file, formats=_COMMON) as image:
-        _check_size(path, *image.size, max_megapixels)
-        jpeg = contents.jpeg_coding(image)
-        deep_png = deep.is_16_bit_png(image, file)
-        if deep_png:
-            deep.verify_png(file)
-        elif jpeg is not None:
-            jpeg_data.check(file, path)
-        decoded, damage = _decoded(image, file, path)
-        contents.settle_profile(decoded, file)
-        notes: tuple[str, ...] = ()
-        if deep_png:
-            pixels = deep.decode(_all_of(file))
-        else:
-            pixels, image.info["icc_profile"], notes = colour.to_array(decoded)
-        blocks = contents.blocks(image, file, 1 if pixels.ndim == 2 else pixels.shape[2])
-        turn = metadata.orientation(blocks["exif"], blocks["xmp"])
-        return Photo(
-            turn_upright(pixels, turn),
-            path,
-            _format_of(image),
-            **blocks,
-            **contents.density(image),
-            orientation=turn,
-            jpeg=jpeg if not notes else None,
-            lossless_webp=riff.is_lossless(file),
-            notes=(*damage, *notes),
-        )
-
-
-def _decoded(
-    image: Pillow.Image, file: IO[bytes], path: Path
-) -> tuple[Pillow.Image, tuple[str, ...]]:
-    """Decode an open picture; return it, or what a JPEG without its end holds, and a note."""
-    try:
-        image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
-    except OSError:
-        if not isinstance(image, JpegImagePlugin.JpegImageFile):
-            raise
-        if contents.is_rare_jpeg(file):
-            raise _rare(path) from None
-        whole = jpeg_data.without_end(_all_of(file))
-        if whole is None:
-            raise
-        return whole, ("the file is slightly damaged: its end marker is missing",)
-    return image, ()
-
-
-def _read_tiff(file: IO[bytes], path: Path, max_megapixels: float) -> Photo:
-    tags = tiff.TiffTags.read(file)
-    _check_size(path, tags.width, tags.height, max_megapixels)
-    tags.check_whole(os.fstat(file.fileno()).st_size)
-    notes: tuple[str, ...] = ()
-    profile = tags.icc_profile
-    # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
-    # good, so Pillow's is asked where it can.
-    tags.check_compression(path)
-    if tags.is_deep:
-        tags.check_layout(path)
-        pixels = tags.decode(_all_of(file))
-    else:
-        file.seek(0)
-        with Pillow.open(file, formats=["TIFF"]) as image:
-            image.load()
-            pixels, profile, notes = colour.to_array(image)
-    return Photo(
-        np.ascontiguousarray(pixels),
-        path,
-        "TIFF",
-        icc_profile=profile,
-        exif=tags.exif,
-        xmp=tags.xmp,
-        dpi=contents.dpi(tags.dpi),
-        aspect=contents.aspect(tags.aspect),
-        orientation=tags.orientation,
-        photoshop=tags.photoshop,
-        notes=notes,
-    )
-
-
-def _read_heif(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
-    image = heif.opened(file, path, bits)
-    width, height = image.size
-    _check_size(path, width, height, max_megapixels)
-    return Photo(path=path, format="HEIF", **heif.contents(image))
-
-
-def _read_raw(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
-    def check(width: int, height: int) -> None:
-        _check_size(path, width, height, max_megapixels)
-
-    return Photo(path=path, format="RAW", **raw.developed(file, path, bits, check))
-
-
-def _all_of(file: IO[bytes]) -> bytes:
-    file.seek(0)
-    return file.read()
-
-
-def _format_of(image: Pillow.Image) -> Format:
-    # MPO is what phones call a JPEG followed by a depth or gain map.
-    return "JPEG" if isinstance(image, JpegImagePlugin.JpegImageFile) else _as_format(image.format)
-
-
-def _as_format(name: str | None) -> Format:
-    return next(known for known in _COMMON if known == name)

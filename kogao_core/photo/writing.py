@@ -6,25 +6,18 @@ import errno
 import os
 import shutil
 from pathlib import Path
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 
 from kogao_core.atomic import NotAFile, check_target, put
 from kogao_core.geometry import Image
-from kogao_core.photo import kinds, tiff
-from kogao_core.photo.encoding import becomes_colour, encode
+from kogao_core.photo import formats, kinds, tiff
+from kogao_core.photo.encoding import encode
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
+from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
-from kogao_core.photo.model import FORMATS, Format, Photo, Stamp
-
-_LONGEST_SIDE_PX: Final[dict[Format, int]] = {"JPEG": 65500, "WEBP": 16383}
-_DEPTHS: Final[dict[Format, tuple[str, ...]]] = {
-    "JPEG": ("uint8",),
-    "WEBP": ("uint8",),
-    "PNG": ("uint8", "uint16"),
-    "TIFF": ("uint8", "uint16", "float32"),
-}
+from kogao_core.photo.model import Photo, Stamp
 
 
 def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
@@ -125,7 +118,7 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
 def bits_of(path: str | os.PathLike[str]) -> Literal[8, 16]:
     """Return how deep a raw photo is best read for an output path."""
     form = FORMATS.get(Path(path).suffix.lower())
-    return 16 if form is None or "uint16" in _DEPTHS[form] else 8
+    return 16 if form is None or "uint16" in formats.BY_NAME[form].layouts else 8
 
 
 def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
@@ -137,18 +130,19 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
         If it would cut their depth, their transparency or their size.
     """
     path = Path(path)
-    form = FORMATS[path.suffix.lower()]
-    if pixels.dtype.name not in _DEPTHS[form]:
+    form = formats.BY_NAME[FORMATS[path.suffix.lower()]]
+    depth, longest = pixels.dtype.name, form.longest_side_px
+    reason = ""
+    if depth not in form.layouts:
         deep = "32-bit float" if pixels.dtype == np.float32 else f"{8 * pixels.dtype.itemsize}-bit"
-        other = ".tif" if pixels.dtype == np.float32 else ".png or .tif"
-        raise RefusedOutput(f"{path}: {form} can't hold this {deep} photo; write it as {other}")
-    if form == "JPEG" and _shows_through(pixels):
-        raise RefusedOutput(f"{path}: JPEG can't hold transparency; write it as .png or .tif")
-    longest = _LONGEST_SIDE_PX.get(form)
-    if longest is not None and max(pixels.shape[:2]) > longest:
-        raise RefusedOutput(
-            f"{path}: {form} can't hold more than {longest} px a side; write it as .png or .tif"
-        )
+        reason = f"this {deep} photo"
+    elif not form.holds_alpha(depth) and _shows_through(pixels):
+        reason = "transparency"
+    elif longest is not None and max(pixels.shape[:2]) > longest:
+        reason = f"more than {longest} px a side"
+    if reason:
+        other = formats.exact_endings(pixels, form)
+        raise RefusedOutput(f"{path}: {form.title} can't hold {reason}; write it as {other}")
 
 
 def _shows_through(pixels: Image) -> bool:
@@ -180,9 +174,10 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, blocks: str) -> st
         kinds.ASPECT: photo.aspect,
     }
     extras = [*photo.extras, *(Extra(kind) for kind, block in held.items() if block)]
-    lost = kinds.not_kept(extras, form)
+    target = formats.BY_NAME[form]
+    lost = target.not_kept(extras)
     grey = ""
-    if photo.icc_profile and becomes_colour(pixels, form):
+    if photo.icc_profile and target.becomes_colour(pixels):
         grey = "grey became RGB, without its colour profile"
     exif = ""
     if form == "TIFF" and photo.exif and tiff.entries_of(photo.exif) is None:
@@ -236,6 +231,8 @@ def _encoded(photo: Photo, pixels: Image, path: Path, form: Format) -> bytes:
     try:
         return encode(photo, pixels, form)
     except ValueError as error:
+        target = formats.BY_NAME[form]
+        other = formats.exact_endings(pixels, target)
         raise CannotWrite(
-            f"{path} can't be encoded as {form} ({error}); write it as .tif or .png"
+            f"{path} can't be encoded as {target.title} ({error}); write it as {other}"
         ) from error

@@ -13,9 +13,9 @@ import pytest
 from PIL import Image, ImageCms
 
 from kogao_core import photo
-from kogao_core.photo import contents, extras, kinds, stale, tiff_extras
+from kogao_core.photo import contents, extras, formats, kinds, stale, tiff_extras
 
-OUTPUTS = {".jpg": "JPEG", ".png": "PNG", ".tif": "TIFF", ".webp": "WEBP"}
+OUTPUTS = {form.suffixes[0]: form for form in formats.WRITTEN}
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
 # The blocks of every round trip in test_fidelity, and what goes without a word.
 ELSEWHERE = {
@@ -40,7 +40,7 @@ def changed(tmp_path, name, data, out):
 @pytest.mark.parametrize("case", beside.CASES, ids=str)
 def test_what_is_not_kept_is_named_and_leaves_no_word(tmp_path, case, suffix):
     said, written, _ = changed(tmp_path, f"in{case.suffix}", case.data, f"out{suffix}")
-    fate, name = case.kind.fate(OUTPUTS[suffix]), case.name or case.kind.name
+    fate, name = OUTPUTS[suffix].fate(case.kind), case.name or case.kind.name
     left = [mark for mark in case.marks if mark in written]
     assert (f"not kept: {name}" in said) == (fate == "left out")
     assert ("has moved" in said) == (fate == "moved")
@@ -70,7 +70,7 @@ def test_every_kind_is_tried():
 
 def test_the_document_holds_the_table():
     def fate(kind, form):
-        word = kind.fate(form)
+        word = form.fate(kind)
         said = "left out" if kind.is_said else "left out, unsaid"
         return {"kept": "yes", "moved": "moved, said"}.get(word, said)
 

@@ -12,7 +12,9 @@ import numpy as np
 from kogao_core.photo import kinds, metadata, trailers
 from kogao_core.photo.contents import aspect
 from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.formats.base import FileFormat, Reader, Source
 from kogao_core.photo.kinds import Extra
+from kogao_core.photo.model import Photo
 
 _BRANDS: Final = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"}
 # The boxes of pictures, and of what else a file may hold beside them.
@@ -38,38 +40,15 @@ _LAYOUTS: Final = ("L", "RGB", "RGBA")
 _PLAIN_PRIMARIES: Final = (1, 2)
 
 
-def is_heif(file: IO[bytes]) -> bool:
-    """Tell by the first bytes of an open file; leaves it at its start."""
+def _is_heif(file: IO[bytes], _: Path) -> bool:
     head = file.read(12)
     file.seek(0)
     return head[4:8] == b"ftyp" and head[8:] in _BRANDS
 
 
-def opened(file: IO[bytes], path: Path, bits: int) -> Any:
-    """Return what libheif says of a file; its pixels are decoded when they are asked for.
-
-    Raises
-    ------
-    UnreadablePhoto
-        If libheif isn't installed.
-    """
-    try:
-        import pi_heif
-    except ImportError:
-        raise UnreadablePhoto(
-            f"{path} is a HEIC photo; to read it, install the extra: pip install 'kogao[heic]'"
-        ) from None
-    return pi_heif.open_heif(file, convert_hdr_to_8bit=bits == 8)
-
-
-def contents(image: Any) -> dict[str, Any]:
-    """Return the pixels, which libheif turns upright, and metadata of a file; see `Photo`.
-
-    Raises
-    ------
-    ValueError
-        If it can't be decoded.
-    """
+def _decode(source: Source) -> Photo:
+    image = _opened(source)
+    source.check(*image.size)
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
     if image.mode.split(";")[0] not in _LAYOUTS:
         raise ValueError(f"an unknown layout {image.mode}")
@@ -79,15 +58,29 @@ def contents(image: Any) -> dict[str, Any]:
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
     if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
         notes.append("its wide colours are named without a profile, which isn't kept")
-    return {
-        "pixels": pixels,
-        "icc_profile": image.info.get("icc_profile") or None,
-        "exif": exif and metadata.PREFIX + exif.removeprefix(metadata.PREFIX),
-        "xmp": image.info.get("xmp") or None,
-        "aspect": aspect(told and told[::-1]),
-        "notes": tuple(notes),
-        "extras": tuple(_pictures(image)),
-    }
+    return Photo(
+        pixels,  # libheif turns them upright
+        source.path,
+        "HEIF",
+        icc_profile=image.info.get("icc_profile") or None,
+        exif=exif and metadata.PREFIX + exif.removeprefix(metadata.PREFIX),
+        xmp=image.info.get("xmp") or None,
+        aspect=aspect(told and told[::-1]),
+        notes=tuple(notes),
+        extras=tuple(_pictures(image)),
+    )
+
+
+def _opened(source: Source) -> Any:
+    """Return what libheif says of a file; its pixels are decoded when they are asked for."""
+    try:
+        import pi_heif
+    except ImportError:
+        raise UnreadablePhoto(
+            f"{source.path} is a HEIC photo; to read it, install the extra: "
+            "pip install 'kogao[heic]'"
+        ) from None
+    return pi_heif.open_heif(source.file, convert_hdr_to_8bit=source.bits == 8)
 
 
 def _pictures(image: Any) -> Iterator[Extra]:
@@ -101,8 +94,10 @@ def _pictures(image: Any) -> Iterator[Extra]:
         yield Extra(kinds.FURTHER)
 
 
-def found(data: bytes) -> Iterator[Extra]:
-    """Yield what a file holds in boxes of its own, in their order."""
+def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    """Yield what a file holds in boxes of its own, in their order, and behind them."""
+    file.seek(0)
+    data = file.read()
     at, unknown = 0, []
     while (end := trailers.box_end(data, at, len(data))) is not None:
         name = data[at + 4 : at + 8]
@@ -118,3 +113,13 @@ def found(data: bytes) -> Iterator[Extra]:
     if unknown:
         yield Extra(kinds.UNKNOWN, f"unknown data ({' '.join(dict.fromkeys(unknown))})")
     yield from trailers.found(data, at)
+
+
+HEIF: Final = FileFormat(
+    name="HEIF",
+    title="HEIC",
+    suffixes=(".heic", ".heif", ".hif"),
+    is_lossless=False,
+    reader=Reader(_is_heif, _decode),
+    inside=_inside,
+)

@@ -1,0 +1,80 @@
+"""The formats of photographs, one module and one value each; all else follows from these.
+
+A new format is a module here and its line in `ALL`.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Literal, cast
+
+from kogao_core.geometry import Image
+from kogao_core.photo.formats.base import Content, Fate, FileFormat, Source
+from kogao_core.photo.formats.heif import HEIF
+from kogao_core.photo.formats.jpeg import JPEG
+from kogao_core.photo.formats.png import PNG
+from kogao_core.photo.formats.raw import RAW
+from kogao_core.photo.formats.tiff import TIFF
+from kogao_core.photo.formats.webp import WEBP
+
+Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
+SourceFormat = Literal[Format, "HEIF", "RAW"]
+
+# In the order of sentences and documents.
+ALL: Final = (JPEG, PNG, TIFF, WEBP, HEIF, RAW)
+WRITTEN: Final = tuple(form for form in ALL if form.encode is not None)
+BY_NAME: Final = {form.name: form for form in ALL}
+# By the endings of names.
+FORMATS: Final[dict[str, Format]] = {
+    suffix: cast(Format, form.name) for form in WRITTEN for suffix in form.suffixes
+}
+READABLE: Final[dict[str, SourceFormat]] = {
+    suffix: form.name for form in ALL for suffix in form.suffixes
+}
+READ_ONLY: Final[dict[str, SourceFormat]] = {
+    suffix: name for suffix, name in READABLE.items() if suffix not in FORMATS
+}
+
+__all__ = [
+    "ALL",
+    "BY_NAME",
+    "FORMATS",
+    "HEIF",
+    "JPEG",
+    "PNG",
+    "RAW",
+    "READABLE",
+    "READ_ONLY",
+    "TIFF",
+    "WEBP",
+    "WRITTEN",
+    "Content",
+    "Fate",
+    "FileFormat",
+    "Format",
+    "Source",
+    "SourceFormat",
+    "either",
+    "exact_endings",
+]
+
+
+def either(words: list[str]) -> str:
+    """Return words as a choice: a, b or c."""
+    return " or ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
+def exact_endings(pixels: Image, without: FileFormat) -> str:
+    """Return the endings of other formats that hold such pixels exactly, as a choice."""
+    depth, channels = pixels.dtype.name, 1 if pixels.ndim == 2 else pixels.shape[2]
+    has_alpha = channels in (2, 4)
+    return either(
+        [
+            form.suffixes[0]
+            for form in WRITTEN
+            if form is not without
+            and form.is_lossless
+            and depth in form.layouts
+            and (form.holds_alpha(depth) or not has_alpha)
+            and max(pixels.shape[:2]) <= (form.longest_side_px or max(pixels.shape[:2]))
+        ]
+    )

@@ -1,0 +1,188 @@
+"""What there is to say of a file format, in one value."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, Literal
+
+from PIL import Image as Pillow
+
+from kogao_core.geometry import Image
+from kogao_core.photo import kinds
+from kogao_core.photo.kinds import Extra, Kind
+from kogao_core.photo.model import Photo
+
+if TYPE_CHECKING:
+    from kogao_core.photo.formats import SourceFormat
+
+Fate = Literal["kept", "moved", "left out"]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A file to read a photo from.
+
+    Parameters
+    ----------
+    file : file
+        Open, at its start.
+    path : Path
+        Where it lies, for messages.
+    bits : {8, 16}
+        How deep pixels are to be where the reader may choose.
+    check : callable
+        To be called with the width and height in px before anything is decoded.
+    """
+
+    file: IO[bytes]
+    path: Path
+    bits: int
+    check: Callable[[int, int], None]
+
+    def data(self) -> bytes:
+        """Return all of the file."""
+        self.file.seek(0)
+        return self.file.read()
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """How a file is told by its content and name, and what decodes it.
+
+    Parameters
+    ----------
+    recognises : callable
+        Given an open file and its path; leaves the file at its start.
+    decode : callable
+        Given a `Source`; returns its `Photo`.
+    is_by_name : bool
+        Whether the name alone tells; such readers are asked first.
+    """
+
+    recognises: Callable[[IO[bytes], Path], bool]
+    decode: Callable[[Source], Photo]
+    is_by_name: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """Pixels to write and the metadata there is.
+
+    Parameters
+    ----------
+    photo : Photo
+        The source, for how it was compressed.
+    pixels : array of shape (H, W) or (H, W, C)
+        Of a depth and layout that the format holds, but for alpha where it holds none.
+    blocks : dict
+        By Pillow's names, None where there is none.
+    resources : bytes, optional
+        Photoshop image resources.
+    carried : tuple of bytes
+        Segments or chunks of the source, if it is of the same format.
+    is_lossless : bool
+        Whether nothing was lost in the source, so that nothing may be lost now.
+    """
+
+    photo: Photo
+    pixels: Image
+    blocks: dict[str, Any]
+    resources: bytes | None = None
+    carried: tuple[bytes, ...] = ()
+    is_lossless: bool = False
+
+    def saved(self, form: str, **options: Any) -> bytes:
+        """Return the file that Pillow makes of the pixels and blocks."""
+        known = {name: block for name, block in self.blocks.items() if block is not None}
+        with io.BytesIO() as out:
+            Pillow.fromarray(self.pixels).save(out, form, **known, **options)
+            return out.getvalue()
+
+
+def _nothing_inside(_: Photo, __: IO[bytes]) -> Iterator[Extra]:
+    return iter(())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileFormat:
+    """A file format: all that reading, writing, messages and documents say of it.
+
+    Parameters
+    ----------
+    name : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
+        As `Photo.format` tells it; Pillow's, where Pillow reads it.
+    title : str
+        As people say it.
+    suffixes : tuple of str
+        Endings of names, the usual one first.
+    is_lossless : bool
+        Whether every file of it holds its pixels exactly.
+    encode : callable, optional
+        Given a `Content`; returns the bytes of a file. None, where it is read only.
+    layouts : mapping of str to tuple of int
+        Channels that can be written, by the name of the pixels' type: 1 is grey, 2 grey + alpha,
+        3 RGB, 4 RGBA. Empty, where it is read only.
+    longest_side_px : int, optional
+        More can't be written.
+    kept, moved : sets of Kind
+        What a changed photo brings along, and what lies elsewhere in it; all else is left out.
+    reader : Reader, optional
+        None, where Pillow tells it from others and decodes it.
+    inside : callable
+        Yields what an open file of the photo holds beside pixels and metadata blocks.
+    behind : callable, optional
+        Yields what follows the end of the picture in the bytes of a file.
+    note : Kind, optional
+        What a maker's note in its EXIF is; None, where `inside` tells.
+    """
+
+    name: SourceFormat
+    title: str
+    suffixes: tuple[str, ...]
+    is_lossless: bool
+    encode: Callable[[Content], bytes] | None = None
+    layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    longest_side_px: int | None = None
+    kept: frozenset[Kind] = frozenset()
+    moved: frozenset[Kind] = frozenset()
+    reader: Reader | None = None
+    inside: Callable[[Photo, IO[bytes]], Iterator[Extra]] = _nothing_inside
+    behind: Callable[[bytes], Iterator[Extra]] | None = None
+    note: Kind | None = kinds.MAKER_NOTE
+
+    def __post_init__(self) -> None:
+        if bool(self.layouts) != (self.encode is not None):
+            raise TypeError(f"{self.name} needs both an encoder and the layouts it writes")
+
+    def holds_alpha(self, depth: str) -> bool:
+        """Tell whether transparency can be written beside channels of that type."""
+        return 4 in self.layouts.get(depth, ())
+
+    def becomes_colour(self, pixels: Image) -> bool:
+        """Tell whether pixels are grey and no such grey can be written."""
+        depth, channels = pixels.dtype.name, 1 if pixels.ndim == 2 else pixels.shape[2]
+        if channels > 2:
+            return False
+        wanted = channels if self.holds_alpha(depth) else 1
+        return wanted not in self.layouts[depth]
+
+    def fate(self, kind: Kind) -> Fate:
+        """Return what becomes of something in a changed photo of this format."""
+        return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
+
+    def not_kept(self, extras: Iterable[Extra]) -> str:
+        """Return what a changed photo doesn't keep, in one line and in the order found."""
+        lost: dict[str, None] = {}
+        moved = False
+        for extra in extras:
+            fate = self.fate(extra.kind)
+            moved |= fate == "moved"
+            if fate == "left out" and extra.kind.is_said:
+                lost[extra.name] = None
+        said = [f"not kept: {', '.join(lost)}"] if lost else []
+        if moved:
+            said.append("the maker's note has moved: programs may miss parts of it")
+        return "; ".join(said)

@@ -1,0 +1,83 @@
+"""JPEG, with the tables and subsampling of the source."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+from collections.abc import Iterator
+from typing import IO, Final
+
+import numpy as np
+
+from kogao_core.geometry import Image
+from kogao_core.photo import jpeg_extras, kinds, segments, trailers
+from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.kinds import Extra
+from kogao_core.photo.model import Photo
+
+QUALITY: Final = 95
+_NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
+_FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
+
+
+def _encode(content: Content) -> bytes:
+    more = (*content.carried, *segments.photoshop_segments(content.resources or b""))
+    opaque = dataclasses.replace(content, pixels=_without_alpha(content.pixels))
+    return segments.inserted(_plain(opaque), more)
+
+
+def _plain(content: Content) -> bytes:
+    coding = content.photo.jpeg
+    if coding is None or not coding.tables:
+        saved = content.saved("JPEG", quality=QUALITY, subsampling=_FULL_COLOUR)
+    else:
+        saved = content.saved(
+            "JPEG",
+            qtables=[list(table) for table in coding.tables],
+            subsampling=coding.subsampling,
+            progressive=coding.progressive,
+        )
+    if coding is not None and coding.jfif:
+        return segments.with_jfif(saved, coding.jfif)
+    if content.photo.aspect is None:
+        return saved
+    shape = struct.pack(">BBBHH", *_NO_DENSITY, *content.photo.aspect)
+    return segments.with_jfif(saved, shape)
+
+
+def _without_alpha(pixels: Image) -> Image:
+    if pixels.ndim == 2 or pixels.shape[2] == 3:
+        return pixels
+    return np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] == 4 else pixels[..., 0])
+
+
+def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    return jpeg_extras.found(file)
+
+
+def _behind(data: bytes) -> Iterator[Extra]:
+    end, late = segments.end_of_picture(data, 2)
+    if late:
+        yield Extra(kinds.LATE_SEGMENTS)
+    yield from trailers.found(data, end)
+
+
+JPEG: Final = FileFormat(
+    name="JPEG",
+    title="JPEG",
+    suffixes=(".jpg", ".jpeg"),
+    is_lossless=False,
+    encode=_encode,
+    layouts={"uint8": (1, 3)},
+    longest_side_px=65500,
+    kept=frozenset(
+        {
+            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
+            *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
+            *(kinds.COMMENTS, kinds.SEGMENTS),
+        }
+    ),
+    moved=frozenset({kinds.MOVED_NOTE}),
+    inside=_inside,
+    behind=_behind,
+)

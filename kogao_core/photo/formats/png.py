@@ -1,0 +1,66 @@
+"""PNG, of 8 and 16 bits."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from typing import IO, Final
+
+import numpy as np
+from PIL import PngImagePlugin
+
+from kogao_core.photo import chunks, deep, kinds, trailers
+from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.kinds import Extra
+from kogao_core.photo.model import Photo
+
+
+def _encode(content: Content) -> bytes:
+    aspect = content.photo.aspect
+    shape = () if aspect is None else (chunks.shape(aspect),)
+    return chunks.inserted(_plain(content), b"".join((*shape, *content.carried)))
+
+
+def _plain(content: Content) -> bytes:
+    xmp, resources = content.blocks.pop("xmp"), content.resources
+    text = PngImagePlugin.PngInfo()
+    if resources:
+        # PNG itself knows no IPTC: this is where ImageMagick and ExifTool look for it.
+        lines = "\n".join(textwrap.wrap(resources.hex(), 72))
+        text.add_text("Raw profile type iptc", f"\niptc\n{len(resources):8}\n{lines}\n", zip=True)
+    if xmp is not None:
+        text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
+    if content.pixels.dtype == np.uint8:
+        return content.saved("PNG", pnginfo=text)
+    # Pillow can't write 16-bit colour: OpenCV writes the pixels, Pillow the chunks around them.
+    empty = Content(content.photo, np.zeros((1, 1), np.uint8), content.blocks)
+    carrier = empty.saved("PNG", pnginfo=text)
+    return chunks.inserted(deep.encode(content.pixels, ".png"), chunks.before_pixels(carrier))
+
+
+def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    return chunks.found(file, photo.channels)
+
+
+def _behind(data: bytes) -> Iterator[Extra]:
+    return trailers.found(data, chunks.end(data))
+
+
+PNG: Final = FileFormat(
+    name="PNG",
+    title="PNG",
+    suffixes=(".png",),
+    is_lossless=True,
+    encode=_encode,
+    layouts={"uint8": (1, 2, 3, 4), "uint16": (1, 3, 4)},
+    kept=frozenset(
+        {
+            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.IPTC, kinds.ICC),
+            *(kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
+            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS),
+        }
+    ),
+    moved=frozenset({kinds.MOVED_NOTE}),
+    inside=_inside,
+    behind=_behind,
+)

@@ -1,0 +1,68 @@
+"""Raw photos of cameras, developed by LibRaw: read, but never written."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from pathlib import Path
+from typing import IO, Final
+
+from PIL import ImageCms
+
+from kogao_core.photo import kinds, tiff
+from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.formats.base import FileFormat, Reader, Source
+from kogao_core.photo.model import Photo
+
+_SUFFIXES: Final = (
+    *(".dng", ".cr2", ".cr3", ".nef", ".nrw", ".arw", ".orf", ".raf"),
+    *(".rw2", ".pef", ".srw"),
+)
+
+
+def _is_raw(_: IO[bytes], path: Path) -> bool:
+    """Tell by the name: most raw files are TIFF files to those who don't know better."""
+    return path.suffix.lower() in _SUFFIXES
+
+
+def _decode(source: Source) -> Photo:
+    """Return a photo in sRGB, upright, as the camera balanced it."""
+    path = source.path
+    try:
+        import rawpy
+    except ImportError:
+        raise UnreadablePhoto(
+            f"{path} is a raw photo; to read it, install the extra: pip install 'kogao[raw]'"
+        ) from None
+    data = source.data()
+    try:
+        with rawpy.imread(io.BytesIO(data)) as raw:
+            source.check(raw.sizes.iwidth, raw.sizes.iheight)
+            pixels = raw.postprocess(
+                use_camera_wb=True,
+                output_bps=source.bits,
+                no_auto_bright=True,
+                output_color=rawpy.ColorSpace.sRGB,
+            )
+    except rawpy.LibRawFileUnsupportedError:
+        raise UnreadablePhoto(
+            f"{path} is no raw photo that LibRaw knows; develop it elsewhere and open the result"
+        ) from None
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    note = f"developed to {source.bits} bits with the camera's white balance"
+    photo = Photo(pixels, path, "RAW", icc_profile=profile)
+    if not data.startswith(tiff.HEADS):
+        note += "; its metadata are of a kind that isn't kept"
+        return dataclasses.replace(photo, notes=(note,))
+    tags = tiff.TiffTags.read(io.BytesIO(data))
+    return dataclasses.replace(photo, exif=tags.exif, xmp=tags.xmp, notes=(note,))
+
+
+RAW: Final = FileFormat(
+    name="RAW",
+    title="raw",
+    suffixes=_SUFFIXES,
+    is_lossless=True,
+    reader=Reader(_is_raw, _decode, is_by_name=True),
+    note=kinds.MOVED_NOTE,
+)

@@ -1,0 +1,88 @@
+"""TIFF, of 8 and 16 bits and of 32-bit floating-point numbers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import IO, Final
+
+import numpy as np
+from PIL import Image as Pillow
+
+from kogao_core.photo import colour, contents, deep, kinds, tiff, tiff_extras, trailers
+from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
+from kogao_core.photo.kinds import Extra
+from kogao_core.photo.model import Photo
+
+
+def _decode(source: Source) -> Photo:
+    file, path = source.file, source.path
+    tags = tiff.TiffTags.read(file)
+    source.check(tags.width, tags.height)
+    tags.check_whole(os.fstat(file.fileno()).st_size)
+    notes: tuple[str, ...] = ()
+    profile = tags.icc_profile
+    # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
+    # good, so Pillow's is asked where it can.
+    tags.check_compression(path)
+    if tags.is_deep:
+        tags.check_layout(path)
+        pixels = tags.decode(source.data())
+    else:
+        file.seek(0)
+        with Pillow.open(file, formats=["TIFF"]) as image:
+            image.load()
+            pixels, profile, notes = colour.to_array(image)
+    return Photo(
+        np.ascontiguousarray(pixels),
+        path,
+        "TIFF",
+        icc_profile=profile,
+        exif=tags.exif,
+        xmp=tags.xmp,
+        dpi=contents.dpi(tags.dpi),
+        aspect=contents.aspect(tags.aspect),
+        orientation=tags.orientation,
+        photoshop=tags.photoshop,
+        notes=notes,
+    )
+
+
+def _encode(content: Content) -> bytes:
+    written = deep.encode(content.pixels, ".tiff")
+    return tiff.with_metadata(
+        written,
+        photoshop_resources=content.resources,
+        aspect=content.photo.aspect,
+        **content.blocks,
+    )
+
+
+def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    file.seek(0)
+    return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels)
+
+
+def _behind(data: bytes) -> Iterator[Extra]:
+    return trailers.found(data, tiff_extras.end(data))
+
+
+TIFF: Final = FileFormat(
+    name="TIFF",
+    title="TIFF",
+    suffixes=(".tif", ".tiff"),
+    is_lossless=True,
+    encode=_encode,
+    layouts=dict.fromkeys(("uint8", "uint16", "float32"), (1, 3, 4)),
+    kept=frozenset(
+        {
+            *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE),
+            *(kinds.RESOLUTION, kinds.ASPECT),
+        }
+    ),
+    moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),
+    reader=Reader(tiff.is_tiff, _decode),
+    inside=_inside,
+    behind=_behind,
+    note=None,
+)
