@@ -40,7 +40,7 @@ class Naturalness:
         Share of answers that called such a face unnatural, %; a straight line between the
         published distances, the nearest published value beyond them.
     published : bool
-        False outside the distances that were asked about.
+        False outside the distances and centres that were asked about.
     """
 
     percent: float
@@ -55,9 +55,14 @@ class Naturalness:
 
 
 def judge(percent: float, center: int) -> Naturalness:
-    """Look a warp distance in % of D up in Table 1, for centre candidate 1 to 4."""
-    unnatural = float(np.interp(percent, DISTANCES, UNNATURAL[center - 1]))
-    return Naturalness(percent, unnatural, DISTANCES[0] <= percent <= DISTANCES[-1])
+    """Look a warp distance in % of D up in Table 1.
+
+    A centre candidate that nobody was asked about is judged by the worst row.
+    """
+    asked = center <= len(UNNATURAL)
+    rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
+    unnatural = max(float(np.interp(percent, DISTANCES, row)) for row in rows)
+    return Naturalness(percent, unnatural, asked and DISTANCES[0] <= percent <= DISTANCES[-1])
 
 
 def percent_of(pairs: Pairs) -> float:

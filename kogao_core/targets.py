@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from kogao_core.face import Face
 from kogao_core.geometry import Array
-from kogao_core.recipe import Recipe
-
-# Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3; these
-# are the fractions of the way from the eyes to the mouth. The last one is the tip of the nose.
-CENTER_FRACTIONS: Final = (1.0, 0.8, 0.6, 0.47)
+from kogao_core.recipe import CENTERS, Recipe
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +41,8 @@ class Pairs:
 
 
 def center_candidates(face: Face) -> Array:
-    """Return the four centre candidates of figure 7a, shape (4, 2), px."""
-    fractions = np.array(CENTER_FRACTIONS)[:, None]
+    """Return the centre candidates, those of figure 7a first, shape (len(CENTERS), 2), px."""
+    fractions = np.array(CENTERS)[:, None]
     return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
 
 

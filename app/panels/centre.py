@@ -1,9 +1,11 @@
-"""The choice of one of the four centre candidates."""
+"""The choice of one of the centre candidates."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QHBoxLayout, QToolButton, QWidget
+
+from kogao_core.recipe import CENTERS
 
 from ..i18n import tr
 from ..theme import GRID_PX
@@ -11,12 +13,12 @@ from .controls import heading
 
 
 class CentreChoice(QWidget):
-    """Four buttons in a row: the candidates of figure 7a.
+    """A row of buttons: the candidates of figure 7a.
 
     Signals
     -------
     chosen(int)
-        The number of a candidate, 1 to 4.
+        The number of a candidate, from 1.
     """
 
     chosen = Signal(int)
@@ -30,7 +32,7 @@ class CentreChoice(QWidget):
         row.addWidget(name)
         row.addStretch()
         self._group = QButtonGroup(self)
-        for number in range(1, 5):
+        for number in range(1, len(CENTERS) + 1):
             button = QToolButton()
             button.setText(str(number))
             button.setCheckable(True)
@@ -49,10 +51,11 @@ class CentreChoice(QWidget):
 
     @property
     def buttons(self) -> list[QAbstractButton]:
-        """The four buttons, candidate 1 first."""
+        """The buttons, candidate 1 first."""
         return self._group.buttons()
 
 
 def _centre_tip(number: int) -> str:
-    shares = ("10 : 0", "8 : 2", "6 : 4", "4.7 : 5.3")
-    return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=shares[number - 1])
+    tenths = 10.0 * CENTERS[number - 1]
+    share = f"{tenths:g} : {10.0 - tenths:g}"
+    return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=share)

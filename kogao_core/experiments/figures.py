@@ -18,7 +18,7 @@ from kogao_core.landmarks.pixels import rgb8
 from kogao_core.lattice import Lattice
 from kogao_core.naturalness import DISTANCES
 from kogao_core.pipeline import Rendering, render
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import PAPER_CENTERS, Recipe
 from kogao_core.targets import aim, center_candidates
 
 LANDMARK: Final = "#56b4e9"
@@ -95,7 +95,7 @@ def centers(shown: Subject, rendering: Rendering) -> Drawing:
 def _candidates(face: Face, width_px: int) -> list[Mark]:
     dot = _DOT * width_px
     line = np.array([[face.eye_center, face.mouth_center]])
-    candidates = center_candidates(face)
+    candidates = center_candidates(face)[: len(PAPER_CENTERS)]
     words = [
         Word((float(x + 2.0 * dot), float(y + dot)), str(number), 3.0 * dot, _INK)
         for number, (x, y) in enumerate(candidates, start=1)

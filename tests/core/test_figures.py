@@ -10,11 +10,12 @@ import pytest
 from PIL import Image
 from scenes import oval_face, textured_photo
 
+from kogao_core import targets
 from kogao_core.experiments.drawing import Dots, Drawing, Strokes, Word
 from kogao_core.experiments.figures import LANDMARK, figures, pictured
 from kogao_core.experiments.subjects import Subject
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER
+from kogao_core.recipe import PAPER, PAPER_CENTERS
 from kogao_core.targets import center_candidates
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -46,6 +47,13 @@ def test_every_figure_is_there_at_the_width_asked_for(drawn):
         assert abs(pixels(drawing).shape[1] - WIDTH) <= 2
         svg = ElementTree.fromstring(drawing.svg())
         assert svg.get("width") == str(pixels(drawing).shape[1])
+
+
+def test_figure_7_shows_the_papers_centres_and_no_other(subject, monkeypatch):
+    monkeypatch.setattr(targets, "CENTERS", (*PAPER_CENTERS, 0.3))
+    drawing = next(d for d in figures(subject, PAPER, WIDTH) if d.name == "centers")
+    words = [mark.text for mark in drawing.marks if isinstance(mark, Word)]
+    assert words == ["1", "2", "3", "4"]
 
 
 def test_landmarks_are_painted_where_they_are(drawn, shown):

@@ -29,6 +29,12 @@ def test_beyond_the_table_the_nearest_figure_holds_and_says_so():
         assert not found.published
 
 
+def test_a_centre_that_nobody_was_asked_about_is_judged_by_the_worst():
+    found = judge(4.0, len(UNNATURAL) + 1)
+    assert found.unnatural == 4.375
+    assert not found.published
+
+
 def test_the_papers_choice_is_the_most_natural():
     table = np.array(UNNATURAL)
     assert np.unravel_index(table.argmin(), table.shape) == (1, 1)

@@ -19,7 +19,7 @@ from typing import Any, Final, get_args
 from kogao_core.atomic import put
 from kogao_core.experiments.study.origin import Measured, Origin, Photographed
 from kogao_core.experiments.study.variants import Kind, Variant
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import PAPER_CENTERS, Recipe
 from kogao_core.strict import BadFile, Node, parse
 
 STUDY_FILE: Final = "study.json"
@@ -272,7 +272,7 @@ def _meaning(node: Node, subjects: int, first: bool) -> Meaning:
     variant = Variant(
         kind,
         node.field("percent").number(0.0, 15.0),
-        node.field("center").whole(1, 4),
+        node.field("center").whole(1, len(PAPER_CENTERS)),
         node.field("lattice").number(0.0, 100.0),
     )
     return Meaning(

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kogao_core.naturalness import DISTANCES
-from kogao_core.recipe import PAPER, Recipe
-from kogao_core.targets import CENTER_FRACTIONS
+from kogao_core.recipe import PAPER, PAPER_CENTERS, Recipe
 
 Kind = Literal["table1", "figure11", "control", "satisfaction"]
 # The choice the paper comes to in section 3.2; figure 11 varies the lattice at it.
@@ -66,7 +65,7 @@ def variants(
     control, satisfaction : bool
         Whether the untouched photo and the picture to be graded from 0 to 100 are among them.
     """
-    centers = range(1, len(CENTER_FRACTIONS) + 1)
+    centers = range(1, len(PAPER_CENTERS) + 1)
     made = [Variant("table1", p, c, base.lattice) for c in centers for p in DISTANCES]
     made += [Variant("figure11", BEST_PERCENT, BEST_CENTER, size) for size in lattices]
     if control:
