@@ -26,7 +26,7 @@ def built_in() -> dict[str, Recipe]:
 
 
 def own(settings: QSettings) -> dict[str, Recipe]:
-    """Return the user's recipes by name; what can't be read is left out."""
+    """Return the user's recipes by name; what this program can't read is left out."""
     found = {}
     for name, values in _stored(settings).items():
         try:

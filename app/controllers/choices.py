@@ -60,7 +60,7 @@ class Choices(QObject):
         if value == now and not self._document.in_gesture:
             return
         state = self._document.state.with_choices(self._scene.face, **{field: value})
-        self._editing.preview(state, _gesture_name(field))
+        self._editing.preview(state, gesture_name(field))
 
     def follow_photo(self) -> None:
         """Let the chosen face, or every one, go by the photo's recipe again."""
@@ -105,7 +105,7 @@ class Choices(QObject):
     def _take_centre(self, face: int, number: int) -> None:
         own = self._document.state.faces[face].recipe is not None or self._scene.face == face
         state = self._document.state.with_choices(face if own else None, center=number)
-        self._editing.step(state, _gesture_name("center"))
+        self._editing.step(state, gesture_name("center"))
 
     def _follow(self) -> None:
         chosen, state = self._scene.face, self._document.state
@@ -117,7 +117,8 @@ class Choices(QObject):
             self.chosen.emit()
 
 
-def _gesture_name(field: str) -> str:
+def gesture_name(field: str) -> str:
+    """Return what undo calls a change of a field of the recipe."""
     return {
         "percent": tr("Warp distance"),
         "center": tr("Centre"),

@@ -6,14 +6,13 @@ import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core import recipe as recipes
 from kogao_core import strict
 from kogao_core.cli import common
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import SETTINGS, Recipe, Setting
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -41,42 +40,27 @@ chooses_faces = click.option(
     help="all, largest, or numbers as detect prints them, such as 1,3.",
 )
 
+
+def _option(setting: Setting) -> Callable[[_Command], _Command]:
+    """Return the option of a field of the recipe, which is None where it isn't given."""
+    default = getattr(_DEFAULTS, setting.name)
+    name = (setting.option or setting.name).replace("_", "-")
+    given: dict[str, Any]
+    if setting.within is None and not setting.choices:
+        said = name if default else f"no-{name}"
+        declared, given = f"--{name}/--no-{name}", {"default": None}
+    else:
+        said = default if setting.choices else f"{default:g}"
+        unit = setting.unit.upper() if setting.unit.isalpha() else None
+        kind = int if setting.is_whole else float
+        given = {"type": click.Choice(setting.choices) if setting.choices else kind}
+        declared, given["metavar"] = f"--{name}", unit
+    help_text = f"{setting.tells} [{setting.default_tells or said}]."
+    return click.option(declared, setting.name, help=help_text, **given)
+
+
 _OPTIONS: Final = (
-    click.option("--percent", type=float, help=f"Warp distance in % of D [{_DEFAULTS.percent:g}]."),
-    click.option("--center", type=int, help=f"Centre candidate 1..4 [{_DEFAULTS.center}]."),
-    click.option("--lattice", type=float, help=f"Lattice spacing R [{_DEFAULTS.lattice:g}]."),
-    click.option(
-        "--lattice-unit",
-        type=click.Choice(get_args(recipes.LatticeUnit)),
-        help=f"What R counts: landmark spacings or warp distances [{_DEFAULTS.lattice_unit}].",
-    ),
-    click.option(
-        "--fit",
-        type=click.Choice(get_args(recipes.Fit)),
-        help=f"How the lattice follows the landmarks [{_DEFAULTS.fit}].",
-    ),
-    click.option(
-        "--domain",
-        type=click.Choice(get_args(recipes.DomainName)),
-        help=f"Which pixels are worked on [{_DEFAULTS.domain}].",
-    ),
-    click.option(
-        "--threshold",
-        "threshold_px",
-        type=float,
-        metavar="PX",
-        help="Position change below which a pixel stays [1/64: no byte is lost].",
-    ),
-    click.option(
-        "--interpolation",
-        type=click.Choice(get_args(recipes.Interpolation)),
-        help=f"Resampling kernel [{_DEFAULTS.interpolation}].",
-    ),
-    click.option(
-        "--guard/--no-guard",
-        default=None,
-        help="Hold faces that would fold back to the largest move that doesn't [guard].",
-    ),
+    *map(_option, SETTINGS.values()),
     chooses_faces,
     click.option(
         "--recipe",

@@ -1,11 +1,20 @@
 """Every choice as one value that refuses nonsense in words."""
 
+import dataclasses
 import json
 import math
+import re
+from pathlib import Path
+from typing import Literal, get_args, get_origin, get_type_hints
 
+import click
 import pytest
 
-from kogao_core.recipe import LOSSLESS_PX, PAPER, Recipe
+from kogao_core import recipe as recipes
+from kogao_core.cli import program
+from kogao_core.recipe import LOSSLESS_PX, PAPER, SETTINGS, Recipe
+
+README = Path(__file__).parents[2] / "README.md"
 
 
 @pytest.mark.parametrize(
@@ -52,3 +61,53 @@ def test_only_a_threshold_with_a_fade_depends_on_the_scale():
     assert Recipe().at_scale(0.25) == Recipe()
     assert Recipe(threshold_px=1.0).at_scale(0.25).threshold_px == 0.25
     assert Recipe(threshold_px=0.03).at_scale(0.25).threshold_px == LOSSLESS_PX
+
+
+# -- every field is declared once -----------------------------------------------------------------
+
+
+def test_every_field_is_declared_with_the_choices_of_its_type():
+    assert list(SETTINGS) == [field.name for field in dataclasses.fields(Recipe)]
+    for name, kind in get_type_hints(Recipe).items():
+        setting = SETTINGS[name]
+        assert setting.choices == (get_args(kind) if get_origin(kind) is Literal else ())
+        assert (setting.within is not None) == (kind in (int, float))
+        assert setting.is_whole == (kind is int)
+        setting.check(getattr(Recipe(), name))
+
+
+@pytest.mark.parametrize("command", ["warp", "batch"])
+@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
+def test_every_field_has_an_option_with_its_choices(command, setting):
+    option = next(p for p in program.commands[command].params if p.name == setting.name)
+    assert setting.tells in option.help
+    if setting.choices:
+        assert isinstance(option.type, click.Choice)
+        assert tuple(option.type.choices) == setting.choices
+
+
+@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
+def test_the_readme_has_a_line_for_every_option_with_its_choices(setting):
+    name = f"--{setting.option or setting.name}".replace("_", "-")
+    line = re.search(
+        rf"^\|.*`({name}|--no-{setting.name})`.*$", README.read_text(encoding="utf-8"), re.M
+    )
+    assert line, name
+    assert all(f"`{choice}`" in line[0] for choice in setting.choices)
+    if setting.within is not None:
+        assert "{:g}–{:g}".format(*setting.within) in line[0]  # noqa: RUF001
+
+
+def test_a_recipe_of_an_older_version_is_read_step_by_step(monkeypatch):
+    def renamed(values):
+        return {"percent" if name == "distance" else name: v for name, v in values.items()}
+
+    monkeypatch.setattr(recipes, "VERSION", 3)
+    steps = {1: renamed, 2: lambda values: {**values, "guard": not values["guard"]}}
+    monkeypatch.setattr(recipes, "_UPGRADES", steps)
+    old = {"version": 1, "distance": 3.0, "guard": True}
+    assert Recipe.from_dict(old) == Recipe(percent=3.0, guard=False)
+    assert Recipe.from_dict({"version": 2, "guard": True}) == Recipe(guard=False)
+    assert Recipe.from_dict({"version": 3, "percent": 3.0}) == Recipe(percent=3.0)
+    with pytest.raises(ValueError, match="version"):
+        Recipe.from_dict({"version": 0})
