@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kogao_core.landmarks import CHOICES
+from kogao_core.landmarks import CHOICES, Measured
 
 from ..i18n import tr
 from .spec import Spec
@@ -51,6 +51,7 @@ def specs() -> tuple[Spec, ...]:
 
 
 def _sources(menu: str) -> list[Spec]:
+    # A source without words of its own goes by its title.
     titles = {
         "mesh": (tr("Landmarks by the m&esh"), "F5"),
         "aam": (tr("Landmarks by the &AAM"), "F6"),
@@ -60,14 +61,8 @@ def _sources(menu: str) -> list[Spec]:
             Spec(
                 f"landmarks-{choice.name}",
                 menu,
-                *titles[choice.name],
-                tr(
-                    "Outline within {studio:g} % of the eyes' distance on studio portraits, "
-                    "{wild:g} % elsewhere; about {ms:.0f} ms",
-                    studio=choice.studio_jaw,
-                    wild=choice.wild_jaw,
-                    ms=choice.typical_ms,
-                ),
+                *titles.get(choice.name, (tr("Landmarks by {title}", title=choice.title), "")),
+                _figures(choice.measured),
                 checked=False,
             )
             for choice in CHOICES
@@ -81,3 +76,15 @@ def _sources(menu: str) -> list[Spec]:
             checked=False,
         ),
     ]
+
+
+def _figures(measured: Measured | None) -> str:
+    if measured is None:
+        return tr("How exact it is wasn't measured")
+    return tr(
+        "Outline within {studio:g} % of the eyes' distance on studio portraits, "
+        "{wild:g} % elsewhere; about {ms:.0f} ms",
+        studio=measured.studio_jaw,
+        wild=measured.wild_jaw,
+        ms=measured.typical_ms,
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -34,24 +36,22 @@ class LandmarksPart(QObject):
     ) -> None:
         super().__init__(parent)
         self._files, self._window = files, window
+        choice = next((choice for choice in CHOICES if choice.name == first.name), None)
         # As `source` takes it; None for what it gives by itself.
-        self.wanted = first.name if first.name in {choice.name for choice in CHOICES} else None
-        if self.wanted == "aam" and not networks_are_here():
+        self.wanted = None if choice is None else choice.name
+        if choice is not None and not choice.needs_networks and not networks_are_here():
             files.found.connect(self._tell_of_fallback)
         named = window.actions_by_name
         self._group = QActionGroup(self)
-        for name in ("mesh", "aam", "file"):
-            self._group.addAction(named[f"landmarks-{name}"])
-        self._now = named.get(f"landmarks-{first.name}", named["landmarks-mesh"])
+        uses: dict[str, Callable[[], None]] = {
+            f"landmarks-{choice.name}": partial(self.use, choice.name) for choice in CHOICES
+        }
+        uses["landmarks-file"] = self.ask_for_file
+        for name in uses:
+            self._group.addAction(named[name])
+        self._now = named.get(f"landmarks-{first.name}", named[next(iter(uses))])
         self._now.setChecked(True)
-        actions.connect(
-            named,
-            {
-                "landmarks-mesh": lambda: self.use("mesh"),
-                "landmarks-aam": lambda: self.use("aam"),
-                "landmarks-file": self.ask_for_file,
-            },
-        )
+        actions.connect(named, uses)
 
     def use(self, wanted: str) -> None:
         """Find the faces again by a source: its name or a model file; a bad one changes nothing."""

@@ -131,10 +131,20 @@ limits_megapixels = click.option(
 )
 
 
+def tell_of_sources() -> str:
+    """Return the help of a landmark source."""
+    from kogao_core.landmarks import CHOICES
+
+    names = [choice.name for choice in CHOICES]
+    instead = next(choice.name for choice in CHOICES if not choice.needs_networks)
+    return (
+        f"{', '.join(names)}, or a cv2.face model file [{names[0]}; {instead} where the networks "
+        "are missing]."
+    )
+
+
 chooses_landmarks = click.option(
-    "--landmarks",
-    metavar="SOURCE",
-    help="mesh, aam, or a cv2.face model file [mesh; aam where the networks are missing].",
+    "--landmarks", metavar="SOURCE", cls=LateHelp, tells=tell_of_sources
 )
 
 

@@ -2,12 +2,20 @@
 
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.mesh import MeshSource
-from kogao_core.landmarks.sources import CHOICES, Choice, check_networks, networks_are_here, source
+from kogao_core.landmarks.sources import (
+    CHOICES,
+    Choice,
+    Measured,
+    check_networks,
+    networks_are_here,
+    source,
+)
 from kogao_core.landmarks.template import template_face
 
 __all__ = [
     "CHOICES",
     "Choice",
+    "Measured",
     "MeshSource",
     "ModelRefused",
     "check_networks",

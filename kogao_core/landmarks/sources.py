@@ -19,6 +19,24 @@ _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
 
 
 @dataclass(frozen=True, slots=True)
+class Measured:
+    """What a landmark source was measured to do (docs/landmarks.md).
+
+    Parameters
+    ----------
+    studio_jaw, wild_jaw : float
+        Mean distance from labelled jaw points to the outline on studio portraits and in the wild,
+        % of the outer inter-ocular distance, on faces left out of training.
+    typical_ms : float
+        Time for a portrait of about a megapixel with one face, on two cores.
+    """
+
+    studio_jaw: float
+    wild_jaw: float
+    typical_ms: float
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
     """A landmark source that travels with the program.
 
@@ -26,25 +44,27 @@ class Choice:
     ----------
     name : str
         What to ask for: ``--landmarks NAME``.
+    title : str
+        What people call it.
     make : callable
         Returns the source; models are read at its first use.
-    studio_jaw, wild_jaw : float
-        Mean distance from labelled jaw points to the outline on studio portraits and in the wild,
-        % of the outer inter-ocular distance, on faces left out of training (docs/landmarks.md).
-    typical_ms : float
-        Time for a portrait of about a megapixel with one face, on two cores.
+    needs_networks : bool
+        Whether it needs the networks that are fetched when a wheel is built.
+    measured : Measured, optional
+        None, if it wasn't measured.
     """
 
     name: str
+    title: str
     make: Callable[[], LandmarkSource]
-    studio_jaw: float
-    wild_jaw: float
-    typical_ms: float
+    needs_networks: bool
+    measured: Measured | None = None
 
 
+# The first that is complete here is what is used unless another is asked for.
 CHOICES: Final = (
-    Choice("mesh", MeshSource, studio_jaw=0.9, wild_jaw=2.3, typical_ms=60.0),
-    Choice("aam", AamSource, studio_jaw=1.7, wild_jaw=3.5, typical_ms=65.0),
+    Choice("mesh", "the mesh", MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
+    Choice("aam", "the AAM", AamSource, False, Measured(1.7, 3.5, typical_ms=65.0)),
 )
 
 
@@ -54,8 +74,8 @@ def source(wanted: str | None = None) -> LandmarkSource:
     Parameters
     ----------
     wanted : str, optional
-        The name of a choice, or the path of a `cv2.face` model file. When absent, the mesh, or the
-        AAM where this installation lacks the networks.
+        The name of a choice, or the path of a `cv2.face` model file. When absent, the first choice,
+        or the first without networks where this installation lacks them.
 
     Raises
     ------
@@ -63,7 +83,8 @@ def source(wanted: str | None = None) -> LandmarkSource:
         If a model file is damaged or none.
     """
     if wanted is None:
-        return MeshSource() if networks_are_here() else AamSource()
+        here = (c for c in CHOICES if not c.needs_networks or networks_are_here())
+        return next(here).make()
     for choice in CHOICES:
         if choice.name == wanted:
             return choice.make()

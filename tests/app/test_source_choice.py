@@ -1,9 +1,11 @@
 """Which source finds the faces is the user's choice."""
 
 import pytest
+from kogao_app.menus import face
+from kogao_app.parts import landmarks
 
 from kogao_core import assets
-from kogao_core.landmarks import CHOICES
+from kogao_core.landmarks import CHOICES, sources
 
 
 @pytest.fixture
@@ -18,8 +20,18 @@ def networks():
 def test_the_choices_stand_in_the_menu_with_their_figures(opened):
     for choice in CHOICES:
         action = opened.window.actions_by_name[f"landmarks-{choice.name}"]
-        assert f"{choice.wild_jaw:g} %" in action.toolTip()
+        assert f"{choice.measured.wild_jaw:g} %" in action.toolTip()
         assert not action.shortcut().isEmpty()
+
+
+def test_a_source_without_words_or_figures_stands_in_the_menu_too(monkeypatch, start):
+    made = sources.Choice("mean", "the mean face", lambda: None, needs_networks=False)
+    monkeypatch.setattr(face, "CHOICES", (*CHOICES, made))
+    monkeypatch.setattr(landmarks, "CHOICES", (*CHOICES, made))
+    driver = start()
+    action = driver.window.actions_by_name["landmarks-mean"]
+    assert action.text() == "Landmarks by the mean face"
+    assert "wasn't measured" in action.toolTip()
 
 
 @pytest.mark.usefixtures("networks")

@@ -26,10 +26,9 @@ from labelled import STUDIO, Sample, samples
 
 from kogao_core.assets import AssetMissing
 from kogao_core.face import Face, LandmarkSource
-from kogao_core.landmarks import MeshSource
-from kogao_core.landmarks.aam.source import AamSource
+from kogao_core.landmarks import CHOICES
 
-SOURCES: Mapping[str, Callable[[], LandmarkSource]] = {"mesh": MeshSource, "aam": AamSource}
+SOURCES: Mapping[str, Callable[[], LandmarkSource]] = {one.name: one.make for one in CHOICES}
 SETS = (*STUDIO, "studio", "wild frontal", "wild turned", "wild")
 LEAST_IN_GROUP = 3
 PACKAGES = ("numpy", "opencv-contrib-python-headless")

@@ -1,10 +1,14 @@
 """The choice of landmark sources, and models that users bring."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from damaging import models
 
 from kogao_core import assets
+from kogao_core.cli import program
 from kogao_core.geometry import Affine
 from kogao_core.landmarks import CHOICES, MeshSource, ModelRefused, facemark, source, sources
 from kogao_core.landmarks.aam import AamSource
@@ -25,7 +29,19 @@ def test_names_give_their_sources():
     assert [choice.name for choice in CHOICES] == ["mesh", "aam"]
     assert isinstance(source("mesh"), MeshSource)
     assert isinstance(source("aam"), AamSource)
-    assert all(0.0 < choice.studio_jaw < choice.wild_jaw < 10.0 for choice in CHOICES)
+    assert all(0.0 < c.measured.studio_jaw < c.measured.wild_jaw < 10.0 for c in CHOICES)
+
+
+@pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
+def test_help_and_documents_name_every_source(choice):
+    said = CliRunner().invoke(program, ["detect", "--help"]).output
+    assert choice.name in said[said.index("--landmarks SOURCE") :].split("[")[0]
+    folder = Path(__file__).parents[2]
+    lines = (folder / "README.md").read_text(encoding="utf-8").splitlines()
+    option = next(line for line in lines if line.startswith("| `--landmarks`"))
+    assert f"`{choice.name}`" in option
+    measured = (folder / "docs" / "landmarks.md").read_text(encoding="utf-8")
+    assert choice.measured is None or f"\n| {choice.name} | " in measured
 
 
 def test_without_networks_the_aam_is_the_default(monkeypatch):
