@@ -1,0 +1,99 @@
+"""Imports point one way, as ARCHITECTURE.md draws it."""
+
+import ast
+import re
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+CORE = "kogao_core"
+
+
+def modules():
+    """Return the path of every module of the core by its full name."""
+    found = {}
+    for path in (ROOT / CORE).rglob("*.py"):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def for_types_only(tree):
+    """Return the nodes that no running program sees."""
+    blocks = (n for n in ast.walk(tree) if isinstance(n, ast.If))
+    return {
+        node
+        for block in blocks
+        if ast.unparse(block.test) == "TYPE_CHECKING"
+        for inner in block.body
+        for node in ast.walk(inner)
+    }
+
+
+def imported(path, known):
+    """Return what a module imports, at its top or later; of the core, module by module."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    unseen = for_types_only(tree)
+    found = set()
+    for node in ast.walk(tree):
+        if node in unseen:
+            continue
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: names of the core are written in full"
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            found |= {name if name in known else node.module for name in names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return found
+
+
+def graph():
+    known = modules()
+    return {name: imported(path, known) for name, path in known.items()}
+
+
+def floors():
+    """Return the floor of every room of the core, as the document draws them from the ground up."""
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    block = re.search(r"^Imports point one way.*?```\n(.*?)```", text, re.DOTALL | re.MULTILINE)[1]
+    drawn = [line.split() for line in block.splitlines()]
+    assert len({room for line in drawn for room in line}) == sum(map(len, drawn))
+    return {room: height for height, line in enumerate(drawn) for room in line}
+
+
+def room(name):
+    """Return the room of a module: what stands beneath the package, "" for the package itself."""
+    return [*name.split("."), ""][1]
+
+
+def test_every_room_imports_only_from_floors_below():
+    height = floors()
+    inner = {name: found for name, found in graph().items() if name != CORE}
+    assert height.keys() == {room(name) for name in inner}
+    upwards = [
+        f"{name} imports {other}"
+        for name, found in inner.items()
+        for other in found
+        if other.startswith(f"{CORE}.")
+        and room(other) != room(name)
+        and height[room(other)] >= height[room(name)]
+    ]
+    assert upwards == []
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    # A package's own list of names stands for all of it, so it is no station on the way.
+    lists = {name for name, path in modules().items() if path.name == "__init__.py"}
+    inner = {
+        name: {other for other in found if other.startswith(CORE) and other not in lists}
+        for name, found in graph().items()
+        if name not in lists
+    }
+    assert list(TopologicalSorter(inner).static_order())
+
+
+def test_the_core_knows_neither_the_editor_nor_qt_nor_how_models_are_made():
+    roots = {other.split(".")[0] for found in graph().values() for other in found}
+    assert not roots & {"app", "kogao_app", "PySide6", "pyqtgraph", "shiboken6"}
+    others = {other for found in graph().values() for other in found}
+    assert not [name for name in others if name.startswith(("resources", "kogao_resources.train"))]
