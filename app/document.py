@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoStack
@@ -25,8 +25,6 @@ from .pyramid import Pyramid
 
 # A landmark marked by hand and where it goes, px of the photo.
 Mark = tuple[tuple[float, float], tuple[float, float]]
-# What a file can hold of a state: one mode's faces and settings, or what both modes share.
-Part = Literal["automatic", "manual", "protection"]
 DEFAULT: Final = Recipe()
 
 
@@ -63,15 +61,15 @@ class State(Sheet):
         return tuple(aim(face, self.recipe) for face in self.faces)
 
     @property
-    def work(self) -> dict[Part, object]:
+    def work(self) -> dict[Mode, object]:
         """What would be lost with the state, to compare: the mode at work is no part of it."""
         found, marked = self.sheet("automatic"), self.sheet("manual")
-        by_hand = (marked.faces, marked.off, marked.recipe, self.draft)
+        strokes = self.protection.strokes
+        by_hand = (marked.faces, marked.off, marked.recipe, self.draft, strokes)
         return {
-            "automatic": (found.faces, found.off, found.recipe),
+            "automatic": (found.faces, found.off, found.recipe, strokes),
             # Settings of no face are nothing to lose: manual mode was only looked at.
             "manual": by_hand if marked.faces or self.draft else None,
-            "protection": self.protection.strokes,
         }
 
     def recipe_of(self, face: int | None) -> Recipe:
@@ -128,7 +126,7 @@ class Saving:
     """A save on its way: what its file will hold, and what lay below the first undo step."""
 
     base: State
-    work: dict[Part, object]
+    work: dict[Mode, object]
 
 
 class Document(QObject):
@@ -213,10 +211,10 @@ class Document(QObject):
         self._begin(state)
         self.changed.emit()
 
-    def begin_saving(self, state: State, parts: Collection[Part]) -> Saving:
-        """Note that a file is being written that will hold these parts of a state."""
+    def begin_saving(self, state: State, modes: Collection[Mode]) -> Saving:
+        """Note that a file is being written that will hold these modes of a state."""
         work = state.work
-        saving = Saving(self._base, {part: work[part] for part in parts})
+        saving = Saving(self._base, {mode: work[mode] for mode in modes})
         self._savings.append(saving)
         self.marked.emit()
         return saving

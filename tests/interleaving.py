@@ -94,15 +94,17 @@ class Interleaving:
         """
         with through(self._disks):
             self._start(self._home())
-            self._open(self._photos[0])
-            self._check()
-            for _ in range(acts):
-                self._since = time.monotonic()
-                self._act()
-                self._pump_a_little()
-                self._follow()
+            try:
+                self._open(self._photos[0])
                 self._check()
-            self._end()
+                for _ in range(acts):
+                    self._since = time.monotonic()
+                    self._act()
+                    self._pump_a_little()
+                    self._follow()
+                    self._check()
+            finally:
+                self._end()
 
     # -- programs --------------------------------------------------------------------------------
 
@@ -254,7 +256,9 @@ class Interleaving:
             return sign_in(path) == (self._books.name, self._books.work)
         state, original = self._books.states[self._books.at], self._folder / self._books.name
         pixels = np.ascontiguousarray(cv2.imread(str(original))[..., ::-1])
-        wanted = render(pixels, state.active, state.recipe, protection=state.protection).pixels
+        # All edits are made to the faces found; manual mode is only looked at.
+        sheet = state.sheet("automatic")
+        wanted = render(pixels, sheet.active, sheet.recipe, protection=state.protection).pixels
         return np.array_equal(cv2.imread(str(path))[..., ::-1], wanted)
 
     def _needs_recovery(self) -> bool:

@@ -6,12 +6,14 @@ import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core.photo import Photo
+from kogao_core.project import Mode
 
-from ..document import Document, Part, Saving, State
+from ..document import Document, Saving, State
 from ..i18n import tr
 from ..workers import Lane
 from .editing import Editing
@@ -115,10 +117,8 @@ class Saver(QObject):
         self._editing.commit()
         # Points of a face that isn't one yet are in no file.
         state = dataclasses.replace(self._document.committed, draft=())
-        parts: tuple[Part, ...] = ("protection", state.mode)
-        if whole:
-            parts = ("protection", "automatic", "manual")
-        request = Request(photo, self._document.begin_saving(state, parts), file, then)
+        modes: tuple[Mode, ...] = get_args(Mode) if whole else (state.mode,)
+        request = Request(photo, self._document.begin_saving(state, modes), file, then)
         lane = self._lanes[request] = Lane(
             self._pool, lambda problem: self._end(request, lambda: failed(problem), False), self
         )

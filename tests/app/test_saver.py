@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 
 import cv2
@@ -304,6 +305,17 @@ def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
     opened.editor.files.save(tmp_path / "copy.png")
     opened.settle()
     assert opened.window.isWindowModified(), "the copy is the photo as it was"
+    opened.editor.by_hand.manual.switch("automatic")
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.settle()
+    assert not opened.window.isWindowModified()
+    opened.editor.by_hand.manual.switch("manual")
+    assert not opened.window.isWindowModified(), "it was only looked at"
+    protected = opened.state.protection.with_stroke([(40.0, 20.0), (40.0, 300.0)], 6.0)
+    opened.editor.editing.step(dataclasses.replace(opened.state, protection=protected), "Protect")
+    opened.editor.files.save(tmp_path / "other.png")
+    opened.settle()
+    assert opened.window.isWindowModified(), "no picture of the faces has the line"
     opened.editor.projects.projects.save()
     opened.settle()
     assert not opened.window.isWindowModified()
