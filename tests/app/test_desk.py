@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 
 import cv2
@@ -140,17 +139,6 @@ def test_presets_that_cannot_be_read_are_left_out(opened, storage, stored):
     assert presets.own(storage.settings()) == {}
     choose(opened.window.presets, "Gentle")
     assert opened.state.recipe.percent == 2.0
-
-
-def test_presets_of_another_version_are_kept_for_it(storage):
-    settings = storage.settings()
-    newer = {"version": 99, "strength": 3}
-    settings.setValue("presets", json.dumps({"theirs": newer}))
-    presets.add(settings, "mine", PAPER)
-    presets.remove(settings, "mine")
-    presets.add(settings, "other", PAPER)
-    assert presets.own(settings) == {"other": PAPER}
-    assert json.loads(settings.value("presets")) == {"theirs": newer, "other": PAPER.to_dict()}
 
 
 # -- recent photos, the film strip -----------------------------------------------------------------
