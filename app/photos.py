@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Final
 
 from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
@@ -21,13 +20,11 @@ from .i18n import sentence
 from .projects import Work, beside, matched
 from .pyramid import Pyramid
 
-SAMPLE: Final = "samples/average.jpg"
-
 
 def is_sample(path: Path) -> bool:
     """Tell whether a photo is the one that travels with the program."""
     try:
-        return path == assets.path(SAMPLE)
+        return path == assets.sample()
     except assets.AssetMissing:
         return False
 

@@ -58,7 +58,7 @@ def matched(work: Work, photo: Photo) -> Work:
     BadFile
         If the photo has another shape.
     """
-    return replace(work, note=sidecar.apply(work.project, hash_of(photo), photo.pixels).note)
+    return replace(work, note=sidecar.apply(work.project, photo.pixels, hash_of(photo)).note)
 
 
 def to_keep_beside(state: State, photo: Photo) -> Project:

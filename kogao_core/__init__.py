@@ -1,3 +1,91 @@
-"""Kogao: automatic small-face warping by fast B-spline approximation (Seo, Chen and Aoki, 2011)."""
+"""Kogao: automatic small-face warping by fast B-spline approximation (Seo, Chen and Aoki, 2011).
+
+What `__all__` names is promised: read a photo, find its faces, render, write. Each name is loaded
+when it is first asked for, so the import itself costs nothing.
+
+Examples
+--------
+>>> import kogao_core as kogao
+>>> photo = kogao.read(kogao.sample())
+>>> faces = kogao.find(photo.pixels)
+>>> rendering = kogao.render(photo.pixels, faces, kogao.Recipe(percent=6))
+>>> note = kogao.write(photo, rendering.pixels, "small.png")
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # loading `typing` takes ten times as long as all else here
+if TYPE_CHECKING:
+    from typing import Any
+
+    from kogao_core.assets import sample
+    from kogao_core.face import Face
+    from kogao_core.landmarks.sources import find, source
+    from kogao_core.landmarks.template import template_face
+    from kogao_core.photo.errors import CannotWrite, UnreadablePhoto
+    from kogao_core.photo.model import Photo
+    from kogao_core.photo.reading import read
+    from kogao_core.photo.writing import write
+    from kogao_core.pipeline import Rendering, render
+    from kogao_core.project import Project
+    from kogao_core.project import load as load_project
+    from kogao_core.protection import Protection
+    from kogao_core.recipe import PAPER, Recipe
+    from kogao_core.sidecar import apply as apply_project
+    from kogao_core.strict import BadFile
 
 __version__ = "0.1.0"
+__all__ = [
+    "PAPER",
+    "BadFile",
+    "CannotWrite",
+    "Face",
+    "Photo",
+    "Project",
+    "Protection",
+    "Recipe",
+    "Rendering",
+    "UnreadablePhoto",
+    "apply_project",
+    "find",
+    "load_project",
+    "read",
+    "render",
+    "sample",
+    "source",
+    "template_face",
+    "write",
+]
+
+# The same as above, for when it runs; a test compares the two.
+_HOMES = {
+    "assets": {"sample": "sample"},
+    "face": {"Face": "Face"},
+    "landmarks.sources": {"find": "find", "source": "source"},
+    "landmarks.template": {"template_face": "template_face"},
+    "photo.errors": {"CannotWrite": "CannotWrite", "UnreadablePhoto": "UnreadablePhoto"},
+    "photo.model": {"Photo": "Photo"},
+    "photo.reading": {"read": "read"},
+    "photo.writing": {"write": "write"},
+    "pipeline": {"Rendering": "Rendering", "render": "render"},
+    "project": {"Project": "Project", "load_project": "load"},
+    "protection": {"Protection": "Protection"},
+    "recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
+    "sidecar": {"apply_project": "apply"},
+    "strict": {"BadFile": "BadFile"},
+}
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    for module, names in _HOMES.items():
+        if name in names:
+            found = getattr(import_module(f"{__name__}.{module}"), names[name])
+            globals()[name] = found
+            return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import importlib
 from pathlib import Path
+from typing import Final
+
+_SAMPLE: Final = "samples/average.jpg"
 
 
 class AssetMissing(RuntimeError):
@@ -33,6 +36,28 @@ def path(name: str) -> Path:
     if not file.is_file():
         raise AssetMissing(_how_to_get(name))
     return file
+
+
+def sample() -> Path:
+    """Return where the program's own portrait lies: the average of 81 faces, nobody's photo.
+
+    Returns
+    -------
+    Path
+        A JPEG of 900 x 900 px.
+
+    Raises
+    ------
+    AssetMissing
+        If the resources aren't installed.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> kogao.sample().name
+    'average.jpg'
+    """
+    return path(_SAMPLE)
 
 
 def _how_to_get(name: str) -> str:

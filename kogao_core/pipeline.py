@@ -47,6 +47,19 @@ class Rendering:
         The choices.
     timings_ms : dict
         Time by stage.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> face = kogao.template_face((450, 480), 400)
+    >>> rendering = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5))
+    >>> [round(percent, 2) for percent in rendering.achieved]
+    [5.0]
+    >>> rendering.one_to_one.certified, rendering.shares
+    (True, (1.0,))
+    >>> list(rendering.timings_ms)
+    ['targets', 'lattice', 'guard', 'domain', 'copy', 'warp']
     """
 
     pixels: Image
@@ -82,6 +95,12 @@ class Rendering:
     def pixel_counts(self) -> dict[DomainName, int]:
         """Pixels of the three domains of section 4, counted on first use."""
         return domains.pixel_counts(self.field, self.domain.image, self.threshold_px)
+
+    def _repr_png_(self) -> bytes:
+        """Return the result as a notebook shows it."""
+        from kogao_core.display import png
+
+        return png(self.pixels)
 
 
 def render(
@@ -125,6 +144,20 @@ def render(
         If the photo's depth or shape can't be warped, or the canvas is over another photo.
     OutOfBounds
         If faces, lattice or protection together ask for more than `limits` allows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> grey = np.random.default_rng(1).integers(0, 256, (360, 480), np.uint8)
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> rendering = kogao.render(grey, [face], kogao.Recipe(percent=6))
+    >>> rendering.pixels.shape, bool((rendering.pixels == grey).all())
+    ((360, 480), False)
+    >>> bool((rendering.pixels[:, :100] == grey[:, :100]).all())
+    True
+    >>> kogao.render(grey, [face], kogao.Recipe(percent=0)).pixels.tobytes() == grey.tobytes()
+    True
     """
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")

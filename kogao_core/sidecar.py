@@ -19,7 +19,23 @@ SUFFIX: Final = ".kogao.json"
 
 
 def sidecar_of(photo: str | os.PathLike[str]) -> Path:
-    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it."""
+    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it.
+
+    Parameters
+    ----------
+    photo : path
+        The photo.
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> from kogao_core.sidecar import sidecar_of
+    >>> sidecar_of("in/me.jpg").name
+    'me.jpg.kogao.json'
+    """
     path = Path(photo)
     return path.with_name(path.name + SUFFIX)
 
@@ -54,23 +70,41 @@ class Applied:
         )
 
 
-def apply(project: Project, sha256: str, pixels: Image) -> Applied:
+def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
     """Return what a project makes of a photo: its own, or the same one at another resolution.
 
     Parameters
     ----------
     project : Project
         Its path is told to nobody and never opened: the photo at hand is the one to work on.
-    sha256 : str
-        Hash of the photo's file, see `project.sha256_of`.
     pixels : array of shape (H, W) or (H, W, C)
         The photo, upright.
+    sha256 : str, optional
+        Hash of the photo's file, see `project.sha256_of`; without it, no note tells whether this is
+        the very file.
+
+    Returns
+    -------
+    Applied
+        What to hand to `render`.
 
     Raises
     ------
     BadFile
         If the photo has another shape than the project's, or faces or protected places lie far
         outside; one sentence.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet
+    >>> photo = kogao.read(kogao.sample())
+    >>> sheet = Sheet((kogao.template_face((450, 480), 400),), recipe=kogao.Recipe(percent=6))
+    >>> original = Original("large.jpg", "0" * 64, 1800, 1800)
+    >>> done = kogao.apply_project(kogao.Project(original, "automatic", sheet), photo.pixels)
+    >>> done.note
+    'the project was made at 1800 x 1800 px and has been scaled to this photo'
+    >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
@@ -89,22 +123,65 @@ def _check_places(project: Project, image: Box) -> None:
 
 
 def sheet_of(project: Project) -> Sheet:
-    """Return the sheet of the mode that makes the result."""
+    """Return the sheet of the mode that makes the result.
+
+    Parameters
+    ----------
+    project : Project
+        Any.
+
+    Returns
+    -------
+    Sheet
+        The automatic one where nothing was marked by hand.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet
+    >>> from kogao_core.sidecar import sheet_of
+    >>> hand = Sheet(recipe=kogao.Recipe(percent=3))
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 9, 9), "manual", Sheet(), hand)
+    >>> sheet_of(project) is hand
+    True
+    """
     if project.mode == "manual" and project.manual is not None:
         return project.manual
     return project.automatic
 
 
 def original(path: Path, sha256: str, pixels: Image) -> Original:
-    """Return how a project beside a photo names it: by its file name alone, in plain letters."""
+    """Return how a project beside a photo names it: by its file name alone, in plain letters.
+
+    Parameters
+    ----------
+    path : Path
+        The photo.
+    sha256 : str
+        Hash of its file.
+    pixels : array of shape (H, W) or (H, W, C)
+        Upright.
+
+    Returns
+    -------
+    Original
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from kogao_core.sidecar import original
+    >>> original(Path("in/me.jpg"), "0" * 64, np.zeros((3, 4), np.uint8)).path
+    'me.jpg'
+    """
     name = "".join(letter if letter.isprintable() else "?" for letter in path.name)
     height, width = pixels.shape[:2]
     return Original(name, sha256, width, height)
 
 
-def _note(project: Project, sha256: str, width: int) -> str:
+def _note(project: Project, sha256: str | None, width: int) -> str:
     made = project.original
-    if made.sha256 == sha256:
+    if sha256 == made.sha256 or (sha256 is None and made.width == width):
         return ""
     if made.width == width:
         return "the project was made from another file of the same size; check the result"

@@ -37,7 +37,7 @@ def weights() -> Path:
 def portrait(weights: Path) -> Path:
     """The sample portrait, where the networks find its face."""
     assert weights.is_dir()
-    return assets.path("samples/average.jpg")
+    return assets.sample()
 
 
 @pytest.fixture(scope="session")

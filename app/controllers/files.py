@@ -119,7 +119,7 @@ class Files(QObject):
     def open_sample(self) -> bool:
         """Open the portrait that travels with the program; return whether it is there."""
         try:
-            path = assets.path(photos.SAMPLE)
+            path = assets.sample()
         except assets.AssetMissing as problem:
             self._not_opened(problem)
             return False

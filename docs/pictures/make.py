@@ -37,7 +37,7 @@ WINDOWS: Final = {
 
 def before_after() -> Image:
     """Return the sample and its warp side by side, cut to head and shoulders, RGB."""
-    photo = read(assets.path("samples/average.jpg")).pixels
+    photo = read(assets.sample()).pixels
     faces = MeshSource().find(photo)
     after = render(photo, faces, Recipe(percent=PERCENT)).pixels
     x, y, width, height = faces[0].box

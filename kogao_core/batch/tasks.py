@@ -144,7 +144,7 @@ def _found(task: Task, photo: Photo) -> Applied:
 
 def _replayed(task: Task, photo: Photo) -> Applied:
     try:
-        return apply(load(task.project), sha256_of(task.source), photo.pixels)
+        return apply(load(task.project), photo.pixels, sha256_of(task.source))
     except BadFile as error:
         raise BadFile(f"its project {task.project} can't be used: {error}") from error
 

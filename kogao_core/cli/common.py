@@ -23,7 +23,6 @@ NO_FACE: Final = 4
 SOME_FAILED: Final = 5
 UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 
-SAMPLE: Final = "samples/average.jpg"
 # Whether it may be read is found, and said, by whoever reads it.
 PHOTO: Final = click.Path(path_type=Path, readable=False)
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -164,7 +163,7 @@ def input_path(source: Path | None, sample: bool) -> Path:
     from kogao_core import assets
 
     with stopping(assets.AssetMissing, BROKEN):
-        return assets.path(SAMPLE)
+        return assets.sample()
 
 
 def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:

@@ -44,7 +44,7 @@ def applied(file: Path, photo: Photo, sha256: str) -> Applied:
     from kogao_core.sidecar import apply
 
     with _usable(file):
-        return apply(load(file), sha256, photo.pixels)
+        return apply(load(file), photo.pixels, sha256)
 
 
 def check_free(photo: Path, sample: bool, force: bool) -> None:

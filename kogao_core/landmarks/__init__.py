@@ -7,6 +7,7 @@ from kogao_core.landmarks.sources import (
     Choice,
     Measured,
     check_networks,
+    find,
     networks_are_here,
     source,
 )
@@ -19,6 +20,7 @@ __all__ = [
     "MeshSource",
     "ModelRefused",
     "check_networks",
+    "find",
     "networks_are_here",
     "source",
     "template_face",

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core import assets
-from kogao_core.face import LandmarkSource
+from kogao_core.face import Face, LandmarkSource
+from kogao_core.geometry import Image
 from kogao_core.landmarks import locked
 from kogao_core.landmarks.aam import AamSource
 from kogao_core.landmarks.facemark import FacemarkSource
@@ -77,10 +78,23 @@ def source(wanted: str | None = None) -> LandmarkSource:
         The name of a choice, or the path of a `cv2.face` model file. When absent, the first choice,
         or the first without networks where this installation lacks them.
 
+    Returns
+    -------
+    LandmarkSource
+        Models are read at its first `find`; keep it for many photos.
+
     Raises
     ------
     ModelRefused
         If a model file is damaged or none.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> (face,) = kogao.source("aam").find(photo.pixels)
+    >>> face.source
+    'aam'
     """
     if wanted is None:
         here = (c for c in CHOICES if not c.needs_networks or networks_are_here())
@@ -89,6 +103,39 @@ def source(wanted: str | None = None) -> LandmarkSource:
         if choice.name == wanted:
             return choice.make()
     return FacemarkSource(Path(wanted))
+
+
+def find(image: Image, landmarks: str | None = None) -> list[Face]:
+    """Find the faces of an image and their landmarks (section 3.1).
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        Grey, RGB or RGBA, upright, such as `Photo.pixels`.
+    landmarks : str, optional
+        Which source to ask, see `source`.
+
+    Returns
+    -------
+    list of Face
+        Largest first, px of `image`; empty when there is none.
+
+    Raises
+    ------
+    ModelRefused
+        If a model file is damaged or none.
+    AssetMissing
+        If the source needs a file that this installation lacks.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> (face,) = kogao.find(photo.pixels)
+    >>> face.outline.shape, face.eyes.shape, face.mouth.shape
+    ((21, 2), (4, 2), (2, 2))
+    """
+    return source(landmarks).find(image)
 
 
 def networks_are_here() -> bool:

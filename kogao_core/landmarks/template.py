@@ -43,6 +43,13 @@ def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: floa
     ------
     ValueError
         If the width isn't above 0.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> face.outline[0], face.outline[20]
+    (array([140., 134.]), array([340., 134.]))
     """
     if not width_px > 0.0:
         raise ValueError(f"width_px must be above 0, got {width_px!r}")

@@ -48,7 +48,7 @@ def test_it_lies_beside_the_photo_under_its_whole_name():
 def test_the_very_photo_gets_identical_pixels_without_a_word(tmp_path):
     pixels, made = textured_photo(WIDTH, HEIGHT), project()
     save(made, tmp_path / "p.kogao.json")
-    applied = sidecar.apply(load(tmp_path / "p.kogao.json"), HASH, pixels)
+    applied = sidecar.apply(load(tmp_path / "p.kogao.json"), pixels, HASH)
     assert applied.note == ""
     assert len(applied.faces) == 2
     sheet = made.automatic
@@ -62,8 +62,8 @@ def test_at_another_resolution_everything_lands_within_a_pixel(scale):
     size = round(WIDTH * scale), round(HEIGHT * scale)
     pixels = cv2.GaussianBlur(textured_photo(WIDTH, HEIGHT), (0, 0), 3.0)
     resized = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
-    here = sidecar.apply(project(), HASH, pixels)
-    there = sidecar.apply(project(), "b" * 64, resized)
+    here = sidecar.apply(project(), pixels, HASH)
+    there = sidecar.apply(project(), resized, "b" * 64)
     assert "has been scaled" in there.note
     full, other = rendered(here, pixels), rendered(there, resized)
     # Where pixels come from, in px of the larger of the two.
@@ -82,12 +82,12 @@ def test_at_another_resolution_everything_lands_within_a_pixel(scale):
 
 def test_other_bytes_of_the_same_size_are_told():
     pixels = textured_photo(WIDTH, HEIGHT)
-    assert "another file of the same size" in sidecar.apply(project(), "b" * 64, pixels).note
+    assert "another file of the same size" in sidecar.apply(project(), pixels, "b" * 64).note
 
 
 def test_another_shape_is_refused_in_a_sentence():
     with pytest.raises(BadFile, match="another shape") as refused:
-        sidecar.apply(project(), HASH, textured_photo(WIDTH, HEIGHT - 40))
+        sidecar.apply(project(), textured_photo(WIDTH, HEIGHT - 40), HASH)
     assert "\n" not in str(refused.value)
 
 
@@ -101,13 +101,13 @@ def test_what_lies_far_outside_the_photo_is_refused_in_either_mode(mode):
         dataclasses.replace(whole, protection=Protection().with_stroke([[0.0, 1e6]])),
     ):
         with pytest.raises(BadFile, match="far outside the photo, which ends at") as refused:
-            sidecar.apply(strange, HASH, pixels)
+            sidecar.apply(strange, pixels, HASH)
         assert "\n" not in str(refused.value)
 
 
 def test_the_mode_decides_whose_faces_count():
     pixels = textured_photo(WIDTH, HEIGHT)
-    applied = sidecar.apply(project(mode="manual"), HASH, pixels)
+    applied = sidecar.apply(project(mode="manual"), pixels, HASH)
     assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
     assert applied.what == "1 face made smaller: 3 % towards centre 2"
 
