@@ -94,13 +94,56 @@ def _bounds(cells: Cells) -> Box:
 
 
 def fade_of(recipe: Recipe) -> float:
-    """Return the T of the field's fade: none up to the lossless threshold, which shows no seam."""
+    """Return the T of the field's fade: none up to the lossless threshold, which shows no seam.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        Of it, `domain` and `threshold_px`.
+
+    Returns
+    -------
+    float
+        px; 0 is no fade.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import fade_of
+    >>> fade_of(kogao.Recipe()), fade_of(kogao.Recipe(threshold_px=2.0))
+    (0.0, 2.0)
+    """
     lossless = recipe.domain != "threshold" or recipe.threshold_px <= LOSSLESS_PX
     return 0.0 if lossless else recipe.threshold_px
 
 
 def threshold_of(recipe: Recipe, field: Field) -> float:
-    """Return the T of a rendering: the recipe's, or the lossless one where its fade was refused."""
+    """Return the T of a rendering: the recipe's, or the lossless one where its fade was refused.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What was asked for.
+    field : Field
+        What came of it.
+
+    Returns
+    -------
+    float
+        px.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import threshold_of
+    >>> from kogao_core.recipe import LOSSLESS_PX
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> threshold_of(kogao.Recipe(threshold_px=2.0), field) == LOSSLESS_PX  # `field` has no fade
+    True
+    """
     return LOSSLESS_PX if fade_of(recipe) > field.fade_px else recipe.threshold_px
 
 
@@ -110,6 +153,37 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     ``control-points`` keeps every cell that a non-zero control point reaches: 4 x 4 of them, not
     the 3 x 3 of section 4.1, which leaves a seam. ``threshold`` keeps the cells in which a pixel
     could move by more than T, the field's own or the lossless one; large cells are cut up first.
+
+    Parameters
+    ----------
+    field : Field
+        What moves.
+    image : Box
+        The whole image.
+    name : {"image", "control-points", "threshold"}
+        How to reduce it.
+
+    Returns
+    -------
+    Domain
+        No pixel outside it changes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import reduce
+    >>> from kogao_core.geometry import Box
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> image = Box.of(photo)
+    >>> reached = reduce(field, image, "control-points").mask(image)
+    >>> moving = reduce(field, image, "threshold").mask(image)
+    >>> bool((moving <= reached).all()), bool(0.0 < moving.mean() < 0.5)
+    (True, True)
+    >>> reduce(field, image, "image").bounds == image
+    True
     """
     if name != "threshold":
         return Domain(name, image, tuple(Cells(a, a.reached) for a in field.lattices))
@@ -128,7 +202,34 @@ def _moving(lattice: Lattice, image: Box, least_px: float) -> Cells:
 
 
 def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) -> Mask:
-    """Return which pixels of `box` move by more than T: figure 13's regions, exact to the pixel."""
+    """Return which pixels of `box` move by more than T: figure 13's regions, exact to the pixel.
+
+    Parameters
+    ----------
+    field : Field
+        What moves.
+    box : Box
+        Where to look.
+    threshold_px : float
+        T.
+
+    Returns
+    -------
+    bool array of shape (height, width)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import threshold_mask
+    >>> from kogao_core.geometry import Box
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> mask = threshold_mask(field, Box.of(photo), threshold_px=1.0)
+    >>> mask.shape, bool(mask[262, 240]), bool(mask[0, 0])
+    ((360, 480), True, False)
+    """
     spline = Field(field.lattices)
     xs = np.arange(box.left, box.right)
     mask = np.zeros((box.height, box.width), bool)
@@ -140,7 +241,37 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
 
 
 def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainName, int]:
-    """Count the pixels of the three domains (figures 14 and 15)."""
+    """Count the pixels of the three domains (figures 14 and 15).
+
+    Parameters
+    ----------
+    field : Field
+        What moves.
+    image : Box
+        The whole image.
+    threshold_px : float
+        T.
+
+    Returns
+    -------
+    dict
+        Number of pixels by name of the domain.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import pixel_counts
+    >>> from kogao_core.geometry import Box
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> counts = pixel_counts(field, Box.of(photo), threshold_px=1.0)
+    >>> list(counts), counts["image"]
+    (['image', 'control-points', 'threshold'], 172800)
+    >>> counts["image"] > counts["control-points"] > counts["threshold"]
+    True
+    """
     reached = reduce(field, image, "control-points")
     box = reached.bounds
     return {

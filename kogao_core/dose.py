@@ -15,12 +15,56 @@ from kogao_core.targets import Pairs
 
 
 def asked_percent(pairs: Pairs) -> float:
-    """Return `toward_center_percent` of the targets: the recipe's percentage, without drags."""
+    """Return `toward_center_percent` of the targets: the recipe's percentage, without drags.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        Of one face.
+
+    Returns
+    -------
+    float
+        %.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.dose import asked_percent
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> round(asked_percent(aim(face, kogao.Recipe(percent=6))), 6)
+    6.0
+    """
     return toward_center_percent(pairs, pairs.target_px)
 
 
 def achieved_percent(field: Field, pairs: Pairs) -> float:
-    """Return `toward_center_percent` of the places where the result shows the landmarks."""
+    """Return `toward_center_percent` of the places where the result shows the landmarks.
+
+    Parameters
+    ----------
+    field : Field
+        Of all faces.
+    pairs : Pairs
+        Of one face.
+
+    Returns
+    -------
+    float
+        %.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.dose import achieved_percent
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
+    >>> round(achieved_percent(rendering.field, rendering.pairs[0]), 1)
+    6.0
+    """
     return toward_center_percent(pairs, shown_at(field, pairs.source_px, pairs.target_px))
 
 
@@ -36,6 +80,22 @@ def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
         The landmarks of the outline, 21 of a face, and their centre.
     moved_px : array of shape (N, 2)
         Where they are now.
+
+    Returns
+    -------
+    float
+        %.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.dose import toward_center_percent
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe())
+    >>> halfway = (pairs.source_px + pairs.center_px) / 2
+    >>> toward_center_percent(pairs, halfway)
+    50.0
     """
     toward = pairs.center_px - pairs.source_px
     along = ((moved_px - pairs.source_px) * toward).sum(axis=1)

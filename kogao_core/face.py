@@ -78,6 +78,16 @@ class Face:
     ------
     ValueError
         If landmarks are missing or not finite, or a confidence is none.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> face.points.shape
+    (27, 2)
+    >>> moved = face.with_outline_point(10, (240, 265))
+    >>> moved.outline[10], moved.frame == face.frame
+    (array([240., 265.]), True)
     """
 
     outline: Array
@@ -231,10 +241,32 @@ class LandmarkSource(Protocol):
 def select(faces: Sequence[Face], which: str) -> list[Face]:
     """Pick faces by ``"all"``, ``"largest"`` or 1-based numbers such as ``"1,3"``.
 
+    Parameters
+    ----------
+    faces : sequence of Face
+        Those of one photo.
+    which : str
+        The choice.
+
+    Returns
+    -------
+    list of Face
+        By number, in the order of `faces`.
+
     Raises
     ------
     ValueError
         If `which` is neither, or names a face that isn't there.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.face import select
+    >>> faces = [kogao.template_face((x, 180), width) for x, width in ((100, 90), (300, 120))]
+    >>> [face.frame.origin_px[0] for face in select(faces, "largest")]
+    [300.0]
+    >>> len(select(faces, "1,2"))
+    2
     """
     if which == "all":
         return list(faces)

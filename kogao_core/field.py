@@ -31,6 +31,21 @@ class Field:
         (section 4.2 without its step); 0 leaves the spline as it is.
     shield : Shield
         Hard edges towards which the displacement fades out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> field.at(face.outline[[0, 10]]).round(1)
+    array([[-5.2, -2.3],
+           [ 0. ,  4.6]])
+    >>> field.on_grid([240.0], [180.0, 262.0]).shape
+    (2, 2, 1)
+    >>> bool(field.det_jacobian(np.arange(480.0), np.arange(360.0)).min() > 0.5)
+    True
     """
 
     lattices: tuple[Lattice, ...]
@@ -92,7 +107,27 @@ class Field:
 
 
 def fade(length_px: Array, threshold_px: float) -> Array:
-    """Return the smoothstep of displacement lengths over [T, 2T]; 1 everywhere when T = 0."""
+    """Return the smoothstep of displacement lengths over [T, 2T]; 1 everywhere when T = 0.
+
+    Parameters
+    ----------
+    length_px : array
+        Of displacements.
+    threshold_px : float
+        T, from 0.
+
+    Returns
+    -------
+    array
+        0 to 1, of the shape of `length_px`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.field import fade
+    >>> fade(np.array([0.5, 1.5, 2.0, 9.0]), 1.0)
+    array([0. , 0.5, 1. , 1. ])
+    """
     if threshold_px <= 0.0:
         return np.ones_like(length_px)
     t = np.clip(length_px / threshold_px - 1.0, 0.0, 1.0)
@@ -120,6 +155,19 @@ def shown_at(field: Field, source_px: Array, start_px: Array | None = None) -> A
     Returns
     -------
     array of shape (N, 2)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.field import shown_at
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
+    >>> (pairs,) = rendering.pairs
+    >>> shown = shown_at(rendering.field, pairs.source_px)
+    >>> bool(abs(shown - pairs.target_px).max() < 0.01)
+    True
     """
     x = source_px if start_px is None else start_px
     for _ in range(_INVERSION_STEPS):
@@ -140,7 +188,32 @@ class Residual:
 
 
 def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
-    """Compare the field with the pull that the landmarks, and the curve through them, ask for."""
+    """Compare the field with the pull that the landmarks, and the curve through them, ask for.
+
+    Parameters
+    ----------
+    field : Field
+        What a rendering goes by.
+    pairs : sequence of Pairs
+        What was asked for.
+
+    Returns
+    -------
+    Residual
+        All zeros without a face.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.field import residual
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
+    >>> missed = residual(rendering.field, rendering.pairs)
+    >>> missed.max_px < 0.01 < missed.contour_max_px < 0.5
+    True
+    """
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
     points = np.concatenate([_misses(field, p.target_px, p.pull_px) for p in pairs])

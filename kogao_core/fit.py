@@ -60,7 +60,33 @@ class Problem:
 
 
 def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
-    """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3)."""
+    """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3).
+
+    Parameters
+    ----------
+    pairs : Pairs
+        For the warp distance.
+    frame : Frame
+        For the landmark spacing.
+    recipe : Recipe
+        Of it, `lattice` and `lattice_unit`.
+
+    Returns
+    -------
+    float
+        At least `MIN_SPACING_PX` and `LEAST_SPACINGS` of the landmark spacing.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import spacing_px
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> pairs = aim(face, recipe)
+    >>> round(spacing_px(pairs, face.frame, recipe), 2)
+    18.07
+    """
     unit = frame.spacing_px if recipe.lattice_unit == "spacing" else pairs.warp_distance_px
     return max(MIN_SPACING_PX, LEAST_SPACINGS * frame.spacing_px, recipe.lattice * unit)
 
@@ -91,6 +117,19 @@ def fit(
     OutOfBounds
         If more is asked for than `limits` allows: too many control points for all faces together,
         or too many points in lattices that reach into each other.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import fit
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> pairs = aim(face, recipe)
+    >>> (lattice,) = fit([pairs], [face.frame], [recipe])
+    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> bool(abs(missed).max() < 0.01)
+    True
     """
     grids = [
         Grid(frame.origin_px, spacing_px(pair, frame, recipe))
@@ -218,6 +257,31 @@ def approximate(problem: Problem) -> Lattice:
     Eq. (3) as printed sums k and l away. Lee, Wolberg and Shin (1997), its source, give every
     landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
     ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4).
+
+    Parameters
+    ----------
+    problem : Problem
+        One face.
+
+    Returns
+    -------
+    Lattice
+        Near the pulls, which it doesn't meet where landmarks share control points.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import Problem, approximate
+    >>> from kogao_core.lattice import Grid
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=6))
+    >>> grid = Grid(face.frame.origin_px, face.frame.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.pull_px, len(pairs.pull_px))
+    >>> lattice = approximate(problem)
+    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> bool(0.1 < abs(missed).max() < 3.0)
+    True
     """
     return _approximated(problem, _Support(problem))
 
@@ -234,7 +298,33 @@ def _approximated(problem: Problem, support: _Support) -> Lattice:
 
 
 def multilevel(problem: Problem) -> Lattice:
-    """Approximate, then approximate what is left on ever finer lattices (refs [8], [12])."""
+    """Approximate, then approximate what is left on ever finer lattices (refs [8], [12]).
+
+    Parameters
+    ----------
+    problem : Problem
+        One face.
+
+    Returns
+    -------
+    Lattice
+        The sum of all levels, on the finest.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import Problem, multilevel
+    >>> from kogao_core.lattice import Grid
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=6))
+    >>> grid = Grid(face.frame.origin_px, face.frame.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.pull_px, len(pairs.pull_px))
+    >>> lattice = multilevel(problem)
+    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> round(grid.spacing_px / lattice.grid.spacing_px), bool(abs(missed).max() < 0.5)
+    (4, True)
+    """
     lattice = approximate(problem)
     for _ in range(MULTILEVEL_STEPS):
         left = problem.pull_px - lattice.at(problem.target_px)
@@ -253,6 +343,31 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     each other are solved together, so landmarks stay exact where neighbours overlap. The ridge r
     is all but zero unless landmarks, neighbours and protected places ask for more than the lattice
     can give; then it grows, and all of them give way a little.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        One for each face of the photo.
+
+    Returns
+    -------
+    list of Lattice
+        In the order of `problems`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import Problem, exact
+    >>> from kogao_core.lattice import Grid
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=6))
+    >>> grid = Grid(face.frame.origin_px, face.frame.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.pull_px, len(pairs.pull_px))
+    >>> (lattice,) = exact([problem])
+    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> bool(abs(missed).max() < 0.01)
+    True
     """
     supports = [_Support(problem) for problem in problems]
     lattices = [support.empty for support in supports]

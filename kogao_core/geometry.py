@@ -15,7 +15,17 @@ Image = npt.NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``."""
+    """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``.
+
+    Examples
+    --------
+    >>> from kogao_core.geometry import Box
+    >>> box = Box(10, 20, 50, 40)
+    >>> box.width, box.height, box.area
+    (40, 20, 800)
+    >>> box.grown(15).clipped(Box(0, 0, 60, 60))
+    Box(left=0, top=5, right=60, bottom=55)
+    """
 
     left: int
     top: int
@@ -71,10 +81,31 @@ def frozen(
 ) -> Array:
     """Copy `points` to a read-only float64 array; `shape` is checked where given (None = any).
 
+    Parameters
+    ----------
+    points : array_like
+        Coordinates, px.
+    shape : tuple of (int or None), optional
+        What to insist on.
+    gaps : bool
+        Whether NaN is allowed.
+
+    Returns
+    -------
+    float64 array
+        Read-only.
+
     Raises
     ------
     ValueError
         If the shape differs, or a coordinate is infinite or, without `gaps`, NaN.
+
+    Examples
+    --------
+    >>> from kogao_core.geometry import frozen
+    >>> points = frozen([(1, 2), (3, 4)], (None, 2))
+    >>> points.dtype.name, points.flags.writeable
+    ('float64', False)
     """
     array = np.array(points, dtype=np.float64)
     if shape is not None and (
@@ -92,7 +123,17 @@ def frozen(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Affine:
-    """A plane map ``p -> matrix @ p + shift``, in px."""
+    """A plane map ``p -> matrix @ p + shift``, in px.
+
+    Examples
+    --------
+    >>> from kogao_core.geometry import Affine
+    >>> quarter = Affine.similarity(2.0, 90.0, (10, 0))
+    >>> quarter([(3, 0)]).round(9)
+    array([[10.,  6.]])
+    >>> quarter.inverse(quarter([(3, 0)])).round(9)
+    array([[3., 0.]])
+    """
 
     matrix: Array
     shift: Array

@@ -39,6 +39,22 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
         A field whose det J is positive.
     tuple of float
         Share of each face's pull that was kept; 1 where nothing had to be done.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.guard import hold_back
+    >>> from kogao_core.one_to_one import check_one_to_one
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> rough = kogao.Recipe(percent=15, lattice=0.25, guard=False)
+    >>> rendering = kogao.render(photo, [face], rough)
+    >>> rendering.one_to_one.folds
+    True
+    >>> held, (share,) = hold_back(rendering.field)
+    >>> 0.0 < share < 1.0, check_one_to_one(held).folds
+    (True, False)
     """
     shares = [1.0] * len(field.lattices)
     for group in groups(field.lattices):

@@ -16,7 +16,25 @@ ORDER = 4  # control points per axis that reach a point: cubic
 
 
 def basis(s: npt.ArrayLike) -> Array:
-    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4)."""
+    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4).
+
+    Parameters
+    ----------
+    s : array_like
+        Places in a cell, 0 to 1.
+
+    Returns
+    -------
+    array of shape (..., 4)
+        They sum to 1.
+
+    Examples
+    --------
+    >>> from kogao_core.lattice import basis
+    >>> basis([0.0, 0.5]).round(4)
+    array([[0.1667, 0.6667, 0.1667, 0.    ],
+           [0.0208, 0.4792, 0.4792, 0.0208]])
+    """
     s = np.asarray(s, np.float64)
     r = 1.0 - s
     weights = [r**3, 3 * s**3 - 6 * s**2 + 4, -3 * s**3 + 3 * s**2 + 3 * s + 1, s**3]
@@ -24,7 +42,25 @@ def basis(s: npt.ArrayLike) -> Array:
 
 
 def basis_slope(s: npt.ArrayLike) -> Array:
-    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4)."""
+    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4).
+
+    Parameters
+    ----------
+    s : array_like
+        Places in a cell, 0 to 1.
+
+    Returns
+    -------
+    array of shape (..., 4)
+        They sum to 0.
+
+    Examples
+    --------
+    >>> from kogao_core.lattice import basis_slope
+    >>> basis_slope([0.0, 0.5]).round(4)
+    array([[-0.5  ,  0.   ,  0.5  ,  0.   ],
+           [-0.125, -0.625,  0.625,  0.125]])
+    """
     s = np.asarray(s, np.float64)
     r = 1.0 - s
     slopes = np.stack([-(r**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=-1)
@@ -41,6 +77,14 @@ class Grid:
         Position (x, y) of node (0, 0).
     spacing_px : float
         Distance h between neighbouring nodes.
+
+    Examples
+    --------
+    >>> from kogao_core.lattice import Grid
+    >>> grid = Grid((100.0, 50.0), 20.0)
+    >>> cell, place = grid.locate([100.0, 130.0], axis=0)
+    >>> cell.tolist(), place.tolist()
+    ([0, 1], [0.0, 0.5])
     """
 
     origin_px: tuple[float, float]
@@ -103,6 +147,20 @@ class Lattice:
         Node index (i, j) of ``phi[0, 0]``; i runs along x, j along y.
     phi : array of shape (J, I, 2)
         Pull (x, y) of each control point, px.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.lattice import Grid, Lattice
+    >>> phi = np.zeros((1, 1, 2))
+    >>> phi[0, 0] = 9.0, 0.0
+    >>> lattice = Lattice(Grid((100.0, 50.0), 20.0), (0, 0), phi)
+    >>> lattice.at([(100.0, 50.0), (120.0, 50.0), (140.0, 50.0)]).round(3)
+    array([[4., 0.],
+           [1., 0.],
+           [0., 0.]])
+    >>> lattice.reach_px
+    (60.0, 10.0, 140.0, 90.0)
     """
 
     grid: Grid
@@ -227,7 +285,26 @@ class Lattice:
 
 
 def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
-    """Return the indices of lattices that reach into each other, directly or through others."""
+    """Return the indices of lattices that reach into each other, directly or through others.
+
+    Parameters
+    ----------
+    lattices : sequence of Lattice
+        One for each face.
+
+    Returns
+    -------
+    list of list of int
+        Each index is in one group.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.lattice import Grid, Lattice, groups
+    >>> grid, phi = Grid((0.0, 0.0), 10.0), np.ones((2, 2, 2))
+    >>> groups([Lattice(grid, first, phi) for first in ((0, 0), (20, 0), (3, 0))])
+    [[1], [0, 2]]
+    """
     found: list[list[int]] = []
     for k, lattice in enumerate(lattices):
         near = [group for group in found if any(_meet(lattice, lattices[i]) for i in group)]

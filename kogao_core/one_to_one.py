@@ -64,7 +64,30 @@ class OneToOne:
 
 
 def check_one_to_one(field: Field) -> OneToOne:
-    """Measure det J in all lattice cells that a non-zero control point reaches, and certify it."""
+    """Measure det J in all lattice cells that a non-zero control point reaches, and certify it.
+
+    Parameters
+    ----------
+    field : Field
+        What a rendering goes by.
+
+    Returns
+    -------
+    OneToOne
+        Smallest det J 1 without a face.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import check_one_to_one
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> sound = check_one_to_one(field)
+    >>> sound.certified, sound.folds, round(sound.min_det, 1)
+    (True, False, 0.8)
+    """
     lowest, folded = 1.0, []
     for lattice in field.lattices:
         det = _sampled_det(field, lattice)
@@ -81,7 +104,28 @@ def check_one_to_one(field: Field) -> OneToOne:
 
 
 def least_det(field: Field) -> float:
-    """Return the smallest det J that `check_one_to_one` samples; 1 without a lattice."""
+    """Return the smallest det J that `check_one_to_one` samples; 1 without a lattice.
+
+    Parameters
+    ----------
+    field : Field
+        What a rendering goes by.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import least_det
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> 0.5 < least_det(field) < 1.0
+    True
+    """
     return min((float(_sampled_det(field, a).min()) for a in field.lattices), default=1.0)
 
 
@@ -102,6 +146,27 @@ def certify(field: Field) -> bool:
 
     Where faces' lattices reach into each other there is a proof only while all slopes together
     stay below 1.
+
+    Parameters
+    ----------
+    field : Field
+        What a rendering goes by.
+
+    Returns
+    -------
+    bool
+        False says that there is no proof, not that it folds.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import certify
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> certify(field)
+    True
     """
     return edges_are_safe(field) and not any(_unproven(field))
 
@@ -128,12 +193,54 @@ def _lattice_is_safe(lattice: Lattice) -> bool:
 
 
 def edges_are_safe(field: Field) -> bool:
-    """Return True when neither fade nor shield can fold what doesn't fold without them."""
+    """Return True when neither fade nor shield can fold what doesn't fold without them.
+
+    Parameters
+    ----------
+    field : Field
+        With its fade and its shield.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import edges_are_safe
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> edges_are_safe(field)
+    True
+    """
     return fade_is_safe(field) and shield_is_safe(field)
 
 
 def shield_is_safe(field: Field) -> bool:
-    """Return True when the field's shield is proven harmless."""
+    """Return True when the field's shield is proven harmless.
+
+    Parameters
+    ----------
+    field : Field
+        With its shield.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import shield_is_safe
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> shield_is_safe(field)
+    True
+    """
     return shield_slope(field) < 1.0
 
 
@@ -142,6 +249,29 @@ def shield_slope(field: Field) -> float:
 
     The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't
     fold while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work.
+
+    Parameters
+    ----------
+    field : Field
+        With its shield.
+
+    Returns
+    -------
+    float
+        0 without a shield.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import shield_slope
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> wall = kogao.Protection().with_stroke([(350, 20), (350, 340)], feather_px=40)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> field = kogao.render(photo, [face], recipe, protection=wall).field
+    >>> 0.0 < shield_slope(field) < 1.0
+    True
     """
     if not field.shield.strokes:
         return 0.0
@@ -182,6 +312,26 @@ def fade_is_safe(field: Field) -> bool:
     Where the fade is at work, over [T, 2T], it turns the slope D of the displacement into A D,
     and no direction of A stretches by more than 2.972, whatever T; so ``|D| < 1 / 2.972`` there
     keeps I + A D invertible.
+
+    Parameters
+    ----------
+    field : Field
+        With its fade.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import fade_is_safe
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> recipe = kogao.Recipe(percent=6, threshold_px=1.0)
+    >>> fade_is_safe(kogao.render(photo, [face], recipe).field)
+    True
     """
     if field.fade_px <= 0.0:
         return True
@@ -227,6 +377,23 @@ def lower_bound(bezier: Array, lattice: Lattice) -> float:
         Cells, from `bezier_cells`.
     lattice : Lattice
         Whose cells.
+
+    Returns
+    -------
+    float
+        At most 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import bezier_cells, least_det, lower_bound
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> (lattice,) = field.lattices
+    >>> 0.0 < lower_bound(bezier_cells(lattice), lattice) <= least_det(field)
+    True
     """
     coefficients = _det_bernstein(bezier, lattice)
     bound = coefficients.min(axis=(1, 2))
@@ -247,7 +414,29 @@ def _det_bernstein(bezier: Array, lattice: Lattice) -> Array:
 
 
 def bezier_cells(lattice: Lattice) -> Array:
-    """Return the Bezier points of the pull in every cell that isn't zero, shape (N, 2, 4, 4)."""
+    """Return the Bezier points of the pull in every cell that isn't zero, shape (N, 2, 4, 4).
+
+    Parameters
+    ----------
+    lattice : Lattice
+        Of one face.
+
+    Returns
+    -------
+    array of shape (N, 2, 4, 4)
+        px: cells, component, rows along y.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.one_to_one import bezier_cells
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> bezier_cells(field.lattices[0]).shape[1:]
+    (2, 4, 4)
+    """
     return np.asarray(lattice.bezier[lattice.reached])
 
 

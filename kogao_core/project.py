@@ -84,6 +84,16 @@ class Project:
         Marked by hand.
     protection : Protection
         Places that must not move, px.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet, save
+    >>> sheet = Sheet((kogao.template_face((450, 480), 400),), recipe=kogao.Recipe(percent=6))
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 900), "automatic", sheet)
+    >>> save(project, "me.jpg.kogao.json")
+    >>> kogao.load_project("me.jpg.kogao.json").automatic.recipe == sheet.recipe
+    True
     """
 
     original: Original
@@ -123,12 +133,47 @@ def unit_px(width: int, height: int) -> int:
     """Return what coordinates are divided by: the least power of two not below both sides.
 
     Dividing by a power of two loses no bit, so reading brings back the very same points.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the photo, px.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from kogao_core.project import unit_px
+    >>> unit_px(900, 600), unit_px(1024, 1025)
+    (1024, 2048)
     """
     return 1 << (max(width, height) - 1).bit_length()
 
 
 def to_dict(project: Project) -> dict[str, Any]:
-    """Return a project as plain JSON values; positions and lengths are in `unit_px`."""
+    """Return a project as plain JSON values; positions and lengths are in `unit_px`.
+
+    Parameters
+    ----------
+    project : Project
+        What was done.
+
+    Returns
+    -------
+    dict
+        What `from_node` reads.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet, to_dict
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 600), "automatic", Sheet())
+    >>> values = to_dict(project)
+    >>> values["format"], values["unit_px"], values["automatic"]["faces"]
+    ('kogao-project', 1024, [])
+    """
     original = project.original
     unit = unit_px(original.width, original.height)
     manual = project.manual
@@ -148,10 +193,28 @@ def to_dict(project: Project) -> dict[str, Any]:
 def from_node(top: Node) -> Project:
     """Read what `to_dict` wrote.
 
+    Parameters
+    ----------
+    top : Node
+        The file's object, see `strict.parse`.
+
+    Returns
+    -------
+    Project
+
     Raises
     ------
     BadFile
         If anything isn't as it should be, or a newer Kogao wrote it.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet, from_node, to_dict
+    >>> from kogao_core.strict import Node
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 600), "automatic", Sheet())
+    >>> from_node(Node(to_dict(project))).original == project.original
+    True
     """
     top.field("format").text(40, (_FORMAT,))
     version = top.field("version").whole(1, 10**6)
@@ -182,10 +245,29 @@ def from_node(top: Node) -> Project:
 def load(path: str | os.PathLike[str]) -> Project:
     """Read a project file.
 
+    Parameters
+    ----------
+    path : path
+        The file, such as ``portrait.jpg.kogao.json``.
+
+    Returns
+    -------
+    Project
+        Its photo isn't opened; `sidecar.apply` says what it makes of one.
+
     Raises
     ------
     BadFile
         If it can't be read or isn't a project; one sentence.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> try:
+    ...     kogao.load_project("no-such.kogao.json")
+    ... except kogao.BadFile as problem:
+    ...     print(problem)
+    no-such.kogao.json can't be read (No such file or directory)
     """
     if Path(path).exists() and not Path(path).is_file():
         raise BadFile(f"{path} is no ordinary file")  # a pipe would be waited for
@@ -200,10 +282,26 @@ def load(path: str | os.PathLike[str]) -> Project:
 def save(project: Project, path: str | os.PathLike[str]) -> None:
     """Write a project file, whole or not at all.
 
+    Parameters
+    ----------
+    project : Project
+        What was done.
+    path : path
+        Replaced where it exists.
+
     Raises
     ------
     OSError
         If the folder is missing or not writable, or the disk is full.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet, save
+    >>> original = Original("me.jpg", "0" * 64, 900, 600)
+    >>> save(kogao.Project(original, "automatic", Sheet()), "me.jpg.kogao.json")
+    >>> kogao.load_project("me.jpg.kogao.json").original == original
+    True
     """
     text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
     put(text.encode("utf-8"), path)
@@ -212,10 +310,27 @@ def save(project: Project, path: str | os.PathLike[str]) -> None:
 def sha256_of(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file, in hexadecimal.
 
+    Parameters
+    ----------
+    path : path
+        Any file.
+
+    Returns
+    -------
+    str
+        64 digits.
+
     Raises
     ------
     OSError
         If it can't be read.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import sha256_of
+    >>> len(sha256_of(kogao.sample()))
+    64
     """
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -32,6 +32,15 @@ class Stroke:
     feather_px : float
         Over this distance beside the stroke the displacement fades to exactly nothing on it; 0
         only asks the fit to leave the place alone.
+
+    Examples
+    --------
+    >>> from kogao_core.protection import Stroke
+    >>> line = Stroke([(10, 20), (10, 40)])
+    >>> line.samples_px(10)
+    array([[10., 20.],
+           [10., 30.],
+           [10., 40.]])
     """
 
     points_px: Array
@@ -165,6 +174,14 @@ class Protection:
     ----------
     strokes : tuple of Stroke
         In the order they were drawn.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> still = kogao.Protection().with_stroke([(120, 20), (120, 340)], radius_px=3)
+    >>> still = still.with_stroke([(400, 100)], radius_px=20, feather_px=10)
+    >>> len(still.strokes), len(still.erased([(400, 100)], radius_px=30).strokes)
+    (2, 1)
     """
 
     strokes: tuple[Stroke, ...] = ()

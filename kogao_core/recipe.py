@@ -156,6 +156,15 @@ class Recipe:
     ------
     ValueError
         If a value is out of range; the message names the field, its range and the value.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> recipe = kogao.Recipe(percent=6, center=3)
+    >>> recipe.fit, recipe.guard
+    ('exact', True)
+    >>> kogao.Recipe.from_dict({"percent": 6, "center": 3}) == recipe
+    True
     """
 
     percent: float = 4.0
@@ -174,13 +183,48 @@ class Recipe:
             setting.check(getattr(self, setting.name))
 
     def of_face(self, own: Recipe | None) -> Recipe:
-        """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`)."""
+        """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).
+
+        Parameters
+        ----------
+        own : Recipe, optional
+            The face's recipe; of it, `FACE_FIELDS` count.
+
+        Returns
+        -------
+        Recipe
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo, own = kogao.Recipe(interpolation="lanczos4"), kogao.Recipe(percent=8)
+        >>> both = photo.of_face(own)
+        >>> both.percent, both.interpolation
+        (8, 'lanczos4')
+        """
         if own is None:
             return self
         return dataclasses.replace(self, **{name: getattr(own, name) for name in FACE_FIELDS})
 
     def at_scale(self, scale: float) -> Recipe:
-        """Return the recipe for the same photo resized by `scale`: only the threshold is in px."""
+        """Return the recipe for the same photo resized by `scale`: only the threshold is in px.
+
+        Parameters
+        ----------
+        scale : float
+            Above 0.
+
+        Returns
+        -------
+        Recipe
+            Its threshold never falls below the lossless 1/64 px.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> kogao.Recipe(threshold_px=2.0).at_scale(0.5).threshold_px
+        1.0
+        """
         if self.threshold_px <= LOSSLESS_PX:
             return self
         return dataclasses.replace(self, threshold_px=max(LOSSLESS_PX, self.threshold_px * scale))

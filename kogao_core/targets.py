@@ -41,7 +41,29 @@ class Pairs:
 
 
 def center_candidates(face: Face) -> Array:
-    """Return the centre candidates, those of figure 7a first, shape (len(CENTERS), 2), px."""
+    """Return the centre candidates, those of figure 7a first, px.
+
+    Parameters
+    ----------
+    face : Face
+        Its eye and mouth corners count.
+
+    Returns
+    -------
+    array of shape (len(CENTERS), 2)
+        The first four from the mouth to the tip of the nose.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.targets import center_candidates
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> center_candidates(face)[:4].round(1)
+    array([[240. , 195.2],
+           [240. , 175.9],
+           [240. , 156.6],
+           [240. , 144.1]])
+    """
     fractions = np.array(CENTERS)[:, None]
     return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
 
@@ -51,6 +73,29 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
 
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
     of its own (`Face.recipe`) goes by that.
+
+    Parameters
+    ----------
+    face : Face
+        Landmarks, and targets placed by hand where it has some.
+    recipe : Recipe
+        Of it, `percent` and `center`.
+
+    Returns
+    -------
+    Pairs
+        One pair for each point of the outline.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=10, center=2))
+    >>> (pairs.center_px, face.outline[10], pairs.target_px[10].round(1))
+    (array([240. , 175.9]), array([240. , 262.6]), array([240. , 253.9]))
+    >>> round(pairs.warp_distance_px, 2)
+    9.16
     """
     recipe = recipe.of_face(face.recipe)
     center = center_candidates(face)[int(recipe.center) - 1]

@@ -59,6 +59,19 @@ class Canvas:
     ------
     ValueError
         If depth, channels or size can't be warped.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp import Canvas
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> canvas = Canvas(photo)
+    >>> first = kogao.render(photo, [face], kogao.Recipe(percent=6), canvas=canvas)
+    >>> later = kogao.render(photo, [face], kogao.Recipe(percent=7), canvas=canvas)
+    >>> later.pixels is first.pixels is canvas.pixels
+    True
     """
 
     def __init__(self, source: Image) -> None:

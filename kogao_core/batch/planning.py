@@ -49,11 +49,28 @@ def plan(
     report : Path, optional
         An earlier run's report: what it lists as done needn't be done again.
 
+    Returns
+    -------
+    list of Task
+        In the order of the inputs; `run` does them.
+
     Raises
     ------
     NothingToDo
         If an input doesn't exist, there is no photo, two would be written to one place, or one
         over a photo or outside the folder.
+
+    Examples
+    --------
+    >>> import shutil
+    >>> from pathlib import Path
+    >>> import kogao_core as kogao
+    >>> from kogao_core.batch import plan
+    >>> Path("in").mkdir()
+    >>> photo = shutil.copy(kogao.sample(), "in/me.jpg")
+    >>> (task,) = plan([Path("in")], Path("out"), kogao.Recipe(percent=6))
+    >>> Path(task.output).as_posix()
+    'out/me.jpg'
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -85,10 +102,20 @@ def plan(
 def check_free(tasks: Sequence[Task]) -> None:
     """Check that none of the outputs exists, before a first run into a folder.
 
+    Parameters
+    ----------
+    tasks : sequence of Task
+        What is planned.
+
     Raises
     ------
     NothingToDo
         If one does.
+
+    Examples
+    --------
+    >>> from kogao_core.batch import check_free
+    >>> check_free([])
     """
     taken = [task.output for task in tasks if Path(task.output).exists()]
     if taken:

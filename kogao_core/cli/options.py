@@ -108,7 +108,27 @@ def tells(command: _Command) -> _Command:
 
 
 def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosure:
-    """Return what is to be told, after checking that the label can be drawn at all."""
+    """Return what is to be told, after checking that the label can be drawn at all.
+
+    Parameters
+    ----------
+    record : bool
+        Whether to add an edit record.
+    label : str, optional
+        What to draw into the picture.
+    font : str, optional
+        A font file for it.
+
+    Returns
+    -------
+    Disclosure
+        It tells nothing unless asked to.
+
+    Raises
+    ------
+    Stop
+        If the label can't be drawn.
+    """
     from kogao_core.photo import CannotDisclose
     from kogao_core.photo.disclosure import Disclosure
     from kogao_core.photo.label import check_label

@@ -31,7 +31,25 @@ def along(line: Array, count: int) -> Array:
 
 
 def shares_of(line: Array) -> Array:
-    """Return how far along a line (N, 2) each of its points lies, 0 to 1."""
+    """Return how far along a line (N, 2) each of its points lies, 0 to 1.
+
+    Parameters
+    ----------
+    line : array of shape (N, 2)
+        Not all in one place.
+
+    Returns
+    -------
+    array of shape (N,)
+        From 0 to 1, by length along straight pieces.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.interchange.curves import shares_of
+    >>> shares_of(np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 3.0)]))
+    array([0.  , 0.25, 1.  ])
+    """
     lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
     return np.asarray(lengths / lengths[-1])
 

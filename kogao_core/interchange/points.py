@@ -56,10 +56,26 @@ class PointSet:
 def text_of(data: bytes) -> str:
     """Return a file's text.
 
+    Parameters
+    ----------
+    data : bytes
+        A whole file, in UTF-8.
+
+    Returns
+    -------
+    str
+        Without a byte order mark.
+
     Raises
     ------
     BadFile
         If it is too large, has too many or too long lines, or is no text.
+
+    Examples
+    --------
+    >>> from kogao_core.interchange.points import text_of
+    >>> text_of(bytes([0xEF, 0xBB, 0xBF]) + b"27")
+    '27'
     """
     if len(data) > MOST_BYTES:
         raise BadFile(f"the file has more than {MOST_BYTES} bytes, too many for landmarks")

@@ -13,12 +13,29 @@ from kogao_core.strict import BadFile
 
 
 def parse(data: bytes) -> PointSet:
-    """Read a template of any number of points.
+    r"""Read a template of any number of points.
+
+    Parameters
+    ----------
+    data : bytes
+        A whole file.
+
+    Returns
+    -------
+    PointSet
+        px, and the lines between points where there are some.
 
     Raises
     ------
     BadFile
         If it is none.
+
+    Examples
+    --------
+    >>> from kogao_core.interchange.tem import parse
+    >>> parse(b"2\n10 20\n30.5 40\n").points
+    array([[10. , 20. ],
+           [30.5, 40. ]])
     """
     stripped = [row.strip() for row in text_of(data).splitlines()]
     rows = [row for row in stripped if row and not row.startswith("#")]

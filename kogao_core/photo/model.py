@@ -84,6 +84,15 @@ class Photo:
         What reading changed.
     extras : tuple of Extra
         What else is in the file; `kinds` tells what becomes of it.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> photo.format, photo.width, photo.height, photo.bits
+    ('JPEG', 900, 900, 8)
+    >>> photo.pixels.flags.writeable
+    False
     """
 
     pixels: Image

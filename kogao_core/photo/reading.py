@@ -55,6 +55,17 @@ def read(
     ------
     UnreadablePhoto
         If the file is missing, damaged, too large or no photo; the message says what to do.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> kogao.read(kogao.sample()).pixels.shape
+    (900, 900, 3)
+    >>> try:
+    ...     kogao.read("no-such.jpg")
+    ... except kogao.UnreadablePhoto as problem:
+    ...     print(problem)
+    no-such.jpg doesn't exist; check the name and the folder
     """
     path = Path(path)
     try:

@@ -51,6 +51,22 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         If the file exists and `force` isn't set, or the format can't hold these pixels.
     CannotWrite
         If the folder is missing or not writable, or the disk is full.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> pixels = photo.pixels.copy()
+    >>> pixels[:8, :8] = 0
+    >>> kogao.write(photo, pixels, "marked.jpg")
+    "100.0 % of the JPEG's blocks are the source's own"
+    >>> kogao.write(photo, pixels, "marked.png")
+    ''
+    >>> try:
+    ...     kogao.write(photo, pixels, "marked.png")
+    ... except kogao.CannotWrite as problem:
+    ...     print(problem)
+    marked.png exists; choose another name, or --force to replace it
     """
     path = Path(path)
     form = check_output(path, force=force)
@@ -88,6 +104,18 @@ def _backed_up(path: Path) -> Path:
 def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format:
     """Return the format of an output path, or say why nothing can be written there.
 
+    Parameters
+    ----------
+    path : path
+        Where to write.
+    force : bool
+        Whether an existing file may be replaced.
+
+    Returns
+    -------
+    {"JPEG", "PNG", "TIFF", "WEBP"}
+        By the name's ending.
+
     Raises
     ------
     RefusedOutput
@@ -95,6 +123,12 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
         device, a pipe, a link in a circle.
     CannotWrite
         If the folder is missing or not writable.
+
+    Examples
+    --------
+    >>> from kogao_core.photo import check_output
+    >>> check_output("new.tif")
+    'TIFF'
     """
     path = Path(path)
     if path.is_dir():
@@ -116,7 +150,23 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
 
 
 def bits_of(path: str | os.PathLike[str]) -> Literal[8, 16]:
-    """Return how deep a raw photo is best read for an output path."""
+    """Return how deep a raw photo is best read for an output path.
+
+    Parameters
+    ----------
+    path : path
+        Where to write.
+
+    Returns
+    -------
+    {8, 16}
+
+    Examples
+    --------
+    >>> from kogao_core.photo import bits_of
+    >>> bits_of("new.tif"), bits_of("new.jpg")
+    (16, 8)
+    """
     form = FORMATS.get(Path(path).suffix.lower())
     return 16 if form is None or "uint16" in formats.BY_NAME[form].layouts else 8
 
@@ -124,10 +174,29 @@ def bits_of(path: str | os.PathLike[str]) -> Literal[8, 16]:
 def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
     """Check that the format of an output path can hold these pixels.
 
+    Parameters
+    ----------
+    path : path
+        Where to write; its ending is known, see `check_output`.
+    pixels : array of shape (H, W) or (H, W, C)
+        What to write.
+
     Raises
     ------
     RefusedOutput
         If it would cut their depth, their transparency or their size.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.photo import RefusedOutput, check_holds
+    >>> deep = np.zeros((30, 40, 3), np.uint16)
+    >>> check_holds("new.png", deep)
+    >>> try:
+    ...     check_holds("new.jpg", deep)
+    ... except RefusedOutput as problem:
+    ...     print(problem)
+    new.jpg: JPEG can't hold this 16-bit photo; write it as .png or .tif
     """
     path = Path(path)
     form = formats.BY_NAME[FORMATS[path.suffix.lower()]]
