@@ -205,7 +205,7 @@ class Face:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form that `kogao-cli detect` prints."""
+        """Return the JSON form that `kogao-cli detect --json` gives."""
         return {
             "box": list(self.box),
             "score": self.score,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=common.PHOTO)
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for the results; made if need be.",
+    metavar="DIR", help="Folder for the results; made if need be.",
 )  # fmt: skip
 @options.chooses
 @click.option(

@@ -147,11 +147,20 @@ chooses_landmarks = click.option(
 )
 
 
+forces = click.option("--force", is_flag=True, help="Replace existing files.")
+uses_sample = click.option("--sample", is_flag=True, help="Use the built-in portrait.")
+
+
 def takes_photo(command: _Command) -> _Command:
     """Add the input argument, ``--sample`` and what it takes to read and search a photo."""
-    sample = click.option("--sample", is_flag=True, help="Use the built-in portrait as IN.")
     photo = click.argument("source", metavar="[IN]", required=False, type=PHOTO)
-    return photo(sample(limits_megapixels(chooses_landmarks(command))))
+    return photo(uses_sample(limits_megapixels(chooses_landmarks(command))))
+
+
+def takes_photos(command: _Command) -> _Command:
+    """Add the same for any number of photos and folders of photos; see `input_paths`."""
+    photos = click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO)
+    return photos(uses_sample(limits_megapixels(chooses_landmarks(command))))
 
 
 def input_path(source: Path | None, sample: bool) -> Path:
@@ -164,6 +173,26 @@ def input_path(source: Path | None, sample: bool) -> Path:
 
     with stopping(assets.AssetMissing, BROKEN):
         return assets.sample()
+
+
+def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
+    """Return the photos to read, those in folders too; or the sample, but not both."""
+    from kogao_core.photo import READABLE
+
+    if bool(inputs) == sample:
+        raise Stop("name photos or folders of photos, or use --sample", USAGE)
+    if sample:
+        return [input_path(None, sample)]
+    paths: list[Path] = []
+    for path in inputs:
+        if not path.is_dir():
+            paths.append(path)
+            continue
+        within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
+        if not within:
+            raise Stop(f"there is no photo in {path}", USAGE)
+        paths += within
+    return paths
 
 
 def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:

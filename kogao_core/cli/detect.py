@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from kogao_core.cli import common
+from kogao_core.cli import json_file as to_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,24 +20,31 @@ if TYPE_CHECKING:
 
 @click.command("detect")
 @common.takes_photo
-@click.option("--json", "as_json", is_flag=True, help="Print all landmarks as JSON.")
+@to_json.writes_json
+@common.forces
 def command(
-    source: Path | None, sample: bool, max_megapixels: float, landmarks: str | None, as_json: bool
+    source: Path | None,
+    sample: bool,
+    max_megapixels: float,
+    landmarks: str | None,
+    json_file: Path | None,
+    force: bool,
 ) -> None:
     """Find the faces in the photo IN.
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
+    to_json.check(json_file, force)
     photo = common.read_photo(common.input_path(source, sample), max_megapixels)
     faces = common.find_faces(photo, landmarks)
-    if as_json:
-        found = {
-            "image": {"width": photo.width, "height": photo.height},
-            "faces": [face.to_dict() for face in faces],
-        }
-        click.echo(json.dumps(found))
-    else:
-        click.echo(_table(photo, faces))
+    to_json.deliver(lambda: _found(photo, faces), lambda: _table(photo, faces), json_file)
+
+
+def _found(photo: Photo, faces: Sequence[Face]) -> dict[str, Any]:
+    return {
+        "image": {"width": photo.width, "height": photo.height},
+        "faces": [face.to_dict() for face in faces],
+    }
 
 
 def _table(photo: Photo, faces: Sequence[Face]) -> str:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
-import json
 import platform
 import sys
 from collections.abc import Iterator
 from importlib import import_module, metadata
+from pathlib import Path
 from typing import Any, Final
 
 import click
 
 import kogao_core
 from kogao_core import assets
-from kogao_core.cli.common import BROKEN
+from kogao_core.cli import common
+from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
 OK: Final = "ok"
@@ -64,13 +65,15 @@ _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "
 
 
 @click.command("doctor")
-@click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
+@to_json.writes_json
+@common.forces
 @click.pass_context
-def command(context: click.Context, as_json: bool) -> None:
+def command(context: click.Context, json_file: Path | None, force: bool) -> None:
     """Check versions, face networks and, on Linux, the libraries that Qt needs."""
+    to_json.check(json_file, force)
     findings = examine()
-    click.echo(json.dumps(findings) if as_json else _text(findings))
-    context.exit(0 if findings["ok"] else BROKEN)
+    to_json.deliver(lambda: findings, lambda: _text(findings), json_file)
+    context.exit(0 if findings["ok"] else common.BROKEN)
 
 
 def examine() -> dict[str, Any]:

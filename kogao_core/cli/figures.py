@@ -20,10 +20,10 @@ _KINDS: Final = ("png", "svg")
 
 
 @click.command("figures")
-@click.argument("photos", nargs=-1, required=True, type=common.PHOTO)
+@common.takes_photos
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
-    help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
+    metavar="DIR", help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
 )  # fmt: skip
 @click.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
               show_default=True)  # fmt: skip
@@ -37,11 +37,10 @@ _KINDS: Final = ("png", "svg")
     help="A saved recipe (JSON) [the paper's].",
 )  # fmt: skip
 @options.chooses_faces
-@click.option("--force", is_flag=True, help="Replace existing files.")
-@common.chooses_landmarks
-@common.limits_megapixels
+@common.forces
 def command(
-    photos: Sequence[Path],
+    inputs: Sequence[Path],
+    sample: bool,
     folder: Path,
     kinds: str,
     width_px: int,
@@ -52,12 +51,13 @@ def command(
     landmarks: str | None,
     max_megapixels: float,
 ) -> int:
-    """Draw the paper's figures of PHOTOS.
+    """Draw the paper's figures of photos.
 
     Landmarks and targets (4, 5), centre candidates (7), lattice (2), domains (14, 15), before and
     after (16), cut to the paper's 4 : 3 round the faces.
     """
     recipe = _recipe(recipe_file, percent)
+    photos = common.input_paths(inputs, sample)
     stems = [photo.stem for photo in photos]
     twice = {stem for stem in stems if stems.count(stem) > 1}
     if twice:

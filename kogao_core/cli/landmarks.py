@@ -27,10 +27,10 @@ def command() -> None:
 
 
 @command.command("export")
-@click.argument("photos", nargs=-1, required=True, type=common.PHOTO)
+@common.takes_photos
 @click.option(
     "--format", "form", type=click.Choice(_FORMATS), required=True,
-    help="WebMorph, iBUG, a table, or what detect --json prints.",
+    help="WebMorph, iBUG, a table, or what detect --json writes.",
 )  # fmt: skip
 @click.option(
     "--template", type=click.Choice(_TEMPLATES),
@@ -38,14 +38,13 @@ def command() -> None:
 )  # fmt: skip
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
-    help="A folder; made if need be. Files take the photos' names.",
+    metavar="DIR", help="A folder; made if need be. Files take the photos' names.",
 )  # fmt: skip
 @options.chooses_faces
-@click.option("--force", is_flag=True, help="Replace existing files.")
-@common.chooses_landmarks
-@common.limits_megapixels
+@common.forces
 def export(
-    photos: Sequence[Path],
+    inputs: Sequence[Path],
+    sample: bool,
     form: str,
     template: str | None,
     folder: Path,
@@ -54,7 +53,8 @@ def export(
     landmarks: str | None,
     max_megapixels: float,
 ) -> int:
-    """Find the faces of PHOTOS and write their landmarks."""
+    """Find the faces of photos and write their landmarks."""
+    photos = common.input_paths(inputs, sample)
     targets = _targets(photos, folder, form)
     if template is not None and form == "json":
         raise common.Stop("JSON holds our own points; leave --template out", common.USAGE)

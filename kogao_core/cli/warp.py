@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kogao_core.cli import common, options, points, projects, summary
+from kogao_core.cli import json_file as to_json
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def _corners(value: str) -> list[list[float]]:
 @click.command("warp")
 @common.takes_photo
 @click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path),
+    "-o", "--output", required=True, type=click.Path(path_type=Path), metavar="FILE",
     cls=common.LateHelp, tells=common.tell_of_endings,
 )  # fmt: skip
 @options.chooses
@@ -67,7 +67,7 @@ def _corners(value: str) -> list[list[float]]:
     help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
 )  # fmt: skip
 @options.tells
-@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+@to_json.writes_json
 @click.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
     source: Path | None,
@@ -87,7 +87,7 @@ def command(
     record: bool,
     label: str | None,
     font: str | None,
-    as_json: bool,
+    json_file: Path | None,
     force: bool,
     **choices: Any,
 ) -> None:
@@ -100,6 +100,7 @@ def command(
     disclosure = options.disclosure_of(record, label, font)
     path = common.input_path(source, sample)
     _check_output(path, output, force)
+    to_json.check(json_file, force)
     if save_project:
         projects.check_free(path, sample, force)
     photo = common.read_photo(path, max_megapixels, output)
@@ -118,11 +119,8 @@ def command(
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(f"the project is {place}")
-    if as_json:
-        report = summary.as_json(photo, output, done.faces, rendering, notes)
-        click.echo(json.dumps(report))
-    else:
-        click.echo(summary.as_text(photo, output, done.faces, rendering, notes))
+    told = photo, output, done.faces, rendering, notes
+    to_json.deliver(lambda: summary.as_json(*told), lambda: summary.as_text(*told), json_file)
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:

@@ -59,7 +59,7 @@ def test_warp_writes_what_render_gives(cli, portrait, tmp_path):
     assert (code, err) == (0, "")
     assert "1 face, 6 % towards centre 3" in said
     source = photo.read(portrait)
-    faces = json.loads(cli("detect", portrait, "--json")[1])["faces"]
+    faces = json.loads(cli("detect", portrait, "--json", "-")[1])["faces"]
     written = photo.read(out).pixels
     assert (written != source.pixels).any()
     from kogao_core.landmarks import MeshSource
@@ -76,7 +76,7 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     told = "not kept: the motion photo's video"
     _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--percent", 6)
     assert said.splitlines()[-1] == f"note      {told}"
-    _, said, _ = cli("warp", source, "-o", tmp_path / "b.png", "--json")
+    _, said, _ = cli("warp", source, "-o", tmp_path / "b.png", "--json", "-")
     assert json.loads(said)["notes"] == [told]
     _, said, _ = cli("warp", source, "-o", tmp_path / "c.jpg", "--percent", 0)
     assert "note" not in said
@@ -85,7 +85,7 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
 @pytest.mark.usefixtures("portrait")
 def test_warp_reports_in_json(cli, tmp_path):
     out = tmp_path / "out.jpg"
-    code, said, err = cli("warp", "--sample", "-o", out, "--json", "--fit", "approximation")
+    code, said, err = cli("warp", "--sample", "-o", out, "--json", "-", "--fit", "approximation")
     assert (code, err) == (0, "")
     report = json.loads(said)
     assert report["recipe"] == Recipe(fit="approximation").to_dict()
@@ -108,13 +108,13 @@ def test_warp_reports_in_json(cli, tmp_path):
 @pytest.mark.usefixtures("portrait")
 def test_warp_protects_a_line_and_says_what_bends(cli, tmp_path):
     still = tmp_path / "still.png"
-    _, said, _ = cli("warp", "--sample", "-o", tmp_path / "free.png", "--json")
+    _, said, _ = cli("warp", "--sample", "-o", tmp_path / "free.png", "--json", "-")
     face = json.loads(said)["faces"][0]
     x = max(point[0] for point in face["outline"]) + 10
     line = f"{x:.1f},100 {x:.1f},700"
     code, said, err = cli(
         "warp", "--sample", "-o", still, "--protect", line, "--protect-width", "8",
-        "--protect-feather", "30", "--json",
+        "--protect-feather", "30", "--json", "-",
     )  # fmt: skip
     assert (code, err) == (0, "")
     report = json.loads(said)
@@ -132,7 +132,7 @@ def test_warp_protects_a_line_and_says_what_bends(cli, tmp_path):
 
 
 def test_detect_prints_exactly_the_documented_json(cli, portrait):
-    code, said, err = cli("detect", "--sample", "--json")
+    code, said, err = cli("detect", "--sample", "--json", "-")
     assert (code, err) == (0, "")
     found = json.loads(said)
     with Image.open(portrait) as image:
@@ -179,12 +179,12 @@ def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, portrait,
 def test_a_threshold_that_is_not_used_is_told(cli, tmp_path):
     arguments = ["warp", "--sample", "--percent", 8, "--lattice", 0.5, "--threshold", 8, "--force"]
     arguments += ["-o", tmp_path / "out.png"]
-    report = json.loads(cli(*arguments, "--json")[1])
+    report = json.loads(cli(*arguments, "--json", "-")[1])
     assert report["recipe"]["threshold_px"] == 8
     assert report["threshold_px"] == 1 / 64
     assert "threshold 8 px not used" in cli(*arguments)[1]
     arguments[arguments.index("--threshold") + 1] = 0.1
-    report = json.loads(cli(*arguments, "--json")[1])
+    report = json.loads(cli(*arguments, "--json", "-")[1])
     assert report["threshold_px"] == 0.1
     assert "not used" not in cli(*arguments)[1]
 
@@ -193,11 +193,11 @@ def test_a_threshold_that_is_not_used_is_told(cli, tmp_path):
 def test_folding_is_held_back_or_told(cli, tmp_path):
     arguments = ["warp", "--sample", "--percent", 12, "--lattice-unit", "warp", "--force"]
     arguments += ["--lattice", 0.5, "-o", tmp_path / "out.png"]
-    report = json.loads(cli(*arguments, "--json")[1])
+    report = json.loads(cli(*arguments, "--json", "-")[1])
     assert report["shares"][0] < 1
     assert report["one_to_one"]["min_det"] > 0
     assert "held back to" in cli(*arguments)[1]
-    report = json.loads(cli(*arguments, "--no-guard", "--json")[1])
+    report = json.loads(cli(*arguments, "--no-guard", "--json", "-")[1])
     assert report["shares"] == [1]
     assert report["one_to_one"]["folded_cells"]
     assert "the warp folds in" in cli(*arguments, "--no-guard")[1]
@@ -211,7 +211,7 @@ def test_zero_percent_copies_the_file(cli, portrait, tmp_path):
 def test_options_override_the_recipe_file(cli, portrait, tmp_path):
     saved = Recipe(percent=2.0, center=4, lattice=1.5, threshold_px=0.25)
     (tmp_path / "r.json").write_text(json.dumps(saved.to_dict()), encoding="utf-8")
-    arguments = ["--recipe", tmp_path / "r.json", "--percent", 3, "--json"]
+    arguments = ["--recipe", tmp_path / "r.json", "--percent", 3, "--json", "-"]
     _, said, _ = cli("warp", portrait, "-o", tmp_path / "out.png", *arguments)
     used = json.loads(said)["recipe"]
     assert used == {**saved.to_dict(), "percent": 3.0}
@@ -225,12 +225,12 @@ def test_faces_are_chosen_by_number(cli, portrait, tmp_path, fails):
     pair[:, : source.shape[1]] = source
     pair[: small.shape[0], source.shape[1] :] = small
     Image.fromarray(pair).save(tmp_path / "pair.png")
-    _, said, _ = cli("detect", tmp_path / "pair.png", "--json")
+    _, said, _ = cli("detect", tmp_path / "pair.png", "--json", "-")
     both = json.loads(said)["faces"]
     assert len(both) == 2
     for which, expected in (("largest", [both[0]]), ("2", [both[1]]), ("1,2", both)):
         out = tmp_path / f"{which}.png"
-        _, said, _ = cli("warp", tmp_path / "pair.png", "-o", out, "--face", which, "--json")
+        _, said, _ = cli("warp", tmp_path / "pair.png", "-o", out, "--face", which, "--json", "-")
         assert json.loads(said)["faces"] == expected
     for number in (0, 3):
         bad = ("warp", tmp_path / "pair.png", "-o", tmp_path / "bad.png", "--face", number)
@@ -341,7 +341,7 @@ def marked(tmp_path):
 
 def test_a_recipe_from_a_windows_editor_is_read(cli, marked, tmp_path):
     (tmp_path / "r.json").write_bytes(b"\xef\xbb\xbf" + b'{"percent": 3}')
-    arguments = ("-o", tmp_path / "out.png", "--recipe", tmp_path / "r.json", "--json")
+    arguments = ("-o", tmp_path / "out.png", "--recipe", tmp_path / "r.json", "--json", "-")
     code, said, _ = cli("warp", *marked, *arguments)
     assert (code, json.loads(said)["recipe"]["percent"]) == (0, 3)
 
@@ -468,7 +468,7 @@ def test_unreadable_photos(fails, tmp_path):
     for name, content, words in bad_inputs(tmp_path):
         if content is not None:
             (tmp_path / name).write_bytes(content)
-        fails(3, words, "detect", tmp_path / name, "--json")
+        fails(3, words, "detect", tmp_path / name, "--json", "-")
         fails(3, words, "warp", tmp_path / name, "-o", tmp_path / "out.jpg")
     fails(3, "is a folder", "detect", tmp_path)
 
@@ -486,7 +486,7 @@ def test_no_face(fails, faceless, tmp_path):
     fails(4, words, "warp", faceless, "-o", tmp_path / "out.png")
     one = tmp_path / "one.png"
     Image.new("RGB", (1, 1)).save(one)
-    fails(4, "no face in", "warp", one, "-o", tmp_path / "out.png", "--json")
+    fails(4, "no face in", "warp", one, "-o", tmp_path / "out.png", "--json", "-")
 
 
 def test_bad_outputs(fails, tmp_path, faceless):
@@ -550,7 +550,7 @@ def test_without_networks_the_aam_steps_in_and_says_so(cli, portrait, monkeypatc
         return everything(name)
 
     monkeypatch.setattr(assets, "path", no_networks)
-    code, said, err = cli("detect", portrait, "--json")
+    code, said, err = cli("detect", portrait, "--json", "-")
     assert code == 0
     assert len(json.loads(said)["faces"]) == 1
     assert "less exact" in err
@@ -561,7 +561,7 @@ def test_without_networks_the_aam_steps_in_and_says_so(cli, portrait, monkeypatc
 
 def test_landmarks_come_from_where_they_are_asked_for(cli, portrait, tmp_path):
     for name in ("mesh", "aam"):
-        code, said, _ = cli("detect", portrait, "--json", "--landmarks", name)
+        code, said, _ = cli("detect", portrait, "--json", "-", "--landmarks", name)
         assert code == 0
         assert len(json.loads(said)["faces"]) == 1
     (tmp_path / "model.yaml").write_text("none")
@@ -640,7 +640,7 @@ def test_a_reader_that_leaves_is_no_error():
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
-@pytest.mark.parametrize("arguments", ["licenses", "doctor --json"])
+@pytest.mark.parametrize("arguments", ["licenses", "doctor --json -"])
 def test_a_full_disk_behind_the_output_gives_one_line(arguments):
     command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' {arguments}"
     done = subprocess.run(
@@ -688,7 +688,7 @@ def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch):
     missing = ("libxcb-cursor.so.0", "libEGL.so.1")
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(doctor, "_loads", lambda name: name not in missing)
-    code, said, _ = cli("doctor", "--json")
+    code, said, _ = cli("doctor", "--json", "-")
     assert code == 1
     found = json.loads(said)
     assert found["missing_libraries"] == {
@@ -716,7 +716,7 @@ def test_doctor_sees_wrong_and_missing_networks(cli, tmp_path, monkeypatch):
 
     monkeypatch.setattr(assets, "path", path)
     monkeypatch.setattr(doctor, "_loads", lambda _: True)
-    code, said, _ = cli("doctor", "--json")
+    code, said, _ = cli("doctor", "--json", "-")
     assert code == 1
     states = json.loads(said)["assets"]
     assert states["face_detection_back.tflite"] == "not the file it should be"

@@ -34,7 +34,7 @@ def test_68_points_and_a_mapping_come_near(cli, portrait, tmp_path):
     for options in ((), ("--points-map", "0-16/36,39,42,45/48,54")):
         out = tmp_path / f"out{len(options)}.png"
         found = ("--points", tmp_path / "average.pts", *options)
-        code, said, err = cli("warp", portrait, *found, "-o", out, "--json")
+        code, said, err = cli("warp", portrait, *found, "-o", out, "--json", "-")
         assert (code, err) == (0, "")
         report.append(json.loads(said)["faces"])
     assert report[0] == report[1]

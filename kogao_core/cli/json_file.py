@@ -1,0 +1,89 @@
+"""``--json F``: all that a command found, for programs; in every command the same."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import click
+
+from kogao_core.cli import common
+
+STDOUT: Final = Path("-")
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+def _no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
+    """Refuse a photo's name: whoever leaves F out would lose the photo that follows."""
+    if file is None or file == STDOUT:
+        return file
+    from kogao_core.photo import READABLE
+
+    if file.suffix.lower() in READABLE:
+        raise click.BadParameter(f"{file} is a photo's name; name a JSON file, or - to print.")
+    return file
+
+
+_FILE: Final = click.option(
+    "--json", "json_file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True),
+    metavar="F", callback=_no_photo, help="Write everything as JSON; - prints it.",
+)  # fmt: skip
+
+
+def writes_json(command: _Command) -> _Command:
+    """Add ``--json F``."""
+    return _FILE(command)
+
+
+def check(file: Path | None, force: bool) -> None:
+    """Check, before work begins, that the file can be written.
+
+    Raises
+    ------
+    Stop
+        If it exists and `force` isn't set, no file can be there, or there is no such folder.
+    """
+    if file is None or file == STDOUT:
+        return
+    common.check_free(file, force)
+    if not file.parent.is_dir():
+        raise common.Stop(f"there is no folder {file.parent}; make it first", common.UNREADABLE)
+    if not os.access(file.parent, os.W_OK | os.X_OK):
+        raise common.Stop(
+            f"the folder {file.parent} isn't writable; choose another one", common.UNREADABLE
+        )
+
+
+def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None) -> None:
+    """Print what was found for people, unless JSON is printed, and write it where asked to.
+
+    Parameters
+    ----------
+    found : callable
+        Returns it as plain JSON values.
+    text : callable
+        Returns the same for people.
+    file : Path, optional
+        Where to write; ``-`` is the standard output.
+
+    Raises
+    ------
+    Stop
+        If the file can't be written.
+    """
+    from kogao_core.atomic import put
+
+    if file == STDOUT:
+        click.echo(json.dumps(found()))
+        return
+    click.echo(text())
+    if file is not None:
+        try:
+            put((json.dumps(found()) + "\n").encode(), file)
+        except OSError as error:
+            raise common.Stop(
+                f"{file} can't be written ({error.strerror or error})", common.UNREADABLE
+            ) from error

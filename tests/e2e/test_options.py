@@ -1,0 +1,130 @@
+"""An option means the same in every command."""
+
+import json
+
+import click
+import pytest
+
+from kogao_core.cli import common, program
+
+# Many photos into a folder, where the sample would only be in the way; and FOLDERS of ratings.
+TAKES_NO_SAMPLE = {"batch", "make"}
+
+
+def leaves(command, name=""):
+    if isinstance(command, click.Group):
+        for below, one in command.commands.items():
+            yield from leaves(one, below)
+    else:
+        yield name, command
+
+
+COMMANDS = dict(leaves(program))
+
+
+def options():
+    for name, command in COMMANDS.items():
+        for option in command.params:
+            if isinstance(option, click.Option):
+                for spelled in option.opts:
+                    yield spelled, name, option
+
+
+# `-o` is the photo of `warp`, and a folder of whatever makes several files.
+SHARED = sorted({spelled for spelled, _, _ in options()} - {"-o", "--output"})
+
+
+@pytest.mark.parametrize("spelled", SHARED)
+def test_it_takes_the_same_kind_of_value(spelled):
+    kinds = {
+        name: (option.is_flag, option.multiple, option.nargs, option.type.name, option.metavar)
+        for known, name, option in options()
+        if known == spelled
+    }
+    assert len(set(kinds.values())) == 1, kinds
+
+
+@pytest.mark.parametrize("spelled", ["--json", "--csv", "--html"])
+def test_every_report_goes_to_a_file_or_is_printed(spelled):
+    found = [option for known, _, option in options() if known == spelled]
+    assert found
+    for option in found:
+        assert not option.is_flag
+        assert option.type.allow_dash
+        assert "- prints" in option.help or spelled != "--json"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_whoever_takes_photos_takes_the_sample_and_says_how_to_find_faces(name):
+    command = COMMANDS[name]
+    spelled = {opt for option in command.params for opt in option.opts}
+    if any(one.type is common.PHOTO for one in command.params):
+        assert {"--landmarks", "--max-megapixels"} <= spelled
+        assert "--sample" in spelled or name in TAKES_NO_SAMPLE
+    if "--json" in spelled:
+        assert "--force" in spelled
+
+
+@pytest.mark.parametrize(
+    "arguments", [("detect", "--sample"), ("doctor",), ("warp", "--sample", "-o", "{folder}/o.png")]
+)
+def test_json_goes_to_a_file_or_is_printed_in_place_of_the_text(cli, weights, tmp_path, arguments):
+    assert weights.is_dir()
+    arguments = [one.format(folder=tmp_path) for one in arguments]
+    file = tmp_path / "found.json"
+    code, text, err = cli(*arguments, "--json", file)
+    written = json.loads(file.read_text())
+    assert (err, text[:1] != "{") == ("", True)
+    assert cli(*arguments, "--json", file)[0] == 2
+    again, printed, _ = cli(*arguments, "--json", "-", "--force")
+    assert again == code
+    assert json.loads(printed).keys() == written.keys()
+    assert cli(*arguments, "--json", file, "--force")[0] == code
+
+
+@pytest.mark.parametrize(
+    ("file", "code", "words"),
+    [
+        ("{photo}", 2, "is a photo's name; name a JSON file, or - to print"),
+        ("{folder}/none/x.json", 3, "there is no folder"),
+        ("{folder}", 2, "is a directory"),
+    ],
+)
+def test_a_json_file_that_cannot_be_is_refused_before_work_begins(
+    cli, small_portrait, tmp_path, file, code, words
+):
+    before = small_portrait.read_bytes()
+    given = file.format(photo=small_portrait, folder=tmp_path)
+    out = tmp_path / "out.png"
+    found, text, err = cli("warp", small_portrait, "-o", out, "--json", given, "--force")
+    assert (found, text) == (code, "")
+    assert words in err
+    assert not out.exists()
+    assert small_portrait.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("command", "made"),
+    [
+        (("experiment", "figures", "--width", "240"), "-lattice.png"),
+        (("landmarks", "export", "--format", "tem"), ".tem"),
+    ],
+)
+def test_many_photos_are_files_folders_or_the_sample(cli, small_portrait, tmp_path, command, made):
+    (tmp_path / "in" / "below").mkdir(parents=True)
+    (tmp_path / "in" / "below" / "me.jpg").write_bytes(small_portrait.read_bytes())
+    (tmp_path / "in" / "notes.txt").touch()
+    for given, stem in ((tmp_path / "in", "me"), ("--sample", "average")):
+        out = tmp_path / f"out-{stem}"
+        code, _, err = cli(*command, given, "-o", out)
+        assert (code, err) == (0, "")
+        assert (out / f"{stem}{made}").is_file()
+    (tmp_path / "empty").mkdir()
+    for given, words in (
+        ((), "or use --sample"),
+        ((small_portrait, "--sample"), "or use --sample"),
+        ((tmp_path / "empty",), "there is no photo in"),
+    ):
+        code, _, err = cli(*command, *given, "-o", tmp_path / "none")
+        assert (code, words in err) == (2, True)
+    assert not (tmp_path / "none").exists()
