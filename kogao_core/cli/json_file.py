@@ -1,4 +1,4 @@
-"""``--json F``: all that a command found, for programs; in every command the same."""
+"""``--json [F]``: all that a command found, for programs; in every command the same."""
 
 from __future__ import annotations
 
@@ -16,25 +16,26 @@ STDOUT: Final = Path("-")
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
-def _no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
+def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
     """Refuse a photo's name: whoever leaves F out would lose the photo that follows."""
     if file is None or file == STDOUT:
         return file
     from kogao_core.photo import READABLE
 
     if file.suffix.lower() in READABLE:
-        raise click.BadParameter(f"{file} is a photo's name; name a JSON file, or - to print.")
+        raise click.BadParameter(f"{file} is a photo's name; name another file, or - to print.")
     return file
 
 
 _FILE: Final = click.option(
     "--json", "json_file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True),
-    metavar="F", callback=_no_photo, help="Write everything as JSON; - prints it.",
+    is_flag=False, flag_value="-", metavar="[F]", callback=no_photo,
+    help="Write everything as JSON; without F, or with -, print it.",
 )  # fmt: skip
 
 
 def writes_json(command: _Command) -> _Command:
-    """Add ``--json F``."""
+    """Add ``--json [F]``."""
     return _FILE(command)
 
 

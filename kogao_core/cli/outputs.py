@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, json_file
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Made, Report
     from kogao_core.geometry import Image
 
 KINDS: Final = ("json", "csv", "html")
-STDOUT: Final = Path("-")
+STDOUT: Final = json_file.STDOUT
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 _FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 _KEPT: Final = {
-    "json": "Write everything; - prints.",
-    "csv": "Write a table of all figures.",
-    "html": "Write a report for a browser.",
+    "json": "Write everything as JSON; without F, or with -, print it.",
+    "csv": "Write a table of all figures, or print it.",
+    "html": "Write a report for a browser, or print it.",
 }
 
 
@@ -32,8 +32,9 @@ def writes_files(command: _Command) -> _Command:
     command = click.option("--force", is_flag=True, help="Replace existing files.")(command)
     for kind in reversed(KINDS):
         command = click.option(
-            f"--{kind}", f"{kind}_file", type=_FILE, metavar="F", help=_KEPT[kind]
-        )(command)
+            f"--{kind}", f"{kind}_file", type=_FILE, is_flag=False, flag_value="-", metavar="[F]",
+            callback=json_file.no_photo, help=_KEPT[kind],
+        )(command)  # fmt: skip
     return command
 
 

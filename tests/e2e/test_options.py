@@ -51,7 +51,7 @@ def test_every_report_goes_to_a_file_or_is_printed(spelled):
     for option in found:
         assert not option.is_flag
         assert option.type.allow_dash
-        assert "- prints" in option.help or spelled != "--json"
+        assert "print it" in option.help
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -80,12 +80,14 @@ def test_json_goes_to_a_file_or_is_printed_in_place_of_the_text(cli, weights, tm
     assert again == code
     assert json.loads(printed).keys() == written.keys()
     assert cli(*arguments, "--json", file, "--force")[0] == code
+    _, bare, _ = cli(*arguments, "--force", "--json")
+    assert json.loads(bare).keys() == written.keys()
 
 
 @pytest.mark.parametrize(
     ("file", "code", "words"),
     [
-        ("{photo}", 2, "is a photo's name; name a JSON file, or - to print"),
+        ("{photo}", 2, "is a photo's name; name another file, or - to print"),
         ("{folder}/none/x.json", 3, "there is no folder"),
         ("{folder}", 2, "is a directory"),
     ],
@@ -100,6 +102,14 @@ def test_a_json_file_that_cannot_be_is_refused_before_work_begins(
     assert (found, text) == (code, "")
     assert words in err
     assert not out.exists()
+    assert small_portrait.read_bytes() == before
+
+
+@pytest.mark.parametrize("kind", ["json", "csv", "html"])
+def test_a_report_never_goes_over_a_photo(cli, small_portrait, kind):
+    before = small_portrait.read_bytes()
+    code, _, err = cli("experiment", "domains", "--sample", f"--{kind}", small_portrait, "--force")
+    assert (code, "is a photo's name" in err) == (2, True)
     assert small_portrait.read_bytes() == before
 
 
