@@ -370,6 +370,8 @@ class Interleaving:
 
     def _look(self) -> None:
         """Look at manual mode and come back."""
+        self._editor.editing.commit()
+        self._push()
         for mode in ("manual", "automatic"):
             self._editor.by_hand.manual.switch(mode)
             self._push()
