@@ -249,8 +249,10 @@ def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
 def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
     frames = []
     opened.editor.live.drawn.connect(frames.append)
-    slider(opened).setFocus()
-    QTest.keyClick(slider(opened), KEYS.Key_Right)
+    opened.editor.live._rest.setInterval(60_000)  # the gesture goes on until it is committed
+    opened.editor.choices.set_field("percent", 4.1)
+    opened.qtbot.waitUntil(lambda: bool(frames))
+    opened.editor.editing.commit()
     opened.settle()
     assert frames[0].rendering.recipe.interpolation == "bilinear"
     assert frames[-1].rendering.recipe == opened.state.recipe
