@@ -1,6 +1,6 @@
 """Damage what the editor opens: ``python tests/benchmarks/hostile_editor.py [--inputs N]``.
 
-Photos, their projects, points, settings copied or kept by the editor, recovery files and studies,
+Photos, their projects, points, settings copied or kept by the editor and recovery files,
 as ``hostile.py`` does it with the command line. The editor has no screen; nothing may appear on
 stderr, where Python and Qt complain.
 """
@@ -88,14 +88,6 @@ def recovery_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
     return ["open", "photo.png", "restore", ""], files
 
 
-def rate_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
-    """Return a study of which one file is damaged, and go on with a rater's session."""
-    files = dict(hostile_texts.study())
-    name = list(files)[rng.integers(len(files))]
-    files[name] = hostile_texts.damaged(files[name], rng)
-    return ["open", "photo.png", "rate", "study"], files
-
-
 MAKERS: dict[str, Callable[[Rng], tuple[list[str], dict[str, bytes]]]] = {
     "photo": photo_case,
     "sidecar": sidecar_case,
@@ -104,7 +96,6 @@ MAKERS: dict[str, Callable[[Rng], tuple[list[str], dict[str, bytes]]]] = {
     "paste": paste_case,
     "settings": settings_case,
     "recovery": recovery_case,
-    "rate": rate_case,
 }
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from PIL import Image, ImageFont
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import ratings
 from damaging import bytewise, models, texts
 from damaging.trials import Case, finish, options, run
 from scenes import oval_face, textured_photo
@@ -102,10 +103,12 @@ def study() -> dict[str, bytes]:
     photographed = origin.Photographed("a.jpg", "0" * 64, ((1.0, 2.0), (3.0, 4.0)))
     made = origin.Origin("1.0", "2026-11-01T12:00:00+00:00", "mesh")
     key = plan.Key("a-study", "s", PAPER, (photographed,), meanings, made)
-    asked = session.Session(shown, "r1")
-    lines = [results.header("a-study", "r1", "editor")]
+    order = (*rated, *graded)
+    asked = session.Session(shown, "r1", order)
+    lines = [{**results.header(shown, "r1", "program"), "order": list(order)}]
     while asked.current is not None:
-        said = asked.grade(90, 5.0) if asked.grading else asked.answer("natural", 7.0)
+        is_graded = asked.current in graded
+        said = ratings.graded(asked, 90) if is_graded else ratings.answered(asked, "natural")
         asked.take(said)
         lines.append(said.to_dict())
     return {

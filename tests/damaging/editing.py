@@ -1,9 +1,8 @@
 """A short visit to the editor, without a screen: a program that `child` can run.
 
 Arguments are steps, each of one word and a file: ``open``, ``import`` (landmarks), ``paste``
-(settings, from the clipboard), ``restore`` (what a crash has left) and ``rate`` (a study). Python
-and Qt tell on stderr what they weren't asked to bear, and so does a job that failed with anything
-but a refusal of ours.
+(settings, from the clipboard) and ``restore`` (what a crash has left). Python and Qt tell on stderr
+what they weren't asked to bear, and so does a job that failed with anything but a refusal of ours.
 """
 
 from __future__ import annotations
@@ -71,7 +70,6 @@ class Visit:
             "import": self.editor.interchange.import_file,
             "paste": self._paste,
             "restore": self._restore,
-            "rate": self.editor.rating.open,
         }
         steps[word](file)
         self._settle()

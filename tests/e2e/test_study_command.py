@@ -140,7 +140,11 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
 
 def test_rate_serves_the_page_until_it_is_interrupted(cli, portrait, tmp_path):
     cli("make", portrait, "-o", tmp_path / "new", "--lattices", "1")
-    start = "from kogao_core.cli import main; main()"
+    # Whoever starts a program in the background may have it ignore Ctrl-C.
+    start = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "from kogao_core.cli import main; main()"
+    )
     words = [sys.executable, "-c", start, "experiment", "study", "rate"]
     program = subprocess.Popen(
         [*words, tmp_path / "new", "--no-browser"],
