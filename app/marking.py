@@ -95,7 +95,7 @@ def _reshaped(face: Face, outline: Array, targets: Array) -> Face:
         face,
         outline=outline,
         targets=None if np.isnan(targets).all() else targets,
-        pinned_frame=None,
+        pinned_anchor=None,
         confidence=None,
     )
 
@@ -113,7 +113,7 @@ def without_landmark(state: State, handle: Handle) -> State:
 def mirrored(state: State, handle: Handle) -> State:
     """Return the state with a landmark and its target also on the other side of the face axis."""
     face = state.faces[handle.face]
-    across, spacing = _reflection(face), face.frame.spacing_px
+    across, spacing = _reflection(face), face.anchor.spacing_px
     source = across(face.outline[handle.index])
     target = across(state.pairs[handle.face].target_px[handle.index])
     apart = np.linalg.norm(face.outline - source, axis=1)
@@ -129,7 +129,7 @@ def mirrored(state: State, handle: Handle) -> State:
 def with_sides_alike(state: State, handle: Handle) -> State:
     """Return the state with the side of a point mirrored onto the other one, which goes."""
     face, targets = state.faces[handle.face], state.pairs[handle.face].target_px
-    across, spacing = _reflection(face), face.frame.spacing_px
+    across, spacing = _reflection(face), face.anchor.spacing_px
     side = (face.outline - across(face.outline)) @ _normal(face)
     middle = np.abs(side) < 2.0 * _MIDDLE * spacing
     wanted = np.sign(side[handle.index]) or 1.0

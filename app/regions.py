@@ -31,7 +31,7 @@ def face_at(faces: Sequence[Face], at: Array, margin_px: float) -> int | None:
     for index, face in enumerate(faces):
         x, y = at.tolist()
         inside_px = cv2.pointPolygonTest(_rim(face), (x, y), measureDist=True)
-        depth = inside_px / face.frame.spacing_px
+        depth = inside_px / face.anchor.spacing_px
         if inside_px >= -margin_px and depth > deepest:
             found, deepest = index, depth
     return found

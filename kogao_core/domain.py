@@ -187,8 +187,8 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     """
     if name != "threshold":
         return Domain(name, image, tuple(Cells(a, a.reached) for a in field.lattices))
-    # Neighbours' pulls add up, so each face may only use up its share of the threshold; a little
-    # less, because single precision may round a pull up.
+    # Neighbours' displacements add up, so each face may only use up its share of the threshold;
+    # a little less, because single precision may round a displacement up.
     least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
     cells = tuple(_moving(lattice, image, least_px) for lattice in field.lattices)
     return Domain(name, image, cells)
@@ -235,8 +235,10 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
     mask = np.zeros((box.height, box.width), bool)
     for top in range(box.top, box.bottom, _STRIP_PX):
         ys = np.arange(top, min(top + _STRIP_PX, box.bottom))
-        pull = spline.on_grid(xs, ys)
-        mask[top - box.top : top - box.top + len(ys)] = np.hypot(pull[0], pull[1]) > threshold_px
+        displacement = spline.on_grid(xs, ys)
+        mask[top - box.top : top - box.top + len(ys)] = (
+            np.hypot(displacement[0], displacement[1]) > threshold_px
+        )
     return mask
 
 

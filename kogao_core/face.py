@@ -20,7 +20,7 @@ OUTLINE_POINTS: Final = 21
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class Anchor:
     """Where a face's lattice is anchored and what its spacing is measured in.
 
     Kept apart from the landmarks, so that dragging one of them doesn't shift the lattice under
@@ -43,9 +43,9 @@ class Frame:
     spacing_px: float
 
     def __post_init__(self) -> None:
-        """Refuse a frame that can't hold a lattice."""
+        """Refuse a anchor that can't hold a lattice."""
         if not all(map(isfinite, self.origin_px)) or not 0.0 < self.spacing_px < inf:
-            raise ValueError("a face's frame needs a finite origin and a spacing above 0")
+            raise ValueError("a face's anchor needs a finite origin and a spacing above 0")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Face:
         Confidence 0 to 1 of the source; 1 for a face placed by hand.
     targets : array of shape (N, 2), optional
         Where the user wants outline points to go; rows of NaN stay automatic (section 3.2).
-    pinned_frame : Frame, optional
+    pinned_anchor : Anchor, optional
         Lattice anchor to keep; derived from the landmarks when absent.
     source : str
         Which landmark source made it: "mesh", "manual", ...
@@ -86,7 +86,7 @@ class Face:
     >>> face.points.shape
     (27, 2)
     >>> moved = face.with_outline_point(10, (240, 265))
-    >>> moved.outline[10], moved.frame == face.frame
+    >>> moved.outline[10], moved.anchor == face.anchor
     (array([240., 265.]), True)
     """
 
@@ -95,7 +95,7 @@ class Face:
     mouth: Array
     score: float = 1.0
     targets: Array | None = None
-    pinned_frame: Frame | None = None
+    pinned_anchor: Anchor | None = None
     source: str = "manual"
     recipe: Recipe | None = None
     confidence: Array | None = None
@@ -119,13 +119,13 @@ class Face:
             object.__setattr__(self, "confidence", confidence)
 
     @cached_property
-    def frame(self) -> Frame:
+    def anchor(self) -> Anchor:
         """Anchor and unit of this face's lattice."""
-        if self.pinned_frame is not None:
-            return self.pinned_frame
+        if self.pinned_anchor is not None:
+            return self.pinned_anchor
         steps = np.linalg.norm(np.diff(self.outline, axis=0), axis=1)
         middle = (self.eye_center + self.mouth_center) / 2.0
-        return Frame((float(middle[0]), float(middle[1])), max(1e-3, float(steps.mean())))
+        return Anchor((float(middle[0]), float(middle[1])), max(1e-3, float(steps.mean())))
 
     @cached_property
     def eye_center(self) -> Array:
@@ -155,7 +155,7 @@ class Face:
         return np.vstack([self.outline, self.eyes, self.mouth])
 
     def with_outline_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one outline landmark moved; the lattice frame stays."""
+        """Return the face with one outline landmark moved; the lattice anchor stays."""
         outline = _with_row(self.outline, index, position)
         return self._edited(outline=outline, confidence=self._sure_of(index % len(outline)))
 
@@ -188,19 +188,19 @@ class Face:
         return confidence
 
     def _edited(self, **changes: Any) -> Face:
-        return dataclasses.replace(self, pinned_frame=self.frame, **changes)
+        return dataclasses.replace(self, pinned_anchor=self.anchor, **changes)
 
     def mapped(self, transform: Affine) -> Face:
-        """Return the face carried along by a similarity transform of its image, frame included."""
-        origin = transform(self.frame.origin_px)
+        """Return the face carried along by a similarity transform of its image, anchor included."""
+        origin = transform(self.anchor.origin_px)
         return dataclasses.replace(
             self,
             outline=transform(self.outline),
             eyes=transform(self.eyes),
             mouth=transform(self.mouth),
             targets=None if self.targets is None else transform(self.targets),
-            pinned_frame=Frame(
-                (float(origin[0]), float(origin[1])), self.frame.spacing_px * transform.scale
+            pinned_anchor=Anchor(
+                (float(origin[0]), float(origin[1])), self.anchor.spacing_px * transform.scale
             ),
         )
 
@@ -263,7 +263,7 @@ def select(faces: Sequence[Face], which: str) -> list[Face]:
     >>> import kogao_core as kogao
     >>> from kogao_core.face import select
     >>> faces = [kogao.template_face((x, 180), width) for x, width in ((100, 90), (300, 120))]
-    >>> [face.frame.origin_px[0] for face in select(faces, "largest")]
+    >>> [face.anchor.origin_px[0] for face in select(faces, "largest")]
     [300.0]
     >>> len(select(faces, "1,2"))
     2

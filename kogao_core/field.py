@@ -1,4 +1,4 @@
-"""The pull field of all faces together: displacement, Jacobian, residual."""
+"""The displacement field of all faces together: displacement, Jacobian, residual."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.falloff import NO_FALLOFF, Falloff
 from kogao_core.geometry import Array
 from kogao_core.lattice import Lattice
-from kogao_core.shield import NO_SHIELD, Shield
 from kogao_core.targets import Pairs
 
 _INVERSION_STEPS: Final = 64
@@ -29,7 +29,7 @@ class Field:
     fade_px : float
         Displacements shorter than this vanish and come back smoothly until twice as long
         (section 4.2 without its step); 0 leaves the spline as it is.
-    shield : Shield
+    falloff : Falloff
         Hard edges towards which the displacement fades out.
 
     Examples
@@ -50,41 +50,53 @@ class Field:
 
     lattices: tuple[Lattice, ...]
     fade_px: float = 0.0
-    shield: Shield = NO_SHIELD
+    falloff: Falloff = NO_FALLOFF
 
     @property
     def is_plain(self) -> bool:
         """True when the displacement is the spline and nothing else."""
-        return self.fade_px <= 0.0 and not self.shield.strokes
+        return self.fade_px <= 0.0 and not self.falloff.strokes
 
     def at(self, points_px: npt.ArrayLike) -> Array:
         """Return the displacement at points of shape (N, 2), px."""
         points = np.asarray(points_px, np.float64)
-        pull: Array = np.zeros_like(points)
+        displacement: Array = np.zeros_like(points)
         for lattice in self.lattices:
-            pull += lattice.at(points)
-        factor, _ = self.shield.at(points)
-        return pull * (factor * fade(np.hypot(pull[:, 0], pull[:, 1]), self.fade_px))[:, None]
+            displacement += lattice.at(points)
+        factor, _ = self.falloff.at(points)
+        return (
+            displacement
+            * (factor * fade(np.hypot(displacement[:, 0], displacement[:, 1]), self.fade_px))[
+                :, None
+            ]
+        )
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
-        pull = self._spline(xs_px, ys_px)
+        displacement = self._spline(xs_px, ys_px)
         if self.is_plain:
-            return pull
-        factor, _ = self.shield.on_grid(xs_px, ys_px)
-        return np.asarray(pull * factor * fade(np.hypot(pull[0], pull[1]), self.fade_px))
+            return displacement
+        factor, _ = self.falloff.on_grid(xs_px, ys_px)
+        return np.asarray(
+            displacement * factor * fade(np.hypot(displacement[0], displacement[1]), self.fade_px)
+        )
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold."""
         along_x = self._spline(xs_px, ys_px, dx=True)
         along_y = self._spline(xs_px, ys_px, dy=True)
         if not self.is_plain:
-            pull = self._spline(xs_px, ys_px)
+            displacement = self._spline(xs_px, ys_px)
             if self.fade_px > 0.0:
-                along_x, along_y = self._faded_slopes(pull, along_x, along_y)
-                pull = pull * fade(np.hypot(pull[0], pull[1]), self.fade_px)
-            factor, (rise_x, rise_y) = self.shield.on_grid(xs_px, ys_px)
-            along_x, along_y = factor * along_x + rise_x * pull, factor * along_y + rise_y * pull
+                along_x, along_y = self._faded_slopes(displacement, along_x, along_y)
+                displacement = displacement * fade(
+                    np.hypot(displacement[0], displacement[1]), self.fade_px
+                )
+            factor, (rise_x, rise_y) = self.falloff.on_grid(xs_px, ys_px)
+            along_x, along_y = (
+                factor * along_x + rise_x * displacement,
+                factor * along_y + rise_y * displacement,
+            )
         return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
 
     def _spline(
@@ -96,13 +108,15 @@ class Field:
             total += lattice.on_grid(xs, ys, dx=dx, dy=dy)
         return total
 
-    def _faded_slopes(self, pull: Array, along_x: Array, along_y: Array) -> tuple[Array, Array]:
+    def _faded_slopes(
+        self, displacement: Array, along_x: Array, along_y: Array
+    ) -> tuple[Array, Array]:
         # (f(|d|) d)' = f d' + f'(|d|) |d|' d
-        length = np.hypot(pull[0], pull[1])
+        length = np.hypot(displacement[0], displacement[1])
         factor, slope = fade(length, self.fade_px), _fade_slope(length, self.fade_px)
-        unit = pull / np.where(length > 0.0, length, 1.0)
-        grown_x = factor * along_x + slope * (unit * along_x).sum(axis=0) * pull
-        grown_y = factor * along_y + slope * (unit * along_y).sum(axis=0) * pull
+        unit = displacement / np.where(length > 0.0, length, 1.0)
+        grown_x = factor * along_x + slope * (unit * along_x).sum(axis=0) * displacement
+        grown_y = factor * along_y + slope * (unit * along_y).sum(axis=0) * displacement
         return grown_x, grown_y
 
 
@@ -145,7 +159,7 @@ def shown_at(field: Field, source_px: Array, start_px: Array | None = None) -> A
     Parameters
     ----------
     field : Field
-        The pull d.
+        The displacement d.
     source_px : array of shape (N, 2)
         Points of the photo.
     start_px : array of shape (N, 2), optional
@@ -188,7 +202,7 @@ class Residual:
 
 
 def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
-    """Compare the field with the pull that the landmarks, and the curve through them, ask for.
+    """Compare the field with what the landmarks, and the curve through them, ask for.
 
     Parameters
     ----------
@@ -216,16 +230,18 @@ def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
     """
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
-    points = np.concatenate([_misses(field, p.target_px, p.pull_px) for p in pairs])
-    curves = [(_curve(p.target_px), _curve(p.pull_px)) for p in pairs]
-    between = np.concatenate([_misses(field, target, pull) for target, pull in curves])
+    points = np.concatenate([_misses(field, p.target_px, p.displacement_px) for p in pairs])
+    curves = [(_curve(p.target_px), _curve(p.displacement_px)) for p in pairs]
+    between = np.concatenate(
+        [_misses(field, target, displacement) for target, displacement in curves]
+    )
     return Residual(
         float(points.mean()), float(points.max()), float(between.mean()), float(between.max())
     )
 
 
-def _misses(field: Field, target_px: Array, pull_px: Array) -> Array:
-    return np.asarray(np.linalg.norm(field.at(target_px) - pull_px, axis=1))
+def _misses(field: Field, target_px: Array, displacement_px: Array) -> Array:
+    return np.asarray(np.linalg.norm(field.at(target_px) - displacement_px, axis=1))
 
 
 def _curve(points: Array, per_step: int = 8) -> Array:

@@ -1,7 +1,7 @@
 """Sections 2.1, 2.2 and 3.3: control points from landmark pairs, by three fits.
 
-The paper fits coordinates; here the control points hold the *pull* ``source - target`` and are
-fitted at the targets. What no landmark reaches is then exactly zero, and the field is directly
+The paper fits coordinates; here the control points hold the *displacement* ``source - target`` and
+are fitted at the targets. What no landmark reaches is then exactly zero, and the field is directly
 the backward map that resampling needs.
 """
 
@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.face import Frame
+from kogao_core.face import Anchor
 from kogao_core.geometry import Array
 from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
@@ -28,7 +28,7 @@ MIN_SPACING_PX: Final = 1.0
 # No lattice is finer than this share of the landmark spacing: there every landmark has control
 # points of its own by far, and a warp distance of 0 would ask for infinitely many.
 LEAST_SPACINGS: Final = 0.05
-# Fades and shields are bounded on lattices of a quarter of the spacing.
+# Fades and falloffs are bounded on lattices of a quarter of the spacing.
 _FINER_PROOF: Final = 4.0
 # Landmarks that want what the lattice can hardly express would need huge control points: the
 # exact fit may use control points this many times as long as the approximation's, together. Over
@@ -45,28 +45,28 @@ QUANTUM_PX: Final = 2.0**-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """What one face asks of its lattice: pulls (N, 2) at targets (N, 2), both px.
+    """What one face asks of its lattice: displacements (N, 2) at targets (N, 2), both px.
 
-    The first `movers` points are landmarks; the others are protected places, which ask for no pull
-    and bring no control points of their own: protecting a place moves no other. A lattice finer
-    than `least_px` isn't tried.
+    The first `movers` points are landmarks; the others are protected places, which ask for no
+    displacement and bring no control points of their own: protecting a place moves no other.
+    A lattice finer than `least_px` isn't tried.
     """
 
     grid: Grid
     target_px: Array
-    pull_px: Array
+    displacement_px: Array
     movers: int
     least_px: float = 0.0
 
 
-def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
+def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
     """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3).
 
     Parameters
     ----------
     pairs : Pairs
         For the warp distance.
-    frame : Frame
+    anchor : Anchor
         For the landmark spacing.
     recipe : Recipe
         Of it, `lattice` and `lattice_unit`.
@@ -84,16 +84,16 @@ def spacing_px(pairs: Pairs, frame: Frame, recipe: Recipe) -> float:
     >>> face = kogao.template_face((240, 180), 200)
     >>> recipe = kogao.Recipe(percent=6)
     >>> pairs = aim(face, recipe)
-    >>> round(spacing_px(pairs, face.frame, recipe), 2)
+    >>> round(spacing_px(pairs, face.anchor, recipe), 2)
     18.07
     """
-    unit = frame.spacing_px if recipe.lattice_unit == "spacing" else pairs.warp_distance_px
-    return max(MIN_SPACING_PX, LEAST_SPACINGS * frame.spacing_px, recipe.lattice * unit)
+    unit = anchor.spacing_px if recipe.lattice_unit == "spacing" else pairs.warp_distance_px
+    return max(MIN_SPACING_PX, LEAST_SPACINGS * anchor.spacing_px, recipe.lattice * unit)
 
 
 def fit(
     pairs: Sequence[Pairs],
-    frames: Sequence[Frame],
+    anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     protection: Protection = NOTHING,
 ) -> tuple[Lattice, ...]:
@@ -101,8 +101,8 @@ def fit(
 
     Parameters
     ----------
-    pairs, frames, recipes : sequences of equal length
-        Landmark pairs, lattice frame and recipe of each face; of the recipes `fit`, `lattice`,
+    pairs, anchors, recipes : sequences of equal length
+        Landmark pairs, lattice anchor and recipe of each face; of the recipes `fit`, `lattice`,
         `lattice_unit` and, for the limits, `threshold_px` are used.
     protection : Protection
         Places that must not move.
@@ -110,7 +110,7 @@ def fit(
     Returns
     -------
     tuple of Lattice
-        The total pull field is their sum.
+        The total displacement field is their sum.
 
     Raises
     ------
@@ -126,23 +126,23 @@ def fit(
     >>> face = kogao.template_face((240, 180), 200)
     >>> recipe = kogao.Recipe(percent=6)
     >>> pairs = aim(face, recipe)
-    >>> (lattice,) = fit([pairs], [face.frame], [recipe])
-    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> (lattice,) = fit([pairs], [face.anchor], [recipe])
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
     >>> bool(abs(missed).max() < 0.01)
     True
     """
     grids = [
-        Grid(frame.origin_px, spacing_px(pair, frame, recipe))
-        for pair, frame, recipe in zip(pairs, frames, recipes, strict=True)
+        Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
+        for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
     ]
-    _check_control_points(pairs, frames, recipes, grids, protection)
+    _check_control_points(pairs, anchors, recipes, grids, protection)
     problems = [
-        _problem(pair, grid, LEAST_SPACINGS * frame.spacing_px, protection)
-        for pair, frame, grid in zip(pairs, frames, grids, strict=True)
+        _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection)
+        for pair, anchor, grid in zip(pairs, anchors, grids, strict=True)
     ]
     empty = [_Support(problem).empty for problem in problems]
     _check_together(problems, empty)
-    if not any(pair.pull_px.any() for pair in pairs):
+    if not any(pair.displacement_px.any() for pair in pairs):
         return tuple(empty)
     fitted: dict[int, Lattice] = {}
     for name, solve in _FITS.items():
@@ -153,16 +153,16 @@ def fit(
 
 def _check_control_points(
     pairs: Sequence[Pairs],
-    frames: Sequence[Frame],
+    anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     grids: Sequence[Grid],
     protection: Protection,
 ) -> None:
     total = 0.0
-    for pair, frame, recipe, grid in zip(pairs, frames, recipes, grids, strict=True):
+    for pair, anchor, recipe, grid in zip(pairs, anchors, recipes, grids, strict=True):
         finest = grid.spacing_px
         if recipe.fit == "multilevel":
-            finest = max(LEAST_SPACINGS * frame.spacing_px, finest / 2.0**MULTILEVEL_STEPS)
+            finest = max(LEAST_SPACINGS * anchor.spacing_px, finest / 2.0**MULTILEVEL_STEPS)
         if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
             finest /= _FINER_PROOF
         columns, rows = (np.ptp(pair.target_px, axis=0) / finest + ORDER).tolist()
@@ -197,8 +197,8 @@ def _problem(pairs: Pairs, grid: Grid, least_px: float, protection: Protection) 
     low, high = pairs.target_px.min(axis=0) - reach, pairs.target_px.max(axis=0) + reach
     still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
     target = np.vstack([pairs.target_px, still])
-    pull = np.vstack([pairs.pull_px, np.zeros_like(still)])
-    return Problem(grid, target, pull, len(pairs.target_px), least_px)
+    displacement = np.vstack([pairs.displacement_px, np.zeros_like(still)])
+    return Problem(grid, target, displacement, len(pairs.target_px), least_px)
 
 
 class _Support:
@@ -266,7 +266,7 @@ def approximate(problem: Problem) -> Lattice:
     Returns
     -------
     Lattice
-        Near the pulls, which it doesn't meet where landmarks share control points.
+        Near the displacements, which it doesn't meet where landmarks share control points.
 
     Examples
     --------
@@ -276,10 +276,10 @@ def approximate(problem: Problem) -> Lattice:
     >>> from kogao_core.targets import aim
     >>> face = kogao.template_face((240, 180), 200)
     >>> pairs = aim(face, kogao.Recipe(percent=6))
-    >>> grid = Grid(face.frame.origin_px, face.frame.spacing_px)
-    >>> problem = Problem(grid, pairs.target_px, pairs.pull_px, len(pairs.pull_px))
+    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
     >>> lattice = approximate(problem)
-    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
     >>> bool(0.1 < abs(missed).max() < 3.0)
     True
     """
@@ -292,7 +292,7 @@ def _approximated(problem: Problem, support: _Support) -> Lattice:
     total = np.bincount(support.nodes.ravel(), w2.ravel(), support.size)
     phi = np.zeros((support.size, 2))
     for c in (0, 1):
-        shares = w2 * own * problem.pull_px[:, c, None, None]
+        shares = w2 * own * problem.displacement_px[:, c, None, None]
         phi[:, c] = np.bincount(support.nodes.ravel(), shares.ravel(), support.size)
     return support.lattice(phi / np.where(total > 0.0, total, 1.0)[:, None])
 
@@ -318,20 +318,20 @@ def multilevel(problem: Problem) -> Lattice:
     >>> from kogao_core.targets import aim
     >>> face = kogao.template_face((240, 180), 200)
     >>> pairs = aim(face, kogao.Recipe(percent=6))
-    >>> grid = Grid(face.frame.origin_px, face.frame.spacing_px)
-    >>> problem = Problem(grid, pairs.target_px, pairs.pull_px, len(pairs.pull_px))
+    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
     >>> lattice = multilevel(problem)
-    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
     >>> round(grid.spacing_px / lattice.grid.spacing_px), bool(abs(missed).max() < 0.5)
     (4, True)
     """
     lattice = approximate(problem)
     for _ in range(MULTILEVEL_STEPS):
-        left = problem.pull_px - lattice.at(problem.target_px)
+        left = problem.displacement_px - lattice.at(problem.target_px)
         if np.abs(left).max() < LOSSLESS_PX or lattice.grid.spacing_px < 2.0 * problem.least_px:
             break
         lattice = lattice.refined()
-        detail = approximate(dataclasses.replace(problem, grid=lattice.grid, pull_px=left))
+        detail = approximate(dataclasses.replace(problem, grid=lattice.grid, displacement_px=left))
         lattice = lattice.plus(detail)
     return lattice
 
@@ -362,10 +362,10 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     >>> from kogao_core.targets import aim
     >>> face = kogao.template_face((240, 180), 200)
     >>> pairs = aim(face, kogao.Recipe(percent=6))
-    >>> grid = Grid(face.frame.origin_px, face.frame.spacing_px)
-    >>> problem = Problem(grid, pairs.target_px, pairs.pull_px, len(pairs.pull_px))
+    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
     >>> (lattice,) = exact([problem])
-    >>> missed = lattice.at(pairs.target_px) - pairs.pull_px
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
     >>> bool(abs(missed).max() < 0.01)
     True
     """
@@ -380,12 +380,12 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
 
 def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[Lattice]:
     targets = np.vstack([problem.target_px for problem in problems])
-    pulls = np.vstack([problem.pull_px for problem in problems])
+    displacements = np.vstack([problem.displacement_px for problem in problems])
     both = list(zip(problems, supports, strict=True))
     own_nodes = [np.unique(support.nodes[: problem.movers]) for problem, support in both]
     designs = [s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)]
     effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
-    solution = _ridge_solution(designs, pulls, MOST_EFFORT * effort)
+    solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []
     for support, nodes, part in zip(
@@ -397,13 +397,13 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     return lattices
 
 
-def _ridge_solution(designs: Sequence[_Design], pulls: Array, longest: float) -> Array:
-    """Return the smallest phi with ``A phi = pulls``, or the best one so long."""
+def _ridge_solution(designs: Sequence[_Design], displacements: Array, longest: float) -> Array:
+    """Return the smallest phi with ``A phi = displacements``, or the best one so long."""
     # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: the smaller matrix is the quicker one.
-    many = len(pulls) > sum(part.weights.shape[1] for part in designs)
-    values, vectors = np.linalg.eigh((_inner if many else _outer)(designs, len(pulls)))
+    many = len(displacements) > sum(part.weights.shape[1] for part in designs)
+    values, vectors = np.linalg.eigh((_inner if many else _outer)(designs, len(displacements)))
     values = np.maximum(values, 0.0)
-    wanted = vectors.T @ (_transposed(designs, pulls) if many else pulls)
+    wanted = vectors.T @ (_transposed(designs, displacements) if many else displacements)
     energy = (1.0 if many else values) * (wanted**2).sum(axis=1)
     low, high = np.log(_LEAST_RIDGE * values[-1]), np.log(10.0 * values[-1])
     ridge = np.exp(low)

@@ -1,31 +1,31 @@
-"""Never render a fold: hold a face's pull back to the largest share that is one-to-one."""
+"""Never render a fold: hold a face's displacement back to the largest share that is one-to-one."""
 
 from __future__ import annotations
 
 import dataclasses
 from typing import Final
 
+from kogao_core.falloff import NO_FALLOFF
 from kogao_core.field import Field
 from kogao_core.lattice import groups
 from kogao_core.one_to_one import (
     LEAST_MEASURED_DET,
     certify,
     edges_are_safe,
+    falloff_slope,
     least_det,
-    shield_slope,
 )
-from kogao_core.shield import NO_SHIELD
 
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6
 
 
 def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
-    """Scale the pulls of faces that would fold, and refuse a fade that would.
+    """Scale the displacements of faces that would fold, and refuse a fade that would.
 
     A lattice that stands alone is held back until it is proven one-to-one; faces whose lattices
     reach into each other are held back together, until proven or at least measured so. Beside a
-    shield the proof is needed in any case. A fade is kept only where it is proven harmless;
+    falloff the proof is needed in any case. A fade is kept only where it is proven harmless;
     without it the lossless threshold holds.
 
     Parameters
@@ -38,7 +38,7 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     Field
         A field whose det J is positive.
     tuple of float
-        Share of each face's pull that was kept; 1 where nothing had to be done.
+        Share of each face's displacement that was kept; 1 where nothing had to be done.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     """
     shares = [1.0] * len(field.lattices)
     for group in groups(field.lattices):
-        part = Field(tuple(field.lattices[k] for k in group), shield=field.shield)
+        part = Field(tuple(field.lattices[k] for k in group), falloff=field.falloff)
         share = _largest_safe_share(part)
         for k in group:
             shares[k] = share
@@ -69,8 +69,8 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
 
 
 def _largest_safe_share(field: Field) -> float:
-    # What the shield bears is known without a search: its bound grows with the pull.
-    slope = shield_slope(field)
+    # What the falloff bears is known without a search: its bound grows with the displacement.
+    slope = falloff_slope(field)
     most = 1.0 if slope < 1.0 else _BELOW_ONE / slope
     if _safe(_scaled(field, [most] * len(field.lattices))):
         return most
@@ -85,8 +85,8 @@ def _largest_safe_share(field: Field) -> float:
 
 
 def _safe(field: Field) -> bool:
-    """Return whether a field that its shield can't fold is one-to-one."""
-    if certify(dataclasses.replace(field, shield=NO_SHIELD)):
+    """Return whether a field that its falloff can't fold is one-to-one."""
+    if certify(dataclasses.replace(field, falloff=NO_FALLOFF)):
         return True
     if len(field.lattices) == 1:
         return False

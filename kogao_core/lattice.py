@@ -137,7 +137,7 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Control points of one face's pull field; every node that isn't stored is zero: identity.
+    """Control points of one face's displacement field; nodes that aren't stored are zero.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Lattice:
         return self.phi.shape[0], self.phi.shape[1]
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Evaluate eq. (1) at points of shape (N, 2); returns the pull there, shape (N, 2), px."""
+        """Evaluate eq. (1) at points of shape (N, 2); return the displacements, (N, 2), px."""
         points = np.asarray(points_px, np.float64)
         bx = self.grid.matrix(points[:, 0], self.first[0], self.shape[1], 0)
         by = self.grid.matrix(points[:, 1], self.first[1], self.shape[0], 1)
@@ -187,7 +187,7 @@ class Lattice:
         Returns
         -------
         array of shape (2, len(ys), len(xs))
-            x and y component of the pull (px) or of its derivative (px per px).
+            x and y component of the displacement (px) or of its derivative (px per px).
         """
         bx = self.grid.matrix(xs_px, self.first[0], self.shape[1], 0, slope=dx)
         by = self.grid.matrix(ys_px, self.first[1], self.shape[0], 1, slope=dy)
@@ -235,17 +235,17 @@ class Lattice:
         return self.plus(other.scaled(-1.0))
 
     def scaled(self, factor: float) -> Lattice:
-        """Return the field with every pull multiplied by `factor`."""
+        """Return the field with every displacement multiplied by `factor`."""
         return Lattice(self.grid, self.first, factor * self.phi)
 
     @cached_property
     def magnitude_px(self) -> Array:
-        """Length of each control point's pull, shape (J, I), px."""
+        """Length of each control point's displacement, shape (J, I), px."""
         return np.asarray(np.hypot(self.phi[..., 0], self.phi[..., 1]))
 
     @cached_property
     def bezier(self) -> Array:
-        """Bezier points of the pull in each cell that a stored node reaches, px.
+        """Bezier points of the displacement in each cell that a stored node reaches, px.
 
         Shape (J + 3, I + 3, 2, 4, 4): cells, component, rows along y; entry [0, 0] is `first_cell`.
         """
@@ -253,7 +253,7 @@ class Lattice:
 
     @cached_property
     def bound_px(self) -> Array:
-        """Upper bound of the pull in each cell, shape (J + 3, I + 3), px (convex hull property)."""
+        """Upper bound of each cell's displacement, (J + 3, I + 3), px (convex hull property)."""
         x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
         return np.asarray(np.sqrt((x * x + y * y).max(axis=2)))
 

@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.bezier import halves
+from kogao_core.falloff import Falloff
 from kogao_core.field import Field
 from kogao_core.geometry import Array
 from kogao_core.lattice import Lattice, groups
-from kogao_core.shield import Shield
 
 # Choi and Lee (2000): control points that move less than this many spacings can't fold a lattice.
 INJECTIVE_BOUND: Final = 0.48
@@ -44,7 +44,7 @@ class OneToOne:
     folded_cells : tuple of (left, top, width, height)
         Lattice cells with a sampled determinant <= 0, px.
     edges_proven : bool
-        False when the fade of a threshold or of a shield could fold in bands thinner than the
+        False when the fade of a threshold or of a falloff could fold in bands thinner than the
         samples: then positive samples say little. The guard lets no such field pass.
     settled : bool
         False when no sample folds but a fold between them can't be ruled out: a lattice that
@@ -193,12 +193,12 @@ def _lattice_is_safe(lattice: Lattice) -> bool:
 
 
 def edges_are_safe(field: Field) -> bool:
-    """Return True when neither fade nor shield can fold what doesn't fold without them.
+    """Return True when neither fade nor falloff can fold what doesn't fold without them.
 
     Parameters
     ----------
     field : Field
-        With its fade and its shield.
+        With its fade and its falloff.
 
     Returns
     -------
@@ -215,16 +215,16 @@ def edges_are_safe(field: Field) -> bool:
     >>> edges_are_safe(field)
     True
     """
-    return fade_is_safe(field) and shield_is_safe(field)
+    return fade_is_safe(field) and falloff_is_safe(field)
 
 
-def shield_is_safe(field: Field) -> bool:
-    """Return True when the field's shield is proven harmless.
+def falloff_is_safe(field: Field) -> bool:
+    """Return True when the field's falloff is proven harmless.
 
     Parameters
     ----------
     field : Field
-        With its shield.
+        With its falloff.
 
     Returns
     -------
@@ -234,18 +234,18 @@ def shield_is_safe(field: Field) -> bool:
     --------
     >>> import numpy as np
     >>> import kogao_core as kogao
-    >>> from kogao_core.one_to_one import shield_is_safe
+    >>> from kogao_core.one_to_one import falloff_is_safe
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = np.zeros((360, 480), np.uint8)
     >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> shield_is_safe(field)
+    >>> falloff_is_safe(field)
     True
     """
-    return shield_slope(field) < 1.0
+    return falloff_slope(field) < 1.0
 
 
-def shield_slope(field: Field) -> float:
-    """Return a number that grows with the pulls as they do; below 1 the shield is harmless.
+def falloff_slope(field: Field) -> float:
+    """Return a number that grows as the displacements do; below 1 the falloff is harmless.
 
     The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't
     fold while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work.
@@ -253,43 +253,43 @@ def shield_slope(field: Field) -> float:
     Parameters
     ----------
     field : Field
-        With its shield.
+        With its falloff.
 
     Returns
     -------
     float
-        0 without a shield.
+        0 without a falloff.
 
     Examples
     --------
     >>> import numpy as np
     >>> import kogao_core as kogao
-    >>> from kogao_core.one_to_one import shield_slope
+    >>> from kogao_core.one_to_one import falloff_slope
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = np.zeros((360, 480), np.uint8)
     >>> wall = kogao.Protection().with_stroke([(350, 20), (350, 340)], feather_px=40)
     >>> recipe = kogao.Recipe(percent=6)
     >>> field = kogao.render(photo, [face], recipe, protection=wall).field
-    >>> 0.0 < shield_slope(field) < 1.0
+    >>> 0.0 < falloff_slope(field) < 1.0
     True
     """
-    if not field.shield.strokes:
+    if not field.falloff.strokes:
         return 0.0
     stretch = _FADE_STRETCH if field.fade_px > 0.0 else 1.0
     slopes = (
-        sum(_shielded_slope(field.lattices[k], field.shield, stretch) for k in group)
+        sum(_falloffed_slope(field.lattices[k], field.falloff, stretch) for k in group)
         for group in groups(field.lattices)
     )
     return max(slopes, default=0.0)
 
 
-def _shielded_slope(lattice: Lattice, shield: Shield, stretch: float) -> float:
-    """Bound ``m stretch |D| + |d| |grad(m)|`` over the cells near the shield."""
+def _falloffed_slope(lattice: Lattice, falloff: Falloff, stretch: float) -> float:
+    """Bound ``m stretch |D| + |d| |grad(m)|`` over the cells near the falloff."""
     fine = lattice.refined().refined()
-    near = fine.reached & _cells_in(fine, shield.boxes_px)
+    near = fine.reached & _cells_in(fine, falloff.boxes_px)
     side, corner = fine.grid.spacing_px, np.add(fine.first_cell, np.argwhere(near)[:, ::-1])
     centers = np.asarray(fine.grid.origin_px + side * (corner + 0.5))
-    factor, steepest = shield.bounds(centers, float(np.sqrt(0.5)) * side)
+    factor, steepest = falloff.bounds(centers, float(np.sqrt(0.5)) * side)
     slopes = factor * stretch * _slope_bounds(fine.bezier[near], fine)
     return float((slopes + steepest * fine.bound_px[near]).max(initial=0.0))
 
@@ -347,7 +347,7 @@ def fade_is_safe(field: Field) -> bool:
 
 
 def _within(bezier: Array, length_px: float) -> Array:
-    """Return the cells in which the pull may be shorter than `length_px`."""
+    """Return the cells in which the displacement may be shorter than `length_px`."""
     # Elsewhere all control points go further one common way, and so does every mixture of them.
     toward = bezier.mean(axis=(2, 3))
     toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-12)
@@ -360,7 +360,7 @@ def _steepest(bezier: Array, lattice: Lattice) -> float:
 
 
 def _slope_bounds(bezier: Array, lattice: Lattice) -> Array:
-    """Bound the slope of the pull in each cell, px per px."""
+    """Bound the slope of the displacement in each cell, px per px."""
     entries = [np.abs(slope).max(axis=(2, 3)) for slope in _slopes(bezier, lattice)]
     return np.asarray(np.sqrt(sum((entry**2).sum(axis=1) for entry in entries)))
 
@@ -414,7 +414,7 @@ def _det_bernstein(bezier: Array, lattice: Lattice) -> Array:
 
 
 def bezier_cells(lattice: Lattice) -> Array:
-    """Return the Bezier points of the pull in every cell that isn't zero, shape (N, 2, 4, 4).
+    """Return the displacement's Bezier points in every cell that isn't zero, (N, 2, 4, 4).
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ from functools import cached_property
 from kogao_core import domain as domains
 from kogao_core.dose import achieved_percent
 from kogao_core.face import Face
+from kogao_core.falloff import falloff_of
 from kogao_core.field import Field, Residual, residual
 from kogao_core.fit import fit
 from kogao_core.geometry import Box, Image
@@ -18,7 +19,6 @@ from kogao_core.limits import check_corners
 from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import DomainName, Recipe
-from kogao_core.shield import shield_of
 from kogao_core.targets import Pairs, aim
 from kogao_core.threads import one_blas_thread
 from kogao_core.timing import Stopwatch
@@ -38,7 +38,7 @@ class Rendering:
     field : Field
         The backward displacement.
     shares : tuple of float
-        How much of each face's pull the guard let through; below 1 it would have folded.
+        How much of each face's displacement the guard let through; below 1 it would have folded.
     domain : Domain
         The pixels worked on.
     changed : list of Box
@@ -168,14 +168,16 @@ def render(
             pairs = tuple(aim(face, recipe) for face in faces)
         with watch.lap("lattice"):
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            lattices = fit(pairs, [face.frame for face in faces], recipes, protection)
-            pull = Field(lattices, domains.fade_of(recipe), shield_of(protection))
+            lattices = fit(pairs, [face.anchor for face in faces], recipes, protection)
+            field = Field(lattices, domains.fade_of(recipe), falloff_of(protection))
         with watch.lap("guard"):
-            pull, shares = hold_back(pull) if recipe.guard else (pull, (1.0,) * len(lattices))
+            field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(lattices))
         with watch.lap("domain"):
-            area = domains.reduce(pull, Box.of(photo), recipe.domain)
+            area = domains.reduce(field, Box.of(photo), recipe.domain)
         with watch.lap("copy"):
             canvas = canvas or Canvas(photo)
         with watch.lap("warp"):
-            changed = canvas.pull(pull, area, recipe.interpolation, threads)
-    return Rendering(canvas.pixels, pairs, pull, shares, area, changed, recipe, dict(watch.laps_ms))
+            changed = canvas.warp(field, area, recipe.interpolation, threads)
+    return Rendering(
+        canvas.pixels, pairs, field, shares, area, changed, recipe, dict(watch.laps_ms)
+    )

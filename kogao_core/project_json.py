@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from kogao_core.face import Face, Frame
+from kogao_core.face import Anchor, Face
 from kogao_core.geometry import Array
 from kogao_core.limits import MOST_CORNERS, MOST_LANDMARKS
 from kogao_core.protection import Protection, Stroke
@@ -27,15 +27,15 @@ _FACE_FIELDS: Final = (
 
 def face_dict(face: Face, unit: int) -> dict[str, Any]:
     """Return a face as plain JSON values; a target that is automatic is null."""
-    pinned, targets = face.pinned_frame, face.targets
+    pinned, targets = face.pinned_anchor, face.targets
     origin = None if pinned is None else [value / unit for value in pinned.origin_px]
-    frame = None if pinned is None else {"origin": origin, "spacing": pinned.spacing_px / unit}
+    anchor = None if pinned is None else {"origin": origin, "spacing": pinned.spacing_px / unit}
     return {
         "outline": _in_units(face.outline, unit),
         "eyes": _in_units(face.eyes, unit),
         "mouth": _in_units(face.mouth, unit),
         "targets": None if targets is None else [_aim(target, unit) for target in targets],
-        "frame": frame,
+        "frame": anchor,
         "score": face.score,
         "confidence": None if face.confidence is None else face.confidence.tolist(),
         "source": face.source,
@@ -55,7 +55,7 @@ def face(node: Node, unit: int) -> Face:
     """Read what `face_dict` wrote."""
     node.only(_FACE_FIELDS)
     outline = _points(node.field("outline"), unit, _MOST_POINTS)
-    targets, frame = node.field("targets"), node.field("frame")
+    targets, anchor = node.field("targets"), node.field("frame")
     confidence, own = node.field("confidence"), node.field("recipe")
     try:
         return Face(
@@ -64,7 +64,7 @@ def face(node: Node, unit: int) -> Face:
             mouth=_points(node.field("mouth"), unit, 2),
             score=node.field("score").number(0.0, 1.0),
             targets=None if targets.value is None else _targets(targets, unit),
-            pinned_frame=None if frame.value is None else _frame(frame, unit),
+            pinned_anchor=None if anchor.value is None else _anchor(anchor, unit),
             source=node.field("source").text(40),
             recipe=None if own.value is None else recipe(own),
             confidence=None if confidence.value is None else _shares(confidence),
@@ -146,7 +146,7 @@ def _shares(node: Node) -> Array:
     return np.array([item.number(0.0, 1.0) for item in node.items(_MOST_POINTS + 6)])
 
 
-def _frame(node: Node, unit: int) -> Frame:
+def _anchor(node: Node, unit: int) -> Anchor:
     node.only(("origin", "spacing"))
     origin = _point(node.field("origin"), unit)
-    return Frame(origin, node.field("spacing").number(_LEAST_LENGTH, _FARTHEST) * unit)
+    return Anchor(origin, node.field("spacing").number(_LEAST_LENGTH, _FARTHEST) * unit)

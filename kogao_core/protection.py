@@ -1,7 +1,7 @@
 """What must not move, folded into the field: landmarks whose target is themselves.
 
 The field stays one spline, so nothing ghosts or tears at the edge of a protected place. A hard edge
-nearer to the face than the lattice can tell apart also gets a feather: `shield`.
+nearer to the face than the lattice can tell apart also gets a feather: `falloff`.
 """
 
 from __future__ import annotations

@@ -30,14 +30,14 @@ class Pairs:
     center_px: Array
 
     @property
-    def pull_px(self) -> Array:
+    def displacement_px(self) -> Array:
         """Backward displacement at the targets, ``source - target``, shape (N, 2)."""
         return self.source_px - self.target_px
 
     @property
     def warp_distance_px(self) -> float:
         """Mean distance between landmarks and targets (figure 7b)."""
-        return float(np.linalg.norm(self.pull_px, axis=1).mean())
+        return float(np.linalg.norm(self.displacement_px, axis=1).mean())
 
 
 def center_candidates(face: Face) -> Array:

@@ -29,7 +29,7 @@ SPAN_PX: Final = 256  # columns whose map is one matrix product
 # own, which get in the way of ours.
 _CALL_PX: Final = 2**16
 _THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
-_MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a pull is longer
+_MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
 _KERNEL_REACH_PX: Final = 8
 # OpenBLAS multiplies rows x depth x columns of this many with more than one thread.
 _ONE_BLAS_THREAD: Final = 2**18 - 1
@@ -47,7 +47,7 @@ Float32 = npt.NDArray[np.float32]
 class Canvas:
     """A result buffer over one source; blocks no longer warped get their source back.
 
-    After an exception in the middle of a pull the pixels hold a part of it; the next pull puts all
+    After an exception in the middle of `warp` the pixels hold a part of it; the next call puts all
     of them right.
 
     Parameters
@@ -86,7 +86,7 @@ class Canvas:
         self._warped: Mask = np.zeros(shape, bool)
         self._job: _Job | None = None
 
-    def pull(
+    def warp(
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
@@ -96,7 +96,7 @@ class Canvas:
         if self._job is not None and job.resembles(self._job):
             todo = active & ~(self._warped & ~self._touched(_changes(self._job.field, field)))
         given_back, redone = self._runs(stale), self._runs(todo)
-        # Whatever is raised from here on, the next pull does all these blocks again.
+        # Whatever is raised from here on, the next call does all these blocks again.
         self._warped, self._job = self._warped | active, None
         for box in given_back:
             self.pixels[box.slices] = self.source[box.slices]
@@ -183,7 +183,7 @@ class _Job:
     def _terms(self) -> tuple[object, ...]:
         grids = tuple(lattice.grid for lattice in self.field.lattices)
         field = self.field
-        return self.flag, self.margin_px, field.fade_px, field.shield.strokes, grids
+        return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
 
     def run(self, box: Box, buffer: Float32) -> None:
         """Resample `box`, a run of blocks; `buffer` has room for the map of a strip."""
@@ -223,7 +223,7 @@ class _Job:
                 total += extra
         if not plain:
             xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
-            factor, _ = self.field.shield.on_grid(xs, ys)
+            factor, _ = self.field.falloff.on_grid(xs, ys)
             total *= factor * fade(np.hypot(total[0], total[1]), self.field.fade_px)
             total[0] += xs - origin[0]
             total[1] += (ys - origin[1])[:, None]
@@ -236,12 +236,12 @@ class _LatticeMap:
         self.lattice, self.axes = lattice, axes
 
     def reaches(self, box: Box) -> bool:
-        """Return False when the pull on `box` is all zeros, which needn't be added."""
+        """Return False when the displacement on `box` is all zeros, which needn't be added."""
         left, top, right, bottom = self.lattice.reach_px
         return left < box.right and box.left < right and top < box.bottom and box.top < bottom
 
     def on(self, strip: Box, box: Box, out: Float32, origin: tuple[int, int] | None = None) -> None:
-        """Write the pull on `box`, whole spans of `strip`, or with `origin` the map from there.
+        """Write the displacement on `box`, whole spans of `strip`; with `origin`, the map from it.
 
         Products have the same shape whatever the box: BLAS may round another shape otherwise.
         """

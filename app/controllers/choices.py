@@ -41,7 +41,7 @@ class Choices(QObject):
         self._mode = document.state.mode
         document.changed.connect(self._follow)
         editing.took.connect(self._take)
-        editing.centre_taken.connect(self._take_centre)
+        editing.center_taken.connect(self._take_center)
         editing.escaped.connect(lambda: self.choose(None))
 
     def choose(self, face: int | None) -> None:
@@ -102,7 +102,7 @@ class Choices(QObject):
         if self._scene.face is not None:
             self.choose(face)
 
-    def _take_centre(self, face: int, number: int) -> None:
+    def _take_center(self, face: int, number: int) -> None:
         own = self._document.state.faces[face].recipe is not None or self._scene.face == face
         state = self._document.state.with_choices(face if own else None, center=number)
         self._editing.step(state, gesture_name("center"))

@@ -34,7 +34,7 @@ class Editing(QObject):
         Something is marked otherwise: the overlays need drawing.
     took(int)
         A point of this face is in hand.
-    centre_taken(int, int)
+    center_taken(int, int)
         A centre candidate of a face was clicked: face and number.
     """
 
@@ -43,7 +43,7 @@ class Editing(QObject):
     named = Signal(str)
     restyled = Signal()
     took = Signal(int)
-    centre_taken = Signal(int, int)
+    center_taken = Signal(int, int)
 
     def __init__(self, document: Document, scene: Scene, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -120,7 +120,7 @@ class Editing(QObject):
         held, self._held = self._held, None
         self.commit()
         if held is not None and held.kind == "centre":
-            self.centre_taken.emit(held.face, held.index + 1)
+            self.center_taken.emit(held.face, held.index + 1)
 
     def nudge(self, dx: int, dy: int) -> None:
         """Move the selected point by whole px of the photo."""

@@ -123,7 +123,7 @@ class Protecting(QObject):
             self._editing.preview(state, text)
 
     def _feather_px(self) -> float:
-        spacings = [face.frame.spacing_px for face in self._document.state.active]
+        spacings = [face.anchor.spacing_px for face in self._document.state.active]
         return _FEATHER_SPACINGS * (
             min(spacings) if spacings else max(1.0, self._scene.brush.radius_px)
         )

@@ -55,10 +55,10 @@ class Displacement(FrameOverlay):
         xs = np.arange(np.floor(left / step), np.ceil(right / step) + 1) * step
         ys = np.arange(np.floor(top / step), np.ceil(bottom / step) + 1) * step
         tips = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
-        pull = frame.rendering.field.at(frame.to_photo.inverse(tips)) * frame.scale
-        length = np.hypot(pull[:, 0], pull[:, 1]) * place.zoom * _ARROW_GAIN
-        tips, pull = tips[length > _LEAST_ARROW_PX], pull[length > _LEAST_ARROW_PX]
-        starts, ends = place.points(tips + _ARROW_GAIN * pull), place.points(tips)
+        displacement = frame.rendering.field.at(frame.to_photo.inverse(tips)) * frame.scale
+        length = np.hypot(displacement[:, 0], displacement[:, 1]) * place.zoom * _ARROW_GAIN
+        tips, displacement = tips[length > _LEAST_ARROW_PX], displacement[length > _LEAST_ARROW_PX]
+        starts, ends = place.points(tips + _ARROW_GAIN * displacement), place.points(tips)
         shafts = [QLineF(a, b) for a, b in zip(starts, ends, strict=True)]
         glyphs.arrow(painter, shafts, glyphs.DISPLACEMENT)
 

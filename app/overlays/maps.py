@@ -115,8 +115,8 @@ class HeatMap(_Map):
 
     def measure(self, frame: Frame, xs: Array, ys: Array) -> Array:
         """Return lengths of the displacement."""
-        pull = frame.rendering.field.on_grid(xs, ys)
-        return np.asarray(np.hypot(pull[0], pull[1]) * frame.scale)
+        displacement = frame.rendering.field.on_grid(xs, ys)
+        return np.asarray(np.hypot(displacement[0], displacement[1]) * frame.scale)
 
     def shades(self, values: Array, top: float) -> Shades:
         """Return inferno's colours, stronger where more moves."""

@@ -51,7 +51,7 @@ class Landmarks(Overlay):
 
 def _size(place: Place, face: Face) -> float:
     """Return how large a face's marks are: smaller where they would hide its outline."""
-    room = face.frame.spacing_px * place.zoom / _ROOM_PX
+    room = face.anchor.spacing_px * place.zoom / _ROOM_PX
     return min(1.0, max(_SMALLEST, room))
 
 

@@ -16,7 +16,7 @@ from ..i18n import tr
 from ..surfaces import Frame
 from ..theme import GRID_PX
 from . import fields
-from .centre import CentreChoice
+from .center import CenterChoice
 from .controls import Fold, Scale, ValueSlider, column_of, muted_label
 from .gauge import NaturalnessGauge
 from .owner import OwnerLine
@@ -52,7 +52,7 @@ class RecipePanel(QWidget):
         self.threshold = self._slider(
             "threshold_px", tr("Th&reshold"), fields.threshold(), fields.tip("threshold_px"), 0
         )
-        self.centre = CentreChoice()
+        self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
         self.guard = QCheckBox(tr("&Guard: hold back what would fold"))
         self.guard.toggled.connect(lambda on: self._choose("guard", on))
@@ -141,14 +141,14 @@ class RecipePanel(QWidget):
             return
         face, pairs = state.faces[index], state.pairs[index]
         moved = pairs.warp_distance_px
-        spacing = fit.spacing_px(pairs, face.frame, state.recipe_of(index))
+        spacing = fit.spacing_px(pairs, face.anchor, state.recipe_of(index))
         self.percent.note.setText(tr("{px:.1f} px on average", px=moved))
         per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else _NONE
         self.lattice.note.setText(
             tr(
                 "{px:.0f} px · {r:.2f} × landmark spacing\n{w} × warp distance",  # noqa: RUF001
                 px=spacing,
-                r=spacing / face.frame.spacing_px,
+                r=spacing / face.anchor.spacing_px,
                 w=per_warp,
             )
         )

@@ -172,7 +172,7 @@ def _local_area(rendering: Rendering) -> float:
     box = rendering.domain.bounds
     xs = np.linspace(box.left, box.right - 1, _LOCAL_STEPS)
     ys = np.linspace(box.top, box.bottom - 1, _LOCAL_STEPS)
-    pull = rendering.field.on_grid(xs, ys)
-    moves = np.hypot(pull[0], pull[1]) > rendering.threshold_px
+    displacement = rendering.field.on_grid(xs, ys)
+    moves = np.hypot(displacement[0], displacement[1]) > rendering.threshold_px
     change = rendering.field.det_jacobian(xs, ys)[moves] - 1.0
     return float(np.sqrt(np.square(change).mean()))

@@ -188,8 +188,8 @@ class _Compared:
         self.domain = domain[self.box.slices]
         self.photo = subject.pixels[self.box.slices]
         self.whole = whole.pixels[self.box.slices]
-        self.pull = _pull(whole.field, self.box)
-        self.length = np.hypot(self.pull[0], self.pull[1])
+        self.displacement = _displacement(whole.field, self.box)
+        self.length = np.hypot(self.displacement[0], self.displacement[1])
 
     def step(self, threshold_px: float, recipe: Recipe) -> Step:
         moves = self.length > threshold_px
@@ -201,19 +201,21 @@ class _Compared:
         return Step(
             threshold_px,
             int(moves.sum()),
-            self._error(cut, np.where(moves, self.pull, 0.0)),
-            self._error(faded, _pull(rendering.field, self.box)),
+            self._error(cut, np.where(moves, self.displacement, 0.0)),
+            self._error(faded, _displacement(rendering.field, self.box)),
             rendering.one_to_one.edges_proven and not refused,
         )
 
-    def _error(self, pixels: Image, pull: Array) -> Error:
+    def _error(self, pixels: Image, displacement: Array) -> Error:
         apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / _depth(pixels))
         mean = float(np.square(apart[self.domain]).sum()) / max(1, apart[self.domain].size)
         psnr_db = 10.0 * float(np.log10(_LEVELS**2 / mean)) if mean > 0.0 else None
-        return Error(float(apart.max(initial=0.0)), psnr_db, _largest_step(pull - self.pull))
+        return Error(
+            float(apart.max(initial=0.0)), psnr_db, _largest_step(displacement - self.displacement)
+        )
 
 
-def _pull(field: Field, box: Box) -> Array:
+def _displacement(field: Field, box: Box) -> Array:
     return field.on_grid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
 
 

@@ -119,7 +119,7 @@ def _distances(face: Face, recipe: Recipe, width_px: int) -> list[Mark]:
 
 
 def lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the control lattice with the control points that hold a pull (figures 2 and 8)."""
+    """Draw the control lattice and the control points that aren't zero (figures 2 and 8)."""
     dot = _DOT * shown.size[0]
     marks: list[Mark] = []
     for one in rendering.field.lattices:
@@ -144,9 +144,9 @@ def _control_points(one: Lattice, dot: float) -> list[Mark]:
     xs, ys = _nodes(one)
     at = np.dstack(np.meshgrid(xs, ys)).reshape(-1, 2)
     holds = one.magnitude_px.ravel() > _NEVER_ZERO
-    pulls = at[holds] + one.phi.reshape(-1, 2)[holds]
+    tips = at[holds] + one.phi.reshape(-1, 2)[holds]
     return [
-        Strokes(np.stack([at[holds], pulls], axis=1), 1.5, TARGET),
+        Strokes(np.stack([at[holds], tips], axis=1), 1.5, TARGET),
         Dots(at[~holds], 0.5 * dot, LATTICE, filled=False),
         Dots(at[holds], 0.8 * dot, LATTICE),
     ]

@@ -20,7 +20,7 @@ import numpy as np
 
 from kogao_core.atomic import put
 from kogao_core.domain import reduce
-from kogao_core.face import Frame
+from kogao_core.face import Anchor
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.geometry import Array, Box, Image
@@ -82,10 +82,10 @@ def lay_on(portrait: Portrait, shape: Array) -> Image:
         borderMode=cv2.BORDER_REPLICATE,
     )
     pairs = Pairs(onto(portrait.points), shape, shape.mean(axis=0))
-    frame = Frame((float(pairs.center_px[0]), float(pairs.center_px[1])), COARSE_SPACING_PX)
-    field = Field(fit([pairs], [frame], [Recipe(fit="multilevel")]))
+    anchor = Anchor((float(pairs.center_px[0]), float(pairs.center_px[1])), COARSE_SPACING_PX)
+    field = Field(fit([pairs], [anchor], [Recipe(fit="multilevel")]))
     canvas = Canvas(aligned)
-    canvas.pull(field, reduce(field, Box.of(aligned), "control-points"), "cubic")
+    canvas.warp(field, reduce(field, Box.of(aligned), "control-points"), "cubic")
     return canvas.pixels
 
 

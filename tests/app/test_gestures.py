@@ -236,10 +236,10 @@ def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
     assert shift[0, 1] < -5
     corner = opened.canvas.to_screen(corners(moved)[2]).toPoint()
     opened.drag(corner, QPoint(40, 40))
-    assert opened.state.faces[face].frame.spacing_px > 1.1 * moved.frame.spacing_px
+    assert opened.state.faces[face].anchor.spacing_px > 1.1 * moved.anchor.spacing_px
     np.testing.assert_allclose(
         np.linalg.norm(np.diff(opened.state.faces[face].outline, axis=0), axis=1).mean()
-        / opened.state.faces[face].frame.spacing_px,
+        / opened.state.faces[face].anchor.spacing_px,
         1.0,
     )
     opened.take_step("It fits")

@@ -94,7 +94,7 @@ def test_a_map_stays_with_the_photo_when_it_is_panned(opened):
 def door(tmp_path, source):
     """A face beside a door frame."""
     face = oval_face(960, 720, size=0.5)
-    x = round(face.outline[:, 0].max() + 0.75 * face.frame.spacing_px)
+    x = round(face.outline[:, 0].max() + 0.75 * face.anchor.spacing_px)
     photo = cv2.GaussianBlur(textured_photo(960, 720), (0, 0), 12)
     photo[60:660, x - 3 : x + 4] = 250
     path = tmp_path / "door.png"

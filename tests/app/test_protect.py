@@ -90,9 +90,9 @@ def test_the_preview_holds_the_place_as_well(opened):
     preview = previews[-1]
     (stroke,) = strokes(opened)
     there = preview.to_photo.inverse(stroke.points_px)
-    pull = preview.rendering.field.at(there) * preview.scale
+    displacement = preview.rendering.field.at(there) * preview.scale
     full = opened.editor.scene.frame.rendering.field.at(stroke.points_px)
-    np.testing.assert_allclose(pull, full, atol=1 / 64)
+    np.testing.assert_allclose(displacement, full, atol=1 / 64)
 
 
 def test_a_hard_edge_keeps_every_byte_under_it(opened, pixels):
@@ -100,7 +100,7 @@ def test_a_hard_edge_keeps_every_byte_under_it(opened, pixels):
     assert opened.window.protect.hard.isChecked()
     paint(opened)
     (stroke,) = strokes(opened)
-    assert stroke.feather_px == pytest.approx(opened.state.faces[0].frame.spacing_px)
+    assert stroke.feather_px == pytest.approx(opened.state.faces[0].anchor.spacing_px)
     x, y = np.unique(np.round(stroke.samples_px(0.5)).astype(int), axis=0).T
     apart = np.linalg.norm(np.stack([x, y], 1)[:, None] - stroke.samples_px(0.5), axis=2)
     inside = apart.min(axis=1) < 0.5

@@ -234,9 +234,9 @@ def sharpness() -> dict[str, float]:
     for kernel in ("bilinear", "cubic", "lanczos4"):
         still = np.stack(np.meshgrid(np.arange(width), np.arange(height)))
         result = render(_waves(still), [face], Recipe(interpolation=kernel))
-        pull = result.field.on_grid(np.arange(width), np.arange(height))
-        exact = _waves(still + pull)
-        moved = np.hypot(*pull) > 1.0
+        displacement = result.field.on_grid(np.arange(width), np.arange(height))
+        exact = _waves(still + displacement)
+        moved = np.hypot(*displacement) > 1.0
         figures[kernel] = (
             _fine_energy(result.pixels)[moved].sum() / _fine_energy(exact)[moved].sum()
         )

@@ -111,7 +111,7 @@ def judge(rng: np.random.Generator, guard_off: bool) -> list[str]:
     faces, recipe = [thrown(rng) for _ in range(int(rng.integers(1, 3)))], any_recipe(rng)
     pairs = [aim(face, recipe) for face in faces]
     field = Field(
-        fit(pairs, [face.frame for face in faces], [recipe] * len(faces)), fade_of(recipe)
+        fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_of(recipe)
     )
     guarded = [] if guard_off else see_guarded(field, rng)
     report = check_one_to_one(field)

@@ -30,13 +30,16 @@ def literal(photo: Image, lattice: Lattice) -> Warp:
         bx, by = basis(s), basis(t)
         first = (int(i.min()) - 1, int(j.min()) - 1)
         phi = lattice.window(first, (int(np.ptp(j)) + ORDER, int(np.ptp(i)) + ORDER))
-        pull = np.zeros((height, width, 2))
+        displacement = np.zeros((height, width, 2))
         for row in range(ORDER):
             for column in range(ORDER):
                 weight = by[..., row] * bx[..., column]
                 at = phi[j - 1 + row - first[1], i - 1 + column - first[0]]
-                pull += weight[..., None] * at
-        x, y = (xs + pull[..., 0]).astype(np.float32), (ys + pull[..., 1]).astype(np.float32)
+                displacement += weight[..., None] * at
+        x, y = (
+            (xs + displacement[..., 0]).astype(np.float32),
+            (ys + displacement[..., 1]).astype(np.float32),
+        )
         return cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     return run
@@ -93,8 +96,8 @@ def fitted_and_warped(method: Method, photo: Image, face: Face) -> Warp:
 
 def opencv_tps(photo: Image, face: Face) -> Warp:
     """OpenCV's thin-plate spline transformer."""
-    target, pull = Task.of(photo, [face], Recipe()).anchored()
-    source = target + pull
+    target, displacement = Task.of(photo, [face], Recipe()).anchored()
+    source = target + displacement
     matches = [cv2.DMatch(k, k, 0) for k in range(len(source))]
 
     def run() -> object:
@@ -114,7 +117,7 @@ def facetweak_shift(photo: Image, pairs: Pairs) -> Warp:
 
     def run() -> object:
         result = photo
-        for (x, y), (dx, dy) in zip(pairs.source_px, -pairs.pull_px, strict=True):
+        for (x, y), (dx, dy) in zip(pairs.source_px, -pairs.displacement_px, strict=True):
             result = shift(result, x, y, 2 * spacing, dx, dy)
         return result
 

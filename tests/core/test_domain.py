@@ -20,18 +20,18 @@ IMAGE = Box(0, 0, 480, 360)
 def field_of(recipe=Recipe(), faces=None):  # noqa: B008
     faces = faces or [oval_face()]
     pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.frame for face in faces], [recipe] * len(faces)))
+    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)))
 
 
-def pull_everywhere(field):
-    pull = field.on_grid(np.arange(IMAGE.right), np.arange(IMAGE.bottom))
-    return np.hypot(pull[0], pull[1])
+def displacement_everywhere(field):
+    displacement = field.on_grid(np.arange(IMAGE.right), np.arange(IMAGE.bottom))
+    return np.hypot(displacement[0], displacement[1])
 
 
 def test_control_point_domain_holds_every_pixel_that_moves_at_all():
     field = field_of()
     mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
-    moved = pull_everywhere(field) > 0.0
+    moved = displacement_everywhere(field) > 0.0
     assert moved[mask].mean() > 0.99
     assert not moved[~mask].any()
 
@@ -56,7 +56,7 @@ def test_three_by_three_neighbours_would_leave_a_seam():
 @pytest.mark.parametrize("threshold_px", [LOSSLESS_PX, 0.5, 2.0])
 def test_threshold_domain_is_every_pixel_that_moves_further(threshold_px):
     field = field_of(Recipe(percent=8))
-    expected = pull_everywhere(field) > threshold_px
+    expected = displacement_everywhere(field) > threshold_px
     np.testing.assert_array_equal(threshold_mask(field, IMAGE, threshold_px), expected)
     faded = dataclasses.replace(field, fade_px=threshold_px)
     cells = reduce(faded, IMAGE, "threshold").mask(IMAGE)
@@ -70,7 +70,7 @@ def test_counts_shrink_in_the_papers_order():
     field = field_of()
     mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
     assert counts["control-points"] == mask.sum()
-    assert counts["threshold"] == (pull_everywhere(field) > LOSSLESS_PX).sum()
+    assert counts["threshold"] == (displacement_everywhere(field) > LOSSLESS_PX).sum()
 
 
 def test_bounds_hold_the_mask_tightly():
@@ -102,8 +102,8 @@ def test_no_seam_at_the_edge_of_a_large_threshold():
     hard = spline.on_grid(np.arange(480), np.arange(360))
     hard *= np.hypot(*hard) > 1.0
 
-    def tear(pull):
-        return max(np.abs(np.diff(pull, axis=axis)).max() for axis in (1, 2))
+    def tear(displacement):
+        return max(np.abs(np.diff(displacement, axis=axis)).max() for axis in (1, 2))
 
     faded = rendering.field.on_grid(np.arange(480), np.arange(360))
     untouched = spline.on_grid(np.arange(480), np.arange(360))

@@ -58,7 +58,7 @@ def test_smaller_lattices_come_closer_to_folding(result):
     assert dets == sorted(dets)
     spacings = np.array([one.spacing_px for one in sizes])
     lattices = np.array([one.variant.lattice for one in sizes])
-    np.testing.assert_allclose(spacings / lattices, oval_face().frame.spacing_px)
+    np.testing.assert_allclose(spacings / lattices, oval_face().anchor.spacing_px)
 
 
 def test_a_photo_without_lines_has_no_bent_ones():

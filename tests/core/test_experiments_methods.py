@@ -37,7 +37,7 @@ def task_of(map_):
 
     class Free(Task):
         def anchored(self):
-            return self.target_px, self.pull_px
+            return self.target_px, self.displacement_px
 
     return Free(Box(0, 0, WIDTH, HEIGHT), (pairs,), (FACE,), PAPER)
 
@@ -45,8 +45,8 @@ def task_of(map_):
 @by_name
 def test_landmarks_get_where_they_should(method):
     misses = np.linalg.norm(
-        method.fit(TASK).displacement(TASK.target_px) - TASK.pull_px, axis=1
-    ) / np.linalg.norm(TASK.pull_px, axis=1)
+        method.fit(TASK).displacement(TASK.target_px) - TASK.displacement_px, axis=1
+    ) / np.linalg.norm(TASK.displacement_px, axis=1)
     loose = method.name in ("approximation", "liquify")
     assert misses.mean() < (0.3 if loose else 0.01)
 
@@ -101,7 +101,7 @@ def test_local_methods_end_by_themselves(method):
 
 def test_liquify_moves_landmarks_as_far_as_asked_on_average():
     moved = np.linalg.norm(Liquify().fit(TASK).displacement(TASK.target_px), axis=1).mean()
-    assert moved == pytest.approx(np.linalg.norm(TASK.pull_px, axis=1).mean(), rel=0.05)
+    assert moved == pytest.approx(np.linalg.norm(TASK.displacement_px, axis=1).mean(), rel=0.05)
 
 
 def test_global_methods_keep_the_corners():

@@ -17,7 +17,7 @@ def test_landmarks_cannot_be_changed_in_place():
         face.outline[0] = 0.0
 
 
-def test_dragging_a_point_keeps_the_lattice_frame():
+def test_dragging_a_point_keeps_the_lattice_anchor():
     face = oval_face()
     for moved in (
         face.with_outline_point(3, (0.0, 0.0)),
@@ -25,7 +25,7 @@ def test_dragging_a_point_keeps_the_lattice_frame():
         face.with_mouth_point(0, (9.0, 9.0)),
         face.with_target(2, (5.0, 5.0)),
     ):
-        assert moved.frame == face.frame
+        assert moved.anchor == face.anchor
     assert face.with_outline_point(3, (0.0, 0.0)).outline[3].tolist() == [0.0, 0.0]
 
 
@@ -35,8 +35,8 @@ def test_mapping_there_and_back_is_the_identity():
     back = face.mapped(turn).mapped(turn.inverse)
     np.testing.assert_allclose(back.points, face.points, atol=1e-9)
     np.testing.assert_allclose(back.targets, face.targets, atol=1e-9)
-    np.testing.assert_allclose(back.frame.origin_px, face.frame.origin_px, atol=1e-9)
-    assert face.mapped(turn).frame.spacing_px == pytest.approx(1.7 * face.frame.spacing_px)
+    np.testing.assert_allclose(back.anchor.origin_px, face.anchor.origin_px, atol=1e-9)
+    assert face.mapped(turn).anchor.spacing_px == pytest.approx(1.7 * face.anchor.spacing_px)
 
 
 def test_json_has_the_documented_fields():

@@ -13,7 +13,7 @@ from kogao_core.targets import aim
 def field_of(recipe, fade_px=0.0, faces=None):
     faces = faces or [oval_face()]
     pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.frame for face in faces], [recipe] * len(faces)), fade_px)
+    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def test_displacements_of_several_faces_add_up():

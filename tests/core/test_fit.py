@@ -14,7 +14,7 @@ from kogao_core.targets import aim
 
 def solve(face, recipe):
     pairs = aim(face, recipe)
-    return Field(fit([pairs], [face.frame], [recipe])), pairs
+    return Field(fit([pairs], [face.anchor], [recipe])), pairs
 
 
 def test_approximation_of_one_landmark_is_the_equation_and_hits_it():
@@ -29,14 +29,14 @@ def test_approximation_of_one_landmark_is_the_equation_and_hits_it():
 def test_shared_control_points_minimise_equation_4():
     """No change of any one control point makes the sum of squares of eq. (4) smaller."""
     rng = np.random.default_rng(5)
-    target, pull = rng.uniform(20, 60, (6, 2)), rng.normal(0, 3, (6, 2))
+    target, displacement = rng.uniform(20, 60, (6, 2)), rng.normal(0, 3, (6, 2))
     grid = Grid((0.0, 0.0), 12.0)
-    lattice = approximate(Problem(grid, target, pull, 6))
+    lattice = approximate(Problem(grid, target, displacement, 6))
 
     def error(phi, row, column):
         total = 0.0
         for c in range(len(target)):
-            one = approximate(Problem(grid, target[c : c + 1], pull[c : c + 1], 1))
+            one = approximate(Problem(grid, target[c : c + 1], displacement[c : c + 1], 1))
             j, i = row + lattice.first[1] - one.first[1], column + lattice.first[0] - one.first[0]
             if 0 <= j < 4 and 0 <= i < 4:
                 u, v = target[c] / 12.0
@@ -86,9 +86,9 @@ def test_overlapping_faces_are_solved_together():
     left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(345.0, 170.0))
     recipe = Recipe(percent=6)
     pairs = [aim(face, recipe) for face in (left, right)]
-    field = Field(fit(pairs, [left.frame, right.frame], [recipe] * 2))
+    field = Field(fit(pairs, [left.anchor, right.anchor], [recipe] * 2))
     assert residual(field, pairs).max_px < 0.05
-    alone = Field(fit(pairs[:1], [left.frame], [recipe])).at(pairs[1].target_px)
+    alone = Field(fit(pairs[:1], [left.anchor], [recipe])).at(pairs[1].target_px)
     assert np.abs(alone).max() > 0.5, "the fields don't overlap: this test shows nothing"
 
 
@@ -96,7 +96,7 @@ def test_cheek_to_cheek_both_give_way_instead_of_folding():
     left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(325.0, 170.0))
     recipe = Recipe()
     pairs = [aim(face, recipe) for face in (left, right)]
-    field = Field(fit(pairs, [left.frame, right.frame], [recipe] * 2))
+    field = Field(fit(pairs, [left.anchor, right.anchor], [recipe] * 2))
     report = check_one_to_one(field)
     assert report.min_det > 0.0
     assert 0.05 < residual(field, pairs).mean_px < 0.25 * pairs[0].warp_distance_px
@@ -106,10 +106,10 @@ def test_spacing_is_measured_in_landmark_steps_or_warp_distances():
     face = oval_face()
     step = np.linalg.norm(np.diff(face.outline, axis=0), axis=1).mean()
     pairs = aim(face, Recipe(percent=4))
-    assert spacing_px(pairs, face.frame, Recipe(lattice=2)) == pytest.approx(2 * step)
+    assert spacing_px(pairs, face.anchor, Recipe(lattice=2)) == pytest.approx(2 * step)
     by_warp = Recipe(lattice=1.5, lattice_unit="warp")
-    moved = np.linalg.norm(pairs.pull_px, axis=1).mean()
-    assert spacing_px(pairs, face.frame, by_warp) == pytest.approx(1.5 * moved)
+    moved = np.linalg.norm(pairs.displacement_px, axis=1).mean()
+    assert spacing_px(pairs, face.anchor, by_warp) == pytest.approx(1.5 * moved)
 
 
 def scallop_px(face, recipe):

@@ -17,7 +17,7 @@ FOLDING = Recipe(percent=12, lattice=0.25)
 
 def field_of(recipe, *faces, fade_px=0.0):
     pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.frame for face in faces], [recipe] * len(faces)), fade_px)
+    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def densest_det(field):

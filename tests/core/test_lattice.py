@@ -118,10 +118,10 @@ def test_cell_bound_holds_is_tight_and_is_zero_outside(lattice, points):
     row, _ = lattice.grid.locate(points[:, 1], 1)
     first, bound = lattice.first_cell, lattice.bound_px
     assert bound.max() < 1.5 * length.max()
-    for k, pull in enumerate(length):
+    for k, displacement in enumerate(length):
         i, j = column[k] - first[0], row[k] - first[1]
         inside = 0 <= j < bound.shape[0] and 0 <= i < bound.shape[1]
-        assert pull <= (bound[j, i] if inside else 0.0) + 1e-12
+        assert displacement <= (bound[j, i] if inside else 0.0) + 1e-12
 
 
 def test_bezier_form_is_the_same_field(lattice):

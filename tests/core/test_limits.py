@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.face import Face, Frame
+from kogao_core.face import Anchor, Face
 from kogao_core.fit import (
     LEAST_SPACINGS,
     Problem,
@@ -108,7 +108,7 @@ def test_a_hundred_people_who_touch_are_worked_on():
     crowd = [oval_face(600, 600, center=place, size=0.09) for place in places]
     for recipe in (Recipe(fit="approximation"), Recipe(fit="multilevel")):
         pairs = [aim(face, recipe) for face in crowd]
-        lattices = fit(pairs, [face.frame for face in crowd], [recipe] * 100)
+        lattices = fit(pairs, [face.anchor for face in crowd], [recipe] * 100)
         assert len(groups(lattices)) == 1, "the faces don't touch: this test shows nothing"
         assert all(lattice.phi.any() for lattice in lattices)
 
@@ -126,7 +126,7 @@ def test_what_many_faces_and_a_fine_lattice_take_together_is_refused(recipe):
 
 
 def test_a_frame_far_smaller_than_its_face_is_refused():
-    small = dataclasses.replace(oval_face(9600, 7200), pinned_frame=Frame((4800.0, 3600.0), 1e-9))
+    small = dataclasses.replace(oval_face(9600, 7200), pinned_anchor=Anchor((4800.0, 3600.0), 1e-9))
     with pytest.raises(OutOfBounds, match="control points"):
         rendered([small])
 
@@ -148,13 +148,13 @@ def test_wide_brushes_on_fine_lattices_are_refused_and_sampled_near_the_face_onl
 def test_many_places_and_many_control_points_are_solved_alike(shape):
     """Whichever matrix is smaller: least squares, and the shortest such solution."""
     rng = np.random.default_rng(3)
-    weights, pulls = rng.normal(size=shape), rng.normal(size=(shape[0], 2))
+    weights, displacements = rng.normal(size=shape), rng.normal(size=(shape[0], 2))
     rows = np.arange(shape[0])
     half = shape[1] // 2
     parts = [_Design(rows, weights[:, :half]), _Design(rows[5:], weights[5:, half:])]
     weights[:5, half:] = 0.0
-    expected, *_ = np.linalg.lstsq(weights, pulls, rcond=None)
-    np.testing.assert_allclose(_ridge_solution(parts, pulls, np.inf), expected, atol=1e-6)
+    expected, *_ = np.linalg.lstsq(weights, displacements, rcond=None)
+    np.testing.assert_allclose(_ridge_solution(parts, displacements, np.inf), expected, atol=1e-6)
 
 
 def test_many_corners_are_refused_while_rendering():
@@ -169,10 +169,10 @@ def test_many_corners_are_refused_while_rendering():
 def test_a_warp_distance_of_nothing_keeps_the_lattice_coarse():
     face = oval_face(4800, 3600)
     still = Recipe(percent=0, lattice_unit="warp")
-    assert spacing_px(aim(face, still), face.frame, still) == pytest.approx(
-        LEAST_SPACINGS * face.frame.spacing_px
+    assert spacing_px(aim(face, still), face.anchor, still) == pytest.approx(
+        LEAST_SPACINGS * face.anchor.spacing_px
     )
-    (lattice,) = fit([aim(face, still)], [face.frame], [still])
+    (lattice,) = fit([aim(face, still)], [face.anchor], [still])
     assert np.prod(lattice.shape) < 60_000
     assert not lattice.phi.any()
 
@@ -205,7 +205,7 @@ def test_a_lattice_cut_to_the_image_is_the_same_there():
 
 
 def test_a_huge_frame_costs_no_more_than_the_photo():
-    huge = dataclasses.replace(oval_face(), pinned_frame=Frame((240.0, 180.0), 1e7))
+    huge = dataclasses.replace(oval_face(), pinned_anchor=Anchor((240.0, 180.0), 1e7))
     domain = rendered([huge], Recipe(lattice=8.0)).domain
     assert domain.cells[0].active.size < 10_000
 
@@ -223,12 +223,12 @@ def test_a_face_refuses_coordinates_that_are_no_numbers(part, bad):
         Face(**points)
 
 
-def test_half_a_target_and_a_frame_without_size_are_refused():
+def test_half_a_target_and_an_anchor_without_size_are_refused():
     with pytest.raises(ValueError, match="only one coordinate"):
         oval_face().with_target(3, (np.nan, 5.0))
     for origin, spacing in (((0.0, np.nan), 5.0), ((0.0, 0.0), 0.0), ((0.0, 0.0), np.inf)):
-        with pytest.raises(ValueError, match="frame"):
-            Frame(origin, spacing)
+        with pytest.raises(ValueError, match="anchor"):
+            Anchor(origin, spacing)
 
 
 def test_sentences_are_one_line():

@@ -22,7 +22,7 @@ from kogao_core.targets import aim
 def field_of(recipe, *faces, fade_px=0.0):
     faces = faces or (oval_face(),)
     pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.frame for face in faces], [recipe] * len(faces)), fade_px)
+    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def dense_det(lattice, step=0.02):

@@ -98,7 +98,7 @@ def test_a_tilted_head_is_warped_like_an_upright_one(degrees):
     field = render(photo, [face], recipe).field
     turned = render(photo, [face.mapped(turn)], recipe)
     np.testing.assert_allclose(
-        turned.field.at(turned.pairs[0].target_px), turned.pairs[0].pull_px, atol=0.05
+        turned.field.at(turned.pairs[0].target_px), turned.pairs[0].displacement_px, atol=0.05
     )
     points = np.random.default_rng(4).uniform((120, 60), (360, 300), (300, 2))
     expected = field.at(points) @ turn.matrix.T

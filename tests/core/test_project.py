@@ -51,7 +51,7 @@ def same_faces(mine, theirs):
             assert other is None
         else:
             np.testing.assert_array_equal(ours, other)
-    assert mine.pinned_frame == theirs.pinned_frame
+    assert mine.pinned_anchor == theirs.pinned_anchor
     assert (mine.score, mine.source, mine.recipe) == (theirs.score, theirs.source, theirs.recipe)
 
 
@@ -216,7 +216,7 @@ def test_a_newer_version_says_to_update():
 def test_every_field_of_a_face_is_written():
     from kogao_core.face import Face
 
-    known = {"pinned_frame": "frame"}
+    known = {"pinned_anchor": "frame"}
     fields = {known.get(f.name, f.name) for f in dataclasses.fields(Face)}
     assert fields == set(project_json.face_dict(oval_face(), 512))
 

@@ -7,11 +7,11 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.bend import bends, beside, straight_lines
 from kogao_core.domain import reduce
+from kogao_core.falloff import Falloff
 from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import render
 from kogao_core.protection import NOTHING, Protection, Stroke
 from kogao_core.recipe import LOSSLESS_PX, Recipe
-from kogao_core.shield import Shield
 from kogao_core.warp import Canvas
 
 WIDTH, HEIGHT = 960, 720
@@ -20,7 +20,7 @@ RECIPE = Recipe(percent=8)
 
 def door_frame(face):
     """A vertical edge three quarters of a lattice cell beside the cheek."""
-    x = face.outline[:, 0].max() + 0.75 * face.frame.spacing_px
+    x = face.outline[:, 0].max() + 0.75 * face.anchor.spacing_px
     return np.array([[x, 60.0], [x, 660.0]])
 
 
@@ -60,8 +60,8 @@ def test_protection_moves_nothing_that_stood_still():
     near = render(photo, [face], RECIPE, protection=Protection((Stroke(door_frame(face)),)))
     image = Box.of(photo)
     rested = ~reduce(free.field, image, "control-points").mask(image)
-    pull = near.field.on_grid(np.arange(WIDTH), np.arange(HEIGHT))
-    assert np.hypot(*pull)[rested].max() < LOSSLESS_PX
+    displacement = near.field.on_grid(np.arange(WIDTH), np.arange(HEIGHT))
+    assert np.hypot(*displacement)[rested].max() < LOSSLESS_PX
 
 
 def test_a_brushed_place_stays():
@@ -108,33 +108,33 @@ def test_the_guard_holds_back_what_a_thin_feather_would_fold():
     assert not loose.one_to_one.edges_proven
 
 
-def test_the_shield_has_the_slope_it_says_and_keeps_its_bounds():
+def test_the_falloff_has_the_slope_it_says_and_keeps_its_bounds():
     rng = np.random.default_rng(4)
-    shield = Shield(
+    falloff = Falloff(
         (
             Stroke([[10.0, 10.0], [60.0, 30.0], [80.0, 90.0]], 3.0, 12.0),
             Stroke([[90.0, 20.0]], 0.0, 30.0),
         )
     )
     points = rng.uniform(-20, 130, (4000, 2))
-    factor, slope = shield.at(points)
+    factor, slope = falloff.at(points)
     assert (factor == 0.0).any()
     assert (factor == 1.0).any()
-    most, steepest = shield.bounds(points, 5.0)
+    most, steepest = falloff.bounds(points, 5.0)
     beside = points + rng.uniform(-3.5, 3.5, points.shape)
-    other_factor, other_slope = shield.at(beside)
+    other_factor, other_slope = falloff.at(beside)
     assert (other_factor <= most + 1e-12).all()
     assert (np.linalg.norm(other_slope, axis=1) <= steepest + 1e-12).all()
     step = 1e-5
     numeric = [
-        (shield.at(points + step * unit)[0] - shield.at(points - step * unit)[0]) / (2 * step)
+        (falloff.at(points + step * unit)[0] - falloff.at(points - step * unit)[0]) / (2 * step)
         for unit in np.eye(2)
     ]
     # At equal distance from two places the slope jumps: a few points may sit on that line.
     assert (np.abs(np.stack(numeric, 1) - slope).max(axis=1) > 1e-4).mean() < 0.001
     xs, ys = np.arange(-20.0, 130.0, 7.0), np.arange(0.0, 120.0, 5.0)
-    on_grid, slopes = shield.on_grid(xs, ys)
-    at, slope = shield.at(np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2))
+    on_grid, slopes = falloff.on_grid(xs, ys)
+    at, slope = falloff.at(np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2))
     np.testing.assert_allclose(on_grid.ravel(), at)
     np.testing.assert_allclose(slopes.reshape(2, -1).T, slope)
 

@@ -71,9 +71,9 @@ def test_at_another_resolution_everything_lands_within_a_pixel(scale):
     ratio = np.array([size[0] / WIDTH, size[1] / HEIGHT])
     points = grid.reshape(-1, 2)
     same_points = (points + 0.5) * ratio - 0.5
-    pulls = full.field.at(points), other.field.at(same_points) / ratio
-    assert np.abs(pulls[0]).max() > 4.0
-    assert np.linalg.norm(pulls[0] - pulls[1], axis=1).max() * max(1.0, scale) < 1.0
+    displacements = full.field.at(points), other.field.at(same_points) / ratio
+    assert np.abs(displacements[0]).max() > 4.0
+    assert np.linalg.norm(displacements[0] - displacements[1], axis=1).max() * max(1.0, scale) < 1.0
     # And what is seen is the same picture, resized.
     expected = cv2.resize(full.pixels, size, interpolation=cv2.INTER_AREA).astype(float)
     error = np.abs(other.pixels - expected).mean()

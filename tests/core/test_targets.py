@@ -27,7 +27,7 @@ def test_each_landmark_moves_percent_of_its_own_distance_towards_the_centre(perc
     face = oval_face()
     pairs = aim(face, Recipe(percent=percent, center=3))
     to_center = pairs.center_px - face.outline
-    np.testing.assert_allclose(-pairs.pull_px, percent / 100 * to_center, atol=1e-12)
+    np.testing.assert_allclose(-pairs.displacement_px, percent / 100 * to_center, atol=1e-12)
 
 
 def test_a_target_placed_by_hand_stays_and_the_others_follow_the_slider():

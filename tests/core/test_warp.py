@@ -20,8 +20,8 @@ INTERPOLATIONS = ("bilinear", "cubic", "lanczos4")
 
 def literal_bilinear(photo, lattice, x, y):
     """Eq. (1) at one pixel, then four neighbours by hand, on cv2.remap's 1/32 px grid."""
-    pull = literal_eq_1(lattice, (x, y))
-    u, v = np.round((np.array([x, y]) + pull) * 32) / 32
+    displacement = literal_eq_1(lattice, (x, y))
+    u, v = np.round((np.array([x, y]) + displacement) * 32) / 32
     u, v = np.clip(u, 0, photo.shape[1] - 1), np.clip(v, 0, photo.shape[0] - 1)
     i, j = int(min(u, photo.shape[1] - 2)), int(min(v, photo.shape[0] - 2))
     a, b = u - i, v - j
@@ -54,8 +54,8 @@ def test_map_error_is_below_a_64th_of_a_pixel():
     faces = [oval_face(width, height, center=(500.0, 420.0))]
     rendering = render(ramp, faces, Recipe(percent=6, interpolation="bilinear"))
     read = rendering.pixels.astype(np.float64) - ramp
-    pull = rendering.field.on_grid(np.arange(width), np.arange(height)).transpose(1, 2, 0)
-    assert np.abs(read - pull).max() < 1 / 64 + 1e-3
+    displacement = rendering.field.on_grid(np.arange(width), np.arange(height)).transpose(1, 2, 0)
+    assert np.abs(read - displacement).max() < 1 / 64 + 1e-3
 
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
@@ -93,8 +93,8 @@ def test_pixels_outside_the_domain_keep_their_bytes(interpolation, threshold_px)
     photo = textured_photo(1200, 700)
     recipe = Recipe(interpolation=interpolation, threshold_px=threshold_px, percent=8)
     rendering = render(photo, [oval_face(1200, 700)], recipe)
-    pull = rendering.field.on_grid(np.arange(1200), np.arange(700))
-    outside = np.hypot(*pull) <= LOSSLESS_PX
+    displacement = rendering.field.on_grid(np.arange(1200), np.arange(700))
+    outside = np.hypot(*displacement) <= LOSSLESS_PX
     assert outside.mean() > 0.5
     np.testing.assert_array_equal(rendering.pixels[outside], photo[outside])
     changed = np.ones(photo.shape[:2], bool)
@@ -173,7 +173,7 @@ def test_threads_and_order_make_no_difference():
     first = render(photo, [oval_face(1500, 900)], Recipe())
     for threads in (1, 2, 4):
         canvas = Canvas(photo)
-        canvas.pull(first.field, first.domain, "cubic", threads)
+        canvas.warp(first.field, first.domain, "cubic", threads)
         np.testing.assert_array_equal(canvas.pixels, first.pixels)
 
 

@@ -31,7 +31,7 @@ class Task:
     pairs : tuple of Pairs
         Landmarks and targets of each face.
     faces : tuple of Face
-        Whose they are; lattices hang on their frames.
+        Whose they are; lattices hang on their anchors.
     recipe : Recipe
         Lattice size and kernel for those methods that have them.
     """
@@ -53,21 +53,21 @@ class Task:
         return np.vstack([pairs.target_px for pairs in self.pairs])
 
     @cached_property
-    def pull_px(self) -> Array:
+    def displacement_px(self) -> Array:
         """Backward displacement asked for there, shape (N, 2)."""
-        return np.vstack([pairs.pull_px for pairs in self.pairs])
+        return np.vstack([pairs.displacement_px for pairs in self.pairs])
 
     @property
     def spacing_px(self) -> float:
         """Mean landmark spacing of the faces."""
-        return float(np.mean([face.frame.spacing_px for face in self.faces]))
+        return float(np.mean([face.anchor.spacing_px for face in self.faces]))
 
     def anchored(self) -> tuple[Array, Array]:
-        """Return targets and pulls with the photo's corners pinned, for methods without an end."""
+        """Return targets and displacements with the corners pinned, for methods without an end."""
         right, bottom = self.image.right - 1, self.image.bottom - 1
         corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]], np.float64)
         target = np.vstack([self.target_px, corners])
-        return target, np.vstack([self.pull_px, np.zeros_like(corners)])
+        return target, np.vstack([self.displacement_px, np.zeros_like(corners)])
 
 
 class Warp(ABC):
@@ -80,13 +80,15 @@ class Warp(ABC):
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
-        pull = np.empty((2, len(ys), len(xs)))
+        displacement = np.empty((2, len(ys), len(xs)))
         step = max(1, _STRIP_PX // len(xs))
         for top in range(0, len(ys), step):
             rows = ys[top : top + step]
             points = np.stack(np.meshgrid(xs, rows), axis=-1).reshape(-1, 2)
-            pull[:, top : top + step] = self.displacement(points).T.reshape(2, len(rows), len(xs))
-        return pull
+            displacement[:, top : top + step] = self.displacement(points).T.reshape(
+                2, len(rows), len(xs)
+            )
+        return displacement
 
     def pixels(self, photo: Image) -> Image:
         """Return the warped photo, bilinear; here the whole of it is resampled, strip by strip."""
@@ -95,8 +97,11 @@ class Warp(ABC):
         step = max(1, _STRIP_PX // width)
         for top in range(0, height, step):
             ys = np.arange(top, min(top + step, height))
-            pull = self.on_grid(xs, ys)
-            x, y = (pull[0] + xs).astype(np.float32), (pull[1] + ys[:, None]).astype(np.float32)
+            displacement = self.on_grid(xs, ys)
+            x, y = (
+                (displacement[0] + xs).astype(np.float32),
+                (displacement[1] + ys[:, None]).astype(np.float32),
+            )
             border = cv2.BORDER_REPLICATE
             result[top : ys[-1] + 1] = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=border)
         return result

@@ -17,7 +17,7 @@ from kogao_core.warp import Canvas
 
 
 class FieldWarp(Warp):
-    """A pull field; resampled in its lossless domain only."""
+    """A displacement field; resampled in its lossless domain only."""
 
     def __init__(self, field: Field) -> None:
         self.field = field
@@ -33,7 +33,7 @@ class FieldWarp(Warp):
     def pixels(self, photo: Image) -> Image:
         """Return the warped photo, bilinear."""
         canvas = Canvas(photo)
-        canvas.pull(self.field, reduce(self.field, Box.of(photo), "threshold"), "bilinear")
+        canvas.warp(self.field, reduce(self.field, Box.of(photo), "threshold"), "bilinear")
         return canvas.pixels
 
 
@@ -51,5 +51,5 @@ class BSpline:
     def fit(self, task: Task) -> Warp:
         """Fit one lattice to each face."""
         recipe = dataclasses.replace(task.recipe, fit=self.how)
-        frames = [face.frame for face in task.faces]
-        return FieldWarp(Field(fit(task.pairs, frames, [recipe] * len(frames))))
+        anchors = [face.anchor for face in task.faces]
+        return FieldWarp(Field(fit(task.pairs, anchors, [recipe] * len(anchors))))

@@ -152,7 +152,7 @@ def measure(
             for kept, elapsed_ms in zip(times[name], once, strict=True):
                 kept.append(elapsed_ms)
         told(done, runs)
-    asked_px = float(np.linalg.norm(task.pull_px, axis=1).max())
+    asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
     found = tuple(
         _compared(method, warp, task, subject.pixels, times[method.name], asked_px)
         for method, warp in fitted
@@ -188,9 +188,9 @@ def _compared(
 ) -> Compared:
     step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
     xs, ys = np.arange(0, task.image.right, step), np.arange(0, task.image.bottom, step)
-    pull = warp.on_grid(xs, ys)
-    length, det = np.hypot(pull[0], pull[1]), _det(pull, step)
-    misses = np.linalg.norm(warp.displacement(task.target_px) - task.pull_px, axis=1)
+    displacement = warp.on_grid(xs, ys)
+    length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step)
+    misses = np.linalg.norm(warp.displacement(task.target_px) - task.displacement_px, axis=1)
     return Compared(
         method,
         Spread.of(times[0]),
@@ -205,9 +205,9 @@ def _compared(
     )
 
 
-def _det(pull: Array, step_px: int) -> Array:
-    """Return det J of ``x + pull`` by central differences, shape (H, W)."""
-    (x_y, x_x), (y_y, y_x) = (np.gradient(part, float(step_px)) for part in pull)
+def _det(displacement: Array, step_px: int) -> Array:
+    """Return det J of ``x + displacement`` by central differences, shape (H, W)."""
+    (x_y, x_x), (y_y, y_x) = (np.gradient(part, float(step_px)) for part in displacement)
     return np.asarray((1.0 + x_x) * (1.0 + y_y) - x_y * y_x)
 
 

@@ -16,14 +16,14 @@ BRUSH_SPACINGS: Final = 1.0  # standard deviation of the brush, in landmark spac
 class _Pushed(Warp):
     """Strokes one after the other; a point goes back through them, the last one first."""
 
-    def __init__(self, target_px: Array, pull_px: Array, width_px: float) -> None:
-        self._target, self._pull, self._width_px = target_px, pull_px, width_px
+    def __init__(self, target_px: Array, displacement_px: Array, width_px: float) -> None:
+        self._target, self._displacement, self._width_px = target_px, displacement_px, width_px
 
     def displacement(self, points_px: Array) -> Array:
         at = np.array(points_px, np.float64)
-        for target, pull in zip(self._target[::-1], self._pull[::-1], strict=True):
+        for target, displacement in zip(self._target[::-1], self._displacement[::-1], strict=True):
             apart = ((at - target) ** 2).sum(axis=1)
-            at += np.exp(-apart / (2.0 * self._width_px**2))[:, None] * pull
+            at += np.exp(-apart / (2.0 * self._width_px**2))[:, None] * displacement
         return np.asarray(at - points_px)
 
 
@@ -44,7 +44,7 @@ class Liquify:
     def fit(self, task: Task) -> Warp:
         """Choose the strength of the strokes."""
         width_px = BRUSH_SPACINGS * task.spacing_px
-        full = _Pushed(task.target_px, task.pull_px, width_px).displacement(task.target_px)
-        asked = np.linalg.norm(task.pull_px, axis=1).mean()
+        full = _Pushed(task.target_px, task.displacement_px, width_px).displacement(task.target_px)
+        asked = np.linalg.norm(task.displacement_px, axis=1).mean()
         strength = asked / max(float(np.linalg.norm(full, axis=1).mean()), 1e-12)
-        return _Pushed(task.target_px, strength * task.pull_px, width_px)
+        return _Pushed(task.target_px, strength * task.displacement_px, width_px)

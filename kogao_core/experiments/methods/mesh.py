@@ -36,5 +36,5 @@ class Mesh:
         """Triangulate the targets and find each triangle's map."""
         from skimage.transform import PiecewiseAffineTransform
 
-        target, pull = task.anchored()
-        return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + pull))
+        target, displacement = task.anchored()
+        return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + displacement))

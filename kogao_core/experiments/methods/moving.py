@@ -17,9 +17,9 @@ _NEAREST_PX: Final = 1e-6  # a point on a landmark takes that landmark's displac
 
 
 class _Moving(Warp):
-    def __init__(self, target_px: Array, pull_px: Array) -> None:
+    def __init__(self, target_px: Array, displacement_px: Array) -> None:
         self._from = _complex(target_px)
-        self._onto = _complex(target_px + pull_px)
+        self._onto = _complex(target_px + displacement_px)
 
     def displacement(self, points_px: Array) -> Array:
         at = _complex(points_px)[:, None]
@@ -32,8 +32,8 @@ class _Moving(Warp):
         factor = (weight * np.conj(around) * wanted).sum(axis=1)
         size = np.abs(factor)
         turn = np.where(size > 0.0, factor / np.where(size > 0.0, size, 1.0), 1.0)
-        pull = turn * (at[:, 0] - center) + goal - at[:, 0]
-        return np.column_stack([pull.real, pull.imag])
+        displacement = turn * (at[:, 0] - center) + goal - at[:, 0]
+        return np.column_stack([displacement.real, displacement.imag])
 
 
 def _complex(points_px: Array) -> np.ndarray:

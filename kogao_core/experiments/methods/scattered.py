@@ -36,8 +36,8 @@ class ThinPlate:
         """Fit a thin-plate spline to the displacement."""
         from scipy.interpolate import RBFInterpolator
 
-        target, pull = task.anchored()
-        return _Interpolated(RBFInterpolator(target, pull, kernel="thin_plate_spline"))
+        target, displacement = task.anchored()
+        return _Interpolated(RBFInterpolator(target, displacement, kernel="thin_plate_spline"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +56,10 @@ class Radial:
 
         width_px = GAUSSIAN_SPACINGS * task.spacing_px
         gaussians = RBFInterpolator(
-            task.target_px, task.pull_px, kernel="gaussian", epsilon=1.0 / width_px, degree=-1
+            task.target_px,
+            task.displacement_px,
+            kernel="gaussian",
+            epsilon=1.0 / width_px,
+            degree=-1,
         )
         return _Interpolated(gaussians)

@@ -13,7 +13,7 @@ from kogao_core.protection import Protection, Stroke
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shield:
+class Falloff:
     """Everything that has a feather: 0 on the strokes, 1 from a feather's width beside them.
 
     Parameters
@@ -91,12 +91,12 @@ class Shield:
         return _smoothstep(depth), slope
 
 
-NO_SHIELD = Shield(())
+NO_FALLOFF = Falloff(())
 
 
-def shield_of(protection: Protection) -> Shield:
-    """Return the shield of a photo's protection: its strokes that have a feather."""
-    return Shield(tuple(stroke for stroke in protection.strokes if stroke.feather_px > 0.0))
+def falloff_of(protection: Protection) -> Falloff:
+    """Return the falloff of a photo's protection: its strokes that have a feather."""
+    return Falloff(tuple(stroke for stroke in protection.strokes if stroke.feather_px > 0.0))
 
 
 def _smoothstep(t: Array) -> Array:

@@ -12,7 +12,7 @@ from ..theme import GRID_PX
 from .controls import heading
 
 
-class CentreChoice(QWidget):
+class CenterChoice(QWidget):
     """A row of buttons: the candidates of figure 7a.
 
     Signals
@@ -39,7 +39,7 @@ class CentreChoice(QWidget):
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.setProperty("segment", "true")
             button.setAccessibleName(tr("Centre {n}", n=number))
-            button.setToolTip(_centre_tip(number))
+            button.setToolTip(_center_tip(number))
             self._group.addButton(button, number)
             row.addWidget(button)
         name.setBuddy(self._group.button(1))
@@ -55,7 +55,7 @@ class CentreChoice(QWidget):
         return self._group.buttons()
 
 
-def _centre_tip(number: int) -> str:
+def _center_tip(number: int) -> str:
     tenths = 10.0 * CENTERS[number - 1]
     share = f"{tenths:g} : {10.0 - tenths:g}"
     return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=share)
