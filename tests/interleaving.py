@@ -120,6 +120,7 @@ class Interleaving:
         editor.document.opened.connect(self._note_opened)
         editor.files.restored.connect(self._note_restored)
         editor.saver.working.connect(self._note_report)
+        editor.document.undo.indexChanged.connect(self._note_step)
         editor.window.resize(800, 500)
         editor.window.show()
         self._books.begin("", editor.document.committed)
@@ -179,6 +180,12 @@ class Interleaving:
 
     def _note_restored(self, work: object) -> None:
         self._restored = work.file is None
+
+    def _note_step(self) -> None:
+        # A save ends the gesture in hand; it may be over, and the window gone, before `_follow`.
+        document = self._editor.document
+        if self._gesture and document.undo.count() and not document.in_gesture:
+            self._push()
 
     def _note_report(self, text: str) -> None:
         if text.startswith("Saved "):
