@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from kogao_core.experiments.subjects import Subject, Told
+from kogao_core.experiments.subjects import Progress, Subject
 from kogao_core.face import LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
@@ -80,9 +80,9 @@ def title(name: ExperimentName) -> str:
     }[name]
 
 
-def run(name: ExperimentName, task: Task, told: Told) -> Outcome:
-    """Run an experiment; `told` hears how far it is, and ends it by raising."""
+def run(name: ExperimentName, task: Task, progress: Progress) -> Outcome:
+    """Run an experiment; `progress` is called with how far it is, and ends it by raising."""
     # Here, on a worker, and not when the editor starts.
     from .measuring import measured
 
-    return measured(name, task, told)
+    return measured(name, task, progress)

@@ -11,7 +11,7 @@ from kogao_core.experiments import (
     distortion_report,
     domains,
     domains_report,
-    sessions,
+    setting_times,
     timing,
     timing_report,
 )
@@ -19,7 +19,7 @@ from kogao_core.experiments.imagefiles import reduced
 from kogao_core.experiments.methods import comparing, methods_report
 from kogao_core.experiments.page import files
 from kogao_core.experiments.report import Made
-from kogao_core.experiments.subjects import Told
+from kogao_core.experiments.subjects import Progress
 from kogao_core.geometry import Image
 
 from .experiments import ExperimentName, Outcome, Task
@@ -35,9 +35,9 @@ class _Found:
     pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
 
 
-def measured(name: ExperimentName, task: Task, told: Told) -> Outcome:
+def measured(name: ExperimentName, task: Task, progress: Progress) -> Outcome:
     """Return what an experiment finds; see `experiments.run`."""
-    return _outcome(name, task, _RUNS[name](task, told))
+    return _outcome(name, task, _RUNS[name](task, progress))
 
 
 def _outcome(name: ExperimentName, task: Task, found: _Found) -> Outcome:
@@ -53,35 +53,44 @@ def _outcome(name: ExperimentName, task: Task, found: _Found) -> Outcome:
     )
 
 
-def _timing(task: Task, told: Told) -> _Found:
-    known = tuple(sessions.read(task.sessions)) if task.sessions.exists() else ()
+def _timing(task: Task, progress: Progress) -> _Found:
+    known = tuple(setting_times.read(task.sessions)) if task.sessions.exists() else ()
     warm_up, repeats = 1, _REPEATS["timing"]
     found, left_out = timing.measure(
-        task.subject, task.source(), task.recipe, repeats=repeats, warm_up=warm_up, told=told
+        task.subject,
+        task.source(),
+        task.recipe,
+        repeats=repeats,
+        warm_up=warm_up,
+        progress=progress,
     )
-    return _Found(timing.Result(tuple(found), known, task.recipe, repeats, warm_up), left_out)
+    return _Found(timing.TimingResult(tuple(found), known, task.recipe, repeats, warm_up), left_out)
 
 
-def _domains(task: Task, told: Told) -> _Found:
-    photo = domains.measure(task.subject, task.recipe, repeats=_REPEATS["domains"], told=told)
+def _domains(task: Task, progress: Progress) -> _Found:
+    photo = domains.measure(
+        task.subject, task.recipe, repeats=_REPEATS["domains"], progress=progress
+    )
     names = {
         "image": tr("Whole image"),
         "control-points": tr("Control points"),
         "threshold": tr("Threshold"),
     }
     masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
-    result = domains.Result((photo,), task.recipe)
+    result = domains.DomainsResult((photo,), task.recipe)
     return _Found(result, pictures={tr("Domains"): masks})
 
 
-def _distortion(task: Task, told: Told) -> _Found:
-    found = distortion.measure(task.subject, task.recipe, told=told)
-    return _Found(distortion.Result(tuple(found), task.recipe))
+def _distortion(task: Task, progress: Progress) -> _Found:
+    found = distortion.measure(task.subject, task.recipe, progress=progress)
+    return _Found(distortion.DistortionResult(tuple(found), task.recipe))
 
 
-def _methods(task: Task, told: Told) -> _Found:
+def _methods(task: Task, progress: Progress) -> _Found:
     repeats, absent = _REPEATS["methods"], comparing.missing()
-    compared, failed = comparing.measure(task.subject, task.recipe, repeats=repeats, told=told)
+    compared, failed = comparing.measure(
+        task.subject, task.recipe, repeats=repeats, progress=progress
+    )
     seen = compared.views()
     kinds = {
         "result": tr("Result"),
@@ -93,11 +102,11 @@ def _methods(task: Task, told: Told) -> _Found:
         for kind, words in kinds.items()
     }
     pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))
-    result = comparing.Result((seen,), task.recipe, repeats)
+    result = comparing.MethodsResult((seen,), task.recipe, repeats)
     return _Found(result, [*absent, *failed], pictures)
 
 
-_RUNS: Final[dict[ExperimentName, Callable[[Task, Told], _Found]]] = {
+_RUNS: Final[dict[ExperimentName, Callable[[Task, Progress], _Found]]] = {
     "timing": _timing,
     "domains": _domains,
     "distortion": _distortion,

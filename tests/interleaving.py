@@ -33,22 +33,13 @@ from PySide6.QtWidgets import (
     QMessageBox,
     QPushButton,
 )
-from scenes import oval_face, textured_photo
+from scenes import KnownFaces, oval_face, textured_photo
 
 from kogao_core.pipeline import render
 
 _SIZE = (240, 180)
 # How long an edit may be on no disk, s; and when it counts as lost rather than late.
 LATEST_S, LOST_S = 0.5, 5.0
-
-
-class Known:
-    """A landmark source that knows the face."""
-
-    name = "known"
-
-    def find(self, rgb):  # noqa: ARG002
-        return [oval_face(*_SIZE)]
 
 
 class Interleaving:
@@ -115,7 +106,7 @@ class Interleaving:
     def _start(self, home: Path) -> None:
         self._disks.append(Disk())
         self._storage = Storage.in_folder(home)
-        self._editor = editor = Editor(self._app, Known(), self._storage)
+        self._editor = editor = Editor(self._app, KnownFaces(oval_face(*_SIZE)), self._storage)
         self._opened = self._restored = False
         editor.document.opened.connect(self._note_opened)
         editor.files.restored.connect(self._note_restored)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from kogao_core.experiments.study.session import Answer, Record, Session, View
+from kogao_core.experiments.study.session import Answer, Display, Record, Session
 
-VIEW = View((960, 720), (1280, 960), 1.25)
+DISPLAY = Display((960, 720), (1280, 960), 1.25)
 
 
 def answered(session: Session, answer: Answer, took_ms: int = 5) -> Record:
     """An answer about the current picture; `take` or a log makes it count."""
-    return Record(_next(session), session.current, answer=answer, took_ms=took_ms, view=VIEW)
+    return Record(_next(session), session.current, answer=answer, took_ms=took_ms, display=DISPLAY)
 
 
 def graded(session: Session, grade: int | None, took_ms: int = 5) -> Record:
     """A grade of the current picture, None skips it."""
-    return Record(_next(session), session.current, grade=grade, took_ms=took_ms, view=VIEW)
+    return Record(_next(session), session.current, grade=grade, took_ms=took_ms, display=DISPLAY)
 
 
 def taken_back(session: Session) -> Record:

@@ -48,3 +48,15 @@ def textured_photo(
     if dtype is np.float32:
         return unit
     return (unit * np.iinfo(dtype).max).round().astype(dtype)
+
+
+class KnownFaces:
+    """A landmark source that finds the same faces in every photo."""
+
+    name = "known"
+
+    def __init__(self, *faces: Face) -> None:
+        self.faces = list(faces)
+
+    def find(self, rgb: np.ndarray) -> list[Face]:  # noqa: ARG002
+        return list(self.faces)

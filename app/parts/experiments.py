@@ -11,7 +11,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
 from kogao_core import atomic
-from kogao_core.experiments import sessions
+from kogao_core.experiments import setting_times
 from kogao_core.experiments.subjects import Subject
 from kogao_core.face import LandmarkSource
 from kogao_core.landmarks import source
@@ -116,9 +116,9 @@ class ExperimentsPart(QObject):
         image = self._document.image
         landmarks = [len(face.outline) for face in state.active]
         size = (image.width, image.height)
-        session = sessions.Session.now(path.name, size, landmarks, self._clock.elapsed_s)
+        session = setting_times.SettingTime.now(path.name, size, landmarks, self._clock.elapsed_s)
         try:
-            sessions.append(self._sessions, session)
+            setting_times.append(self._sessions, session)
         except OSError as problem:
             self.said.emit(
                 Message(tr("The setting time wasn't kept ({why}).", why=problem.strerror))

@@ -10,7 +10,7 @@ import click
 from kogao_core.cli import common, figures, reports, study
 
 if TYPE_CHECKING:
-    from kogao_core.experiments.sessions import Session
+    from kogao_core.experiments.setting_times import SettingTime
 
 
 @click.group("experiment")
@@ -27,17 +27,17 @@ def command() -> None:
 @click.option("--repeats", type=click.IntRange(1), default=10, show_default=True)
 @click.option("--warm-up", type=click.IntRange(0), default=2, show_default=True)
 @click.option(
-    "--setting-time", "sessions_file", type=click.Path(path_type=Path), metavar="FILE",
+    "--setting-time", "setting_times_file", type=click.Path(path_type=Path), metavar="FILE",
     help="Sessions of setting by hand that the editor recorded (JSON lines).",
 )  # fmt: skip
 def timing_command(
-    size: str, repeats: int, warm_up: int, sessions_file: Path | None, **given: Any
+    size: str, repeats: int, warm_up: int, setting_times_file: Path | None, **given: Any
 ) -> int:
     """Table 2: setting and computing time by hand and found, whole and reduced."""
     from kogao_core.experiments import timing, timing_report
 
     work = reports.Work("timing", given)
-    sessions = _sessions(sessions_file)
+    setting_times = _setting_times(setting_times_file)
     sizes = timing.SIZES if size == "both" else [one for one in timing.SIZES if one == size]
     timings: list[timing.Timing] = []
     source = work.source()
@@ -48,12 +48,14 @@ def timing_command(
         timings += found
         for sentence in missing:
             work.leave_out(sentence)
-    result = timing.Result(tuple(timings), tuple(sessions), work.recipe, repeats, warm_up)
+    result = timing.TimingResult(
+        tuple(timings), tuple(setting_times), work.recipe, repeats, warm_up
+    )
     return work.deliver(timing_report.report(result))
 
 
-def _sessions(file: Path | None) -> list[Session]:
-    from kogao_core.experiments.sessions import read
+def _setting_times(file: Path | None) -> list[SettingTime]:
+    from kogao_core.experiments.setting_times import read
     from kogao_core.strict import BadFile
 
     if file is None:
@@ -79,7 +81,7 @@ def domains_command(repeats: int, **given: Any) -> int:
         found = domains.measure(subject, work.recipe, repeats=repeats)
         work.keep(domains_report.pictures(subject.stem, found.masks))
         photos.append(found.without_masks())
-    result = domains.Result(tuple(photos), work.recipe)
+    result = domains.DomainsResult(tuple(photos), work.recipe)
     return work.deliver(domains_report.report(result))
 
 
@@ -95,7 +97,7 @@ def distortion_command(**given: Any) -> int:
     found: list[distortion.Distortion] = []
     for subject in work.subjects(work.source()):
         found += distortion.measure(subject, work.recipe)
-    result = distortion.Result(tuple(found), work.recipe)
+    result = distortion.DistortionResult(tuple(found), work.recipe)
     return work.deliver(distortion_report.report(result))
 
 
@@ -116,7 +118,7 @@ def methods_command(repeats: int, **given: Any) -> int:
             work.leave_out(sentence)
         work.keep(methods_report.pictures(comparison))
         photos.append(comparison.views())
-    result = comparing.Result(tuple(photos), work.recipe, repeats)
+    result = comparing.MethodsResult(tuple(photos), work.recipe, repeats)
     return work.deliver(methods_report.report(result))
 
 

@@ -158,7 +158,7 @@ def _browse(address: str) -> None:
 @outputs.writes_files
 @click.pass_obj
 def report(
-    told: str,
+    command: str,
     /,
     folders: Sequence[Path],
     keys: Sequence[Path],
@@ -179,7 +179,7 @@ def report(
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
     for note in sources.notes(counted):
         common.tell(note)
-    to.write(report.report(counted), Made.now(told))
+    to.write(report.report(counted), Made.now(command))
     return common.SOME_FAILED if counted.foreign else 0
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from kogao_core.bend import bends, beside, straight_lines
 from kogao_core.experiments.study.variants import Variant, variants
-from kogao_core.experiments.subjects import Subject, Told, untold
+from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.field import shown_at
 from kogao_core.geometry import Array, Box
 from kogao_core.pipeline import Rendering, render
@@ -74,7 +74,7 @@ class Distortion:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class DistortionResult:
     """Table 1's grid and figure 11's sizes on some photos, made after one recipe."""
 
     distortions: tuple[Distortion, ...]
@@ -90,7 +90,9 @@ def shown(recipe: Recipe) -> tuple[Variant, ...]:
     return variants(recipe, satisfaction=False)
 
 
-def measure(subject: Subject, recipe: Recipe = PAPER, *, told: Told = untold) -> list[Distortion]:
+def measure(
+    subject: Subject, recipe: Recipe = PAPER, *, progress: Progress = no_progress
+) -> list[Distortion]:
     """Measure every variant of one photo.
 
     Parameters
@@ -99,8 +101,8 @@ def measure(subject: Subject, recipe: Recipe = PAPER, *, told: Told = untold) ->
         Photo with faces.
     recipe : Recipe
         What to do; its centre, distance and, for figure 11, lattice are replaced.
-    told : callable
-        Hears how many variants are done, and of how many.
+    progress : callable
+        Called with how many variants are done, and of how many.
     """
     found = []
     chosen = shown(recipe)
@@ -108,7 +110,7 @@ def measure(subject: Subject, recipe: Recipe = PAPER, *, told: Told = untold) ->
     for done, variant in enumerate(chosen, start=1):
         rendering = render(subject.pixels, subject.faces, variant.recipe(recipe))
         found.append(_distortion(subject, variant, rendering, lines))
-        told(done, len(chosen))
+        progress(done, len(chosen))
     return found
 
 

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from kogao_core.experiments.charts import Chart, Series
-from kogao_core.experiments.distortion import Distortion, Result, shown
+from kogao_core.experiments.distortion import Distortion, DistortionResult, shown
 from kogao_core.experiments.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 
@@ -64,7 +64,7 @@ MEASURES: Final = (
 _CHARTED: Final = ("local_area", "min_det", "bend")
 
 
-def report(result: Result) -> Report:
+def report(result: DistortionResult) -> Report:
     """Return how each measure grows, table 1 and each in its shape, and the lattice sizes."""
     photos = len({one.photo for one in result.distortions})
     how = (
@@ -95,14 +95,14 @@ def _published() -> Table:
     return Table(caption, _header("centre"), rows, note)
 
 
-def _grid(result: Result, measure: Measure) -> list[list[float]]:
+def _grid(result: DistortionResult, measure: Measure) -> list[list[float]]:
     """Return medians over photos, a row for each centre."""
     medians = [measure.median(result.of(v)) for v in shown(result.recipe) if v.kind == "table1"]
     count = len(DISTANCES)
     return [medians[k : k + count] for k in range(0, len(medians), count)]
 
 
-def _in_its_shape(result: Result, measure: Measure) -> Table:
+def _in_its_shape(result: DistortionResult, measure: Measure) -> Table:
     rows = [
         (str(center), *map(measure.text, row))
         for center, row in enumerate(_grid(result, measure), start=1)
@@ -111,7 +111,7 @@ def _in_its_shape(result: Result, measure: Measure) -> Table:
     return Table(title, _header("centre"), rows)
 
 
-def _harms(result: Result, measure: Measure) -> list[list[float]]:
+def _harms(result: DistortionResult, measure: Measure) -> list[list[float]]:
     return [[measure.harm(value) for value in row] for row in _grid(result, measure)]
 
 
@@ -121,7 +121,7 @@ def _relative(rows: Sequence[Sequence[float]]) -> list[float]:
     return [float(value) for value in 100.0 * means / means[-1]]
 
 
-def _growth(result: Result) -> Table:
+def _growth(result: DistortionResult) -> Table:
     published = ("unnatural answers (table 1)", *_whole(_relative(UNNATURAL)), "1.00")
     rows = [published]
     for measure in MEASURES:
@@ -154,7 +154,7 @@ def _ranks(values: np.ndarray) -> np.ndarray:
     return np.asarray((np.cumsum(counts) - (counts - 1) / 2.0)[place])
 
 
-def _lattices(result: Result) -> Table:
+def _lattices(result: DistortionResult) -> Table:
     sizes = [variant for variant in shown(result.recipe) if variant.kind == "figure11"]
     found = [result.of(variant) for variant in sizes]
     rows = [
@@ -180,7 +180,7 @@ def _median(found: Sequence[Distortion], name: str) -> float:
     return float(statistics.median(getattr(one, name) for one in found))
 
 
-def _records(result: Result) -> list[dict[str, object]]:
+def _records(result: DistortionResult) -> list[dict[str, object]]:
     return [_record(one) for one in result.distortions]
 
 
@@ -194,7 +194,7 @@ def _record(one: Distortion) -> dict[str, object]:
     return {"photo": photo, **variant, **values, "published_unnatural_percent": published}
 
 
-def _document(result: Result) -> dict[str, object]:
+def _document(result: DistortionResult) -> dict[str, object]:
     return {
         "experiment": "distortion",
         "recipe": result.recipe.to_dict(),
@@ -204,7 +204,7 @@ def _document(result: Result) -> dict[str, object]:
     }
 
 
-def _chart(result: Result) -> Chart:
+def _chart(result: DistortionResult) -> Chart:
     series = [Series("unnatural answers (table 1)", _relative(UNNATURAL))]
     for measure in MEASURES:
         if measure.name in _CHARTED:

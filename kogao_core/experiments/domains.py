@@ -12,7 +12,7 @@ import numpy as np
 from kogao_core.domain import NAMES, Mask, reduce, threshold_mask
 from kogao_core.experiments.imagefiles import reduced
 from kogao_core.experiments.spread import Spread, in_turns
-from kogao_core.experiments.subjects import Subject, Told, rgb8, untold
+from kogao_core.experiments.subjects import Progress, Subject, no_progress, rgb8
 from kogao_core.field import Field
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.pipeline import Rendering, render
@@ -43,7 +43,7 @@ class Error:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ThresholdErrors:
     """One threshold.
 
     Parameters
@@ -81,7 +81,7 @@ class Domains:
         Pixels of all three domains.
     computing_ms : dict of str to Spread
         Time that a warp of each domain takes.
-    steps : tuple of Step
+    steps : tuple of ThresholdErrors
         One for each threshold.
     shown : dict of str to array
         The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
@@ -95,7 +95,7 @@ class Domains:
     faces: int
     counts: dict[DomainName, int]
     computing_ms: dict[DomainName, Spread]
-    steps: tuple[Step, ...]
+    steps: tuple[ThresholdErrors, ...]
     shown: dict[DomainName, Image]
     masks: dict[DomainName, Mask]
 
@@ -105,7 +105,7 @@ class Domains:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class DomainsResult:
     """Figures 14 and 15 for some photos, made with one recipe."""
 
     photos: tuple[Domains, ...]
@@ -118,7 +118,7 @@ def measure(
     *,
     thresholds: Sequence[float] = THRESHOLDS,
     repeats: int = 5,
-    told: Told = untold,
+    progress: Progress = no_progress,
 ) -> Domains:
     """Count the domains of one photo, time them in turns, and compare thresholds with none.
 
@@ -132,8 +132,8 @@ def measure(
         T to try, px, 0 to 16.
     repeats : int
         Rounds of timing that count, after one that doesn't.
-    told : callable
-        Hears how many steps are done, and of how many.
+    progress : callable
+        Called with how many steps are done, and of how many.
     """
     whole = _render(subject, recipe, "control-points")
     masks = _masks(whole)
@@ -141,9 +141,9 @@ def measure(
     steps = []
     for done, threshold_px in enumerate(thresholds, start=1):
         steps.append(compared.step(threshold_px, recipe))
-        told(done, len(thresholds) + 1)
+        progress(done, len(thresholds) + 1)
     computing = _times(subject, recipe, repeats)
-    told(len(thresholds) + 1, len(thresholds) + 1)
+    progress(len(thresholds) + 1, len(thresholds) + 1)
     every: dict[DomainName, Mask] = {"image": np.ones_like(masks["threshold"]), **masks}
     return Domains(
         subject.name, *subject.size, len(subject.faces),
@@ -191,14 +191,14 @@ class _Compared:
         self.displacement = _displacement(whole.field, self.box)
         self.length = np.hypot(self.displacement[0], self.displacement[1])
 
-    def step(self, threshold_px: float, recipe: Recipe) -> Step:
+    def step(self, threshold_px: float, recipe: Recipe) -> ThresholdErrors:
         moves = self.length > threshold_px
         cut = np.where(moves if self.whole.ndim == 2 else moves[..., None], self.whole, self.photo)
         rendering = _render(self.subject, recipe, "threshold", threshold_px)
         faded = rendering.pixels[self.box.slices]
         # A fade that the guard refused isn't in the field any more, which says nothing for it.
         refused = rendering.threshold_px < threshold_px
-        return Step(
+        return ThresholdErrors(
             threshold_px,
             int(moves.sum()),
             self._error(cut, np.where(moves, self.displacement, 0.0)),

@@ -11,7 +11,7 @@ import numpy as np
 
 from kogao_core.domain import NAMES, Mask
 from kogao_core.experiments.charts import Chart, Series
-from kogao_core.experiments.domains import Domains, Error, Result, Step
+from kogao_core.experiments.domains import Domains, DomainsResult, Error, ThresholdErrors
 from kogao_core.experiments.report import (
     NONE,
     Heading,
@@ -38,7 +38,7 @@ _TITLES: Final[dict[DomainName, str]] = {
 }
 
 
-def report(result: Result) -> Report:
+def report(result: DomainsResult) -> Report:
     """Return pixel counts photo by photo, the errors of each threshold, and the domains."""
     parts: list[Part] = [
         Row(_bars(result), wide=True),
@@ -55,7 +55,7 @@ def report(result: Result) -> Report:
     return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
 
 
-def _bars(result: Result) -> list[Chart]:
+def _bars(result: DomainsResult) -> list[Chart]:
     shares = [[_share(photo, name) for photo in result.photos] for name in NAMES]
     times = [[photo.computing_ms[name] for photo in result.photos] for name in NAMES]
     spreads = [one[0] if len(one) == 1 else Spread.of([s.median for s in one]) for one in times]
@@ -76,7 +76,7 @@ def _bars(result: Result) -> list[Chart]:
     ]  # fmt: skip
 
 
-def _counts(result: Result) -> Table:
+def _counts(result: DomainsResult) -> Table:
     rows = [_count_row(photo, name) for photo in result.photos for name in NAMES]
     if len(result.photos) > 1:
         rows = [_median_row(result, name) for name in NAMES] + rows
@@ -100,7 +100,7 @@ def _count_row(photo: Domains, name: DomainName) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _median_row(result: Result, name: DomainName) -> tuple[str, ...]:
+def _median_row(result: DomainsResult, name: DomainName) -> tuple[str, ...]:
     pixels = statistics.median(photo.counts[name] for photo in result.photos)
     share = statistics.median(_share(photo, name) for photo in result.photos)
     computing_ms = [photo.computing_ms[name].median for photo in result.photos]
@@ -110,7 +110,7 @@ def _median_row(result: Result, name: DomainName) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _errors(result: Result) -> Table:
+def _errors(result: DomainsResult) -> Table:
     header = (
         "T, px", "% of image", "cut: max", "PSNR, dB", "seam, px",
         "fade: max", "PSNR, dB", "seam, px", "fades proven",
@@ -156,11 +156,11 @@ def _whole_or_half(value: float) -> str:
     return f"{value:.1f}".removesuffix(".0")
 
 
-def _by_threshold(result: Result) -> list[list[Step]]:
+def _by_threshold(result: DomainsResult) -> list[list[ThresholdErrors]]:
     return [list(steps) for steps in zip(*(p.steps for p in result.photos), strict=True)]
 
 
-def _shares(result: Result, steps: list[Step]) -> list[float]:
+def _shares(result: DomainsResult, steps: list[ThresholdErrors]) -> list[float]:
     pairs = zip(result.photos, steps, strict=True)
     return [100.0 * step.pixels / photo.counts["image"] for photo, step in pairs]
 
@@ -169,11 +169,11 @@ def _threshold(px: float) -> str:
     return f"{Fraction(px)}" if px < 1.0 else f"{px:g}"
 
 
-def _records(result: Result) -> list[dict[str, object]]:
+def _records(result: DomainsResult) -> list[dict[str, object]]:
     return [_record(photo, step) for photo in result.photos for step in photo.steps]
 
 
-def _record(photo: Domains, step: Step) -> dict[str, object]:
+def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
     return {
         "photo": photo.photo,
         "width": photo.width,
@@ -197,7 +197,7 @@ def _error_values(error: Error) -> dict[str, float | None]:
     }
 
 
-def _document(result: Result) -> dict[str, object]:
+def _document(result: DomainsResult) -> dict[str, object]:
     return {
         "experiment": "domains",
         "recipe": result.recipe.to_dict(),
@@ -222,7 +222,7 @@ def pictures(stem: str, masks: Mapping[DomainName, Mask]) -> Iterator[tuple[str,
         yield f"{stem}-{name}.png", np.where(mask, np.uint8(255), np.uint8(0))
 
 
-def _curves(result: Result) -> list[Chart]:
+def _curves(result: DomainsResult) -> list[Chart]:
     by_threshold = _by_threshold(result)
     places = [_threshold(steps[0].threshold_px) for steps in by_threshold]
 

@@ -17,11 +17,11 @@ from kogao_core.recipe import Recipe
 from kogao_core.targets import aim
 
 # Called with how many steps are done, and of how many; whatever it raises ends the experiment.
-Told = Callable[[int, int], None]
+Progress = Callable[[int, int], None]
 PAPER_SIZE: Final = (960, 720)  # px, long and short side (section 5)
 
 
-def untold(_: int, __: int) -> None:
+def no_progress(_: int, __: int) -> None:
     """Tell nobody how far an experiment is."""
 
 

@@ -9,9 +9,15 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kogao_core.domain import pixel_counts, threshold_of
-from kogao_core.experiments.sessions import Session
+from kogao_core.experiments.setting_times import SettingTime
 from kogao_core.experiments.spread import Spread, in_turns
-from kogao_core.experiments.subjects import Subject, Told, at_paper_size, set_by_hand, untold
+from kogao_core.experiments.subjects import (
+    Progress,
+    Subject,
+    at_paper_size,
+    no_progress,
+    set_by_hand,
+)
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.field import Field
 from kogao_core.geometry import Box
@@ -23,7 +29,7 @@ SIZES: Final[tuple[Size, ...]] = ("960x720", "own")
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Procedure:
     """A row of table 2 with the paper's times, s; automatic setting took it "less than 1"."""
 
     name: str
@@ -39,17 +45,17 @@ class Way:
         return self.setting_s + self.computing_s
 
 
-WAYS: Final = (
-    Way("conventional", "Conventional method", False, "image", 20.0, 5.896),
-    Way("wdr", "Warping domain reduction (Wdr)", False, "threshold", 20.0, 3.576),
-    Way("akt", "Automatic transformation (Akt)", True, "image", 1.0, 6.102),
-    Way("dual", "Dual method (Wdr + Akt)", True, "threshold", 1.0, 3.722),
+PROCEDURES: Final = (
+    Procedure("conventional", "Conventional method", False, "image", 20.0, 5.896),
+    Procedure("wdr", "Warping domain reduction (Wdr)", False, "threshold", 20.0, 3.576),
+    Procedure("akt", "Automatic transformation (Akt)", True, "image", 1.0, 6.102),
+    Procedure("dual", "Dual method (Wdr + Akt)", True, "threshold", 1.0, 3.722),
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """The runs of one way on one photo at one size.
+    """The runs of one procedure on one photo at one size.
 
     Parameters
     ----------
@@ -59,8 +65,8 @@ class Timing:
         Which size.
     width, height, faces : int
         What was worked on, px.
-    way : str
-        Name of a row of `WAYS`.
+    procedure : str
+        Name of a row of `PROCEDURES`.
     domain_share : float
         Part of the image that was worked on, 0 to 1, by section 4's counts.
     setting_ms : tuple of float
@@ -74,7 +80,7 @@ class Timing:
     width: int
     height: int
     faces: int
-    way: str
+    procedure: str
     domain_share: float
     setting_ms: tuple[float, ...]
     stages_ms: dict[str, tuple[float, ...]]
@@ -86,23 +92,23 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class TimingResult:
     """Table 2 on some photos.
 
     Parameters
     ----------
     timings : tuple of Timing
         What was measured.
-    sessions : tuple of Session
+    setting_times : tuple of SettingTime
         Setting by hand, as recorded; may be empty.
     recipe : Recipe
-        What was done to the faces; its domain is set by the way.
+        What was done to the faces; its domain is set by the procedure.
     repeats, warm_up : int
         Rounds that count, and rounds before them.
     """
 
     timings: tuple[Timing, ...]
-    sessions: tuple[Session, ...]
+    setting_times: tuple[SettingTime, ...]
     recipe: Recipe
     repeats: int
     warm_up: int
@@ -110,12 +116,12 @@ class Result:
     @property
     def setting(self) -> Spread | None:
         """Setting time by hand, s; None while no session was recorded."""
-        times = [session.setting_s for session in self.sessions]
+        times = [one.setting_s for one in self.setting_times]
         return Spread.of(times) if times else None
 
-    def of(self, size: Size, way: str) -> list[Timing]:
-        """Return the timings of one way at one size."""
-        return [one for one in self.timings if (one.size, one.way) == (size, way)]
+    def of(self, size: Size, procedure: str) -> list[Timing]:
+        """Return the timings of one procedure at one size."""
+        return [one for one in self.timings if (one.size, one.procedure) == (size, procedure)]
 
 
 def measure(
@@ -126,27 +132,27 @@ def measure(
     sizes: Sequence[Size] = SIZES,
     repeats: int = 10,
     warm_up: int = 2,
-    told: Told = untold,
+    progress: Progress = no_progress,
 ) -> tuple[list[Timing], list[str]]:
-    """Time all four ways on one photo, in turns.
+    """Time all four procedures on one photo, in turns.
 
-    Manual ways get the subject's faces with all targets set; how long people take for that is
-    their setting clock's to say. Automatic ways find the faces anew in every run.
+    Manual procedures get the subject's faces with all targets set; how long people take for that is
+    their setting clock's to say. Automatic procedures find the faces anew in every run.
 
     Parameters
     ----------
     subject : Subject
         Photo with faces.
     source : LandmarkSource
-        Finds faces for the automatic ways.
+        Finds faces for the automatic procedures.
     recipe : Recipe
         What to do; its domain is replaced.
     sizes : sequence of {"960x720", "own"}
         Sizes to work at.
     repeats, warm_up : int
-        Rounds that count, and rounds before them that don't; a round runs every way once.
-    told : callable
-        Hears how many runs are done, and of how many.
+        Rounds that count, and rounds before them that don't; a round runs every procedure once.
+    progress : callable
+        Called with how many runs are done, and of how many.
 
     Returns
     -------
@@ -156,19 +162,19 @@ def measure(
     timings: list[Timing] = []
     notes = []
     at_size = {"own": subject, "960x720": at_paper_size(subject)}
-    runs = len(sizes) * len(WAYS) * (repeats + warm_up)
+    runs = len(sizes) * len(PROCEDURES) * (repeats + warm_up)
     for number, size in enumerate(sizes):
         here = at_size[size]
-        ways: tuple[Way, ...] = WAYS
+        procedures: tuple[Procedure, ...] = PROCEDURES
         if not source.find(here.pixels):
             notes.append(f"{subject.name} at {size}: no face was found, so nothing is automatic")
-            ways = tuple(way for way in WAYS if not way.automatic)
+            procedures = tuple(procedure for procedure in PROCEDURES if not procedure.automatic)
         timer = _Timer(here, source, recipe)
-        names = {way.name: way for way in ways}
+        names = {procedure.name: procedure for procedure in procedures}
         for done, (name, counts) in enumerate(in_turns(list(names), repeats, warm_up)):
             timer.run(names[name], counts)
-            told(number * runs // len(sizes) + done + 1, runs)
-        timings += [timer.timing(size, way) for way in ways]
+            progress(number * runs // len(sizes) + done + 1, runs)
+        timings += [timer.timing(size, procedure) for procedure in procedures]
     return timings, notes
 
 
@@ -176,36 +182,38 @@ class _Timer:
     def __init__(self, subject: Subject, source: LandmarkSource, recipe: Recipe) -> None:
         self.subject, self.source, self.recipe = subject, source, recipe
         self.by_hand = set_by_hand(subject.faces, recipe)
-        self.setting_ms: dict[str, list[float]] = {way.name: [] for way in WAYS}
-        self.laps_ms: dict[str, list[dict[str, float]]] = {way.name: [] for way in WAYS}
+        self.setting_ms: dict[str, list[float]] = {procedure.name: [] for procedure in PROCEDURES}
+        self.laps_ms: dict[str, list[dict[str, float]]] = {
+            procedure.name: [] for procedure in PROCEDURES
+        }
         self.fields: dict[str, Field] = {}
 
-    def run(self, way: Way, counts: bool) -> None:
-        faces, setting_ms = self._faces(way)
-        recipe = dataclasses.replace(self.recipe, domain=way.domain)
+    def run(self, procedure: Procedure, counts: bool) -> None:
+        faces, setting_ms = self._faces(procedure)
+        recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
         rendering = render(self.subject.pixels, faces, recipe)
         if not counts:
             return
-        self.fields[way.name] = rendering.field
-        self.laps_ms[way.name].append(rendering.timings_ms)
-        if way.automatic:
-            self.setting_ms[way.name].append(setting_ms)
+        self.fields[procedure.name] = rendering.field
+        self.laps_ms[procedure.name].append(rendering.timings_ms)
+        if procedure.automatic:
+            self.setting_ms[procedure.name].append(setting_ms)
 
-    def _faces(self, way: Way) -> tuple[Sequence[Face], float]:
-        if not way.automatic:
+    def _faces(self, procedure: Procedure) -> tuple[Sequence[Face], float]:
+        if not procedure.automatic:
             return self.by_hand, 0.0
         start = time.perf_counter()
         faces = self.source.find(self.subject.pixels)
         return faces, (time.perf_counter() - start) * 1e3
 
-    def timing(self, size: Size, way: Way) -> Timing:
-        field, laps = self.fields[way.name], self.laps_ms[way.name]
+    def timing(self, size: Size, procedure: Procedure) -> Timing:
+        field, laps = self.fields[procedure.name], self.laps_ms[procedure.name]
         image = Box.of(self.subject.pixels)
-        recipe = dataclasses.replace(self.recipe, domain=way.domain)
+        recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
         counts = pixel_counts(field, image, threshold_of(recipe, field))
         return Timing(
-            self.subject.name, size, *self.subject.size, len(field.lattices), way.name,
-            counts[way.domain] / counts["image"],
-            tuple(self.setting_ms[way.name]),
+            self.subject.name, size, *self.subject.size, len(field.lattices), procedure.name,
+            counts[procedure.domain] / counts["image"],
+            tuple(self.setting_ms[procedure.name]),
             {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
         )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import Final
 from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.report import NONE, Report, Table, recipe_in_words
 from kogao_core.experiments.spread import Spread, rounded
-from kogao_core.experiments.timing import SIZES, WAYS, Result, Size, Timing, Way
+from kogao_core.experiments.timing import PROCEDURES, SIZES, Procedure, Size, Timing, TimingResult
 
 _TITLE: Final = "Table 2: setting and computing time"
 _LEAD: Final = (
@@ -26,7 +26,7 @@ _NAMES: Final[dict[Size, str]] = {
 _PAPER_MACHINE: Final = "Intel Core Duo T2300, 1.66 GHz, 2011"
 
 
-def report(result: Result) -> Report:
+def report(result: TimingResult) -> Report:
     """Return table 2 and the stages for each size, then the photos one by one."""
     sizes = [size for size in SIZES if any(timing.size == size for timing in result.timings)]
     parts = [
@@ -48,21 +48,24 @@ def report(result: Result) -> Report:
     )
 
 
-def _chart(result: Result, size: Size) -> Chart:
-    ways = _ways(result, size)
-    settings = [_setting(result, timings, way) for way, timings in ways]
-    computings = [_pooled(timings) for _, timings in ways]
+def _chart(result: TimingResult, size: Size) -> Chart:
+    procedures = _procedures(result, size)
+    settings = [_setting(result, timings, procedure) for procedure, timings in procedures]
+    computings = [_pooled(timings) for _, timings in procedures]
     series = (
         _bars("setting, here", settings, 1.0),
-        Series("setting, the paper", [way.setting_s for way, _ in ways]),
+        Series("setting, the paper", [procedure.setting_s for procedure, _ in procedures]),
         _bars("computing, here", computings, 1e-3),
-        Series("computing, the paper", [way.computing_s for way, _ in ways]),
+        Series("computing, the paper", [procedure.computing_s for procedure, _ in procedures]),
     )
     caption = (
         f"At {_NAMES[size]}: medians with quartiles. A division is ten times the one before. "
         "The paper says less than 1 s for automatic setting."
     )
-    title, names = f"Table 2 at {_NAMES[size]}", [way.title.split(" (")[0] for way, _ in ways]
+    title, names = (
+        f"Table 2 at {_NAMES[size]}",
+        [one.title.split(" (")[0] for one, _ in procedures],
+    )
     return Chart(
         title, names, "time, s", series, bars=True, logarithmic=True, caption=caption
     )  # fmt: skip
@@ -78,14 +81,14 @@ def _bars(name: str, spreads: Sequence[Spread | None], unit_s: float) -> Series:
     )
 
 
-def _table_2(result: Result, size: Size) -> Table:
+def _table_2(result: TimingResult, size: Size) -> Table:
     header = ("method", "setting, s", "computing, ms", "total, s", "computing / conventional")
     rows = []
-    for way, timings in _ways(result, size):
-        setting, total = _setting(result, timings, way), _total(result, timings, way)
-        ratio = _of_conventional(result, size, way.name)
+    for procedure, timings in _procedures(result, size):
+        setting, total = _setting(result, timings, procedure), _total(result, timings, procedure)
+        ratio = _of_conventional(result, size, procedure.name)
         rows.append((
-            way.title, setting.text() if setting else NONE, _pooled(timings).text(),
+            procedure.title, setting.text() if setting else NONE, _pooled(timings).text(),
             total.text() if total else NONE, NONE if ratio is None else f"{ratio:.2f}",
         ))  # fmt: skip
     note = "Median and quartiles of all runs. "
@@ -96,20 +99,20 @@ def _table_2(result: Result, size: Size) -> Table:
     return Table(f"Table 2 at {_NAMES[size]}, measured here", header, rows, note)
 
 
-def _beside_the_paper(result: Result, size: Size) -> Table:
+def _beside_the_paper(result: TimingResult, size: Size) -> Table:
     header = (
         "method", "setting, s", "computing, s", "total, s", "computing / conventional",
         "paper's computing / here", "paper's total / here",
     )  # fmt: skip
     rows = []
-    for way, timings in _ways(result, size):
-        total = _total(result, timings, way)
+    for procedure, timings in _procedures(result, size):
+        total = _total(result, timings, procedure)
         rows.append((
-            way.title, f"{'<' if way.automatic else ''}{way.setting_s:g}",
-            f"{way.computing_s:.3f}", f"{way.total_s:.3f}",
-            f"{way.computing_s / WAYS[0].computing_s:.2f}",
-            rounded(1e3 * way.computing_s / _pooled(timings).median),
-            rounded(way.total_s / total.median) if total else NONE,
+            procedure.title, f"{'<' if procedure.automatic else ''}{procedure.setting_s:g}",
+            f"{procedure.computing_s:.3f}", f"{procedure.total_s:.3f}",
+            f"{procedure.computing_s / PROCEDURES[0].computing_s:.2f}",
+            rounded(1e3 * procedure.computing_s / _pooled(timings).median),
+            rounded(procedure.total_s / total.median) if total else NONE,
         ))  # fmt: skip
     note = (
         f"The paper worked at 960 x 720 px on an {_PAPER_MACHINE}; the last two columns divide its "
@@ -119,53 +122,55 @@ def _beside_the_paper(result: Result, size: Size) -> Table:
     return Table("The paper's table 2, and how many times faster here", header, rows, note)
 
 
-def _ways(result: Result, size: Size) -> list[tuple[Way, list[Timing]]]:
-    found = [(way, result.of(size, way.name)) for way in WAYS]
-    return [(way, timings) for way, timings in found if timings]
+def _procedures(result: TimingResult, size: Size) -> list[tuple[Procedure, list[Timing]]]:
+    found = [(procedure, result.of(size, procedure.name)) for procedure in PROCEDURES]
+    return [(procedure, timings) for procedure, timings in found if timings]
 
 
 def _pooled(timings: Sequence[Timing]) -> Spread:
     return Spread.of([ms for timing in timings for ms in timing.computing_ms])
 
 
-def _setting(result: Result, timings: Sequence[Timing], way: Way) -> Spread | None:
+def _setting(
+    result: TimingResult, timings: Sequence[Timing], procedure: Procedure
+) -> Spread | None:
     """Return the time to set everything, s."""
-    if not way.automatic:
+    if not procedure.automatic:
         return result.setting
     return Spread.of([ms / 1e3 for timing in timings for ms in timing.setting_ms])
 
 
-def _total(result: Result, timings: Sequence[Timing], way: Way) -> Spread | None:
+def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure) -> Spread | None:
     """Return setting and computing together, s: run by run, or each session with the median."""
-    if way.automatic:
+    if procedure.automatic:
         both = (zip(one.setting_ms, one.computing_ms, strict=True) for one in timings)
         return Spread.of([sum(run) / 1e3 for run in chain.from_iterable(both)])
     if result.setting is None:
         return None
     computing_s = _pooled(timings).median / 1e3
-    return Spread.of([session.setting_s + computing_s for session in result.sessions])
+    return Spread.of([one.setting_s + computing_s for one in result.setting_times])
 
 
-def _of_conventional(result: Result, size: Size, way: str) -> float | None:
+def _of_conventional(result: TimingResult, size: Size, procedure: str) -> float | None:
     """Return computing time against the conventional one: median of the photos' ratios."""
-    base = {one.photo: one for one in result.of(size, WAYS[0].name)}
+    base = {one.photo: one for one in result.of(size, PROCEDURES[0].name)}
     ratios = [
         statistics.median(one.computing_ms) / statistics.median(base[one.photo].computing_ms)
-        for one in result.of(size, way)
+        for one in result.of(size, procedure)
         if one.photo in base
     ]
     return statistics.median(ratios) if ratios else None
 
 
-def _stages(result: Result, size: Size) -> Table:
-    ways = _ways(result, size)
+def _stages(result: TimingResult, size: Size) -> Table:
+    procedures = _procedures(result, size)
     rows = [["finding faces and landmarks"]]
-    for way, timings in ways:
-        setting = _setting(result, timings, way) if way.automatic else None
+    for procedure, timings in procedures:
+        setting = _setting(result, timings, procedure) if procedure.automatic else None
         rows[0].append(rounded(1e3 * setting.median) if setting else NONE)
-    for name in ways[0][1][0].stages_ms:
-        rows.append([name, *(rounded(_stage(timings, name)) for _, timings in ways)])
-    header = ("stage", *(way.name for way, _ in ways))
+    for name in procedures[0][1][0].stages_ms:
+        rows.append([name, *(rounded(_stage(timings, name)) for _, timings in procedures)])
+    header = ("stage", *(procedure.name for procedure, _ in procedures))
     return Table(f"Stages at {_NAMES[size]}, median ms", header, rows)
 
 
@@ -173,7 +178,7 @@ def _stage(timings: Sequence[Timing], name: str) -> float:
     return statistics.median(ms for timing in timings for ms in timing.stages_ms[name])
 
 
-def _photos(result: Result) -> Table:
+def _photos(result: TimingResult) -> Table:
     header = (
         "photo", "width", "height", "faces", "domain, % of image",
         "conventional, ms", "wdr, ms", "wdr / conventional", "finding, ms",
@@ -193,14 +198,14 @@ def _photos(result: Result) -> Table:
     return Table("Photo by photo", header, rows, "Computing and finding: median and quartiles.")
 
 
-def _records(result: Result) -> list[dict[str, object]]:
-    ways = {way.name: way for way in WAYS}
-    return [_record(result, timing, ways[timing.way]) for timing in result.timings]
+def _records(result: TimingResult) -> list[dict[str, object]]:
+    procedures = {procedure.name: procedure for procedure in PROCEDURES}
+    return [_record(result, timing, procedures[timing.procedure]) for timing in result.timings]
 
 
-def _record(result: Result, timing: Timing, way: Way) -> dict[str, object]:
+def _record(result: TimingResult, timing: Timing, procedure: Procedure) -> dict[str, object]:
     computing = Spread.of(timing.computing_ms)
-    setting = _setting(result, [timing], way)
+    setting = _setting(result, [timing], procedure)
     stages = {f"{n}_ms": statistics.median(ms) for n, ms in timing.stages_ms.items()}
     return {
         "photo": timing.photo,
@@ -208,7 +213,7 @@ def _record(result: Result, timing: Timing, way: Way) -> dict[str, object]:
         "width": timing.width,
         "height": timing.height,
         "faces": timing.faces,
-        "way": timing.way,
+        "way": timing.procedure,
         "domain_share": timing.domain_share,
         "setting_median_ms": 1e3 * setting.median if setting else None,
         "setting_q1_ms": 1e3 * setting.q1 if setting else None,
@@ -218,19 +223,19 @@ def _record(result: Result, timing: Timing, way: Way) -> dict[str, object]:
         "computing_q3_ms": computing.q3,
         **stages,
         "repeats": result.repeats,
-        "paper_setting_s": way.setting_s,
-        "paper_computing_s": way.computing_s,
-        "paper_total_s": way.total_s,
+        "paper_setting_s": procedure.setting_s,
+        "paper_computing_s": procedure.computing_s,
+        "paper_total_s": procedure.total_s,
     }
 
 
-def _document(result: Result) -> dict[str, object]:
+def _document(result: TimingResult) -> dict[str, object]:
     return {
         "experiment": "timing",
         "recipe": result.recipe.to_dict(),
         "repeats": result.repeats,
         "warm_up": result.warm_up,
-        "paper": {way.name: asdict(way) for way in WAYS},
-        "sessions": [asdict(session) for session in result.sessions],
+        "paper": {procedure.name: asdict(procedure) for procedure in PROCEDURES},
+        "sessions": [asdict(one) for one in result.setting_times],
         "timings": [asdict(timing) for timing in result.timings],
     }

@@ -70,7 +70,7 @@ class Detection:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class Square:
     """A square of the image that the network looks at.
 
     Parameters
@@ -109,7 +109,7 @@ class BlazeFace:
         self._net = cv2.dnn.readNetFromTFLite(str(weights))
         self._anchors = _anchors()
 
-    def look(self, image: Pyramid, view: View, least_score: float) -> list[Detection]:
+    def look(self, image: Pyramid, view: Square, least_score: float) -> list[Detection]:
         """Return the faces in one view, best first, none twice."""
         sampled = image.sample(view.to_image, INPUT_PX)
         if float(sampled[::2, ::2].std(axis=(0, 1)).max()) < _FLAT:
@@ -141,7 +141,7 @@ class BlazeFace:
         return 0.0 if seen is None else seen.score
 
     def _best(self, image: Pyramid, box: Detection, sides: float) -> Detection | None:
-        view = View(box.center_px, sides * box.side_px, box.degrees)
+        view = Square(box.center_px, sides * box.side_px, box.degrees)
         return next((one for one in self.look(image, view, 0.1) if one.is_like(box)), None)
 
 
@@ -174,7 +174,7 @@ def _iou(low: Array, high: Array, one: int) -> Array:
     return np.asarray(overlap / np.maximum(area + area[one] - overlap, 1e-9))
 
 
-def _detection(row: Array, view: View, score: float) -> Detection:
+def _detection(row: Array, view: Square, score: float) -> Detection:
     # The network counts from the edge of its first pixel; we count from its centre.
     to_image = view.to_image
     center, *keypoints = to_image(row[[0, 1, *range(4, 16)]].reshape(7, 2) - 0.5)

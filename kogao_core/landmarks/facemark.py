@@ -17,7 +17,7 @@ import numpy as np
 from kogao_core.face import OUTLINE_POINTS, Face
 from kogao_core.geometry import Array, Image
 from kogao_core.landmarks import locked, search
-from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, View
+from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.mesh import LEAST_SCORE
 from kogao_core.landmarks.outline import resampled
@@ -84,7 +84,7 @@ class FacemarkSource:
         box = self._detector.look_closer(image, proposal)
         if box is None or box.score < LEAST_SCORE:
             return None
-        view = View(box.center_px, _SIDES_IN_CROP * box.side_px, box.degrees)
+        view = Square(box.center_px, _SIDES_IN_CROP * box.side_px, box.degrees)
         grey = cv2.cvtColor(image.sample(view.to_image, INPUT_PX), cv2.COLOR_RGB2GRAY)
         side = _SIDE * INPUT_PX / _SIDES_IN_CROP
         left = (INPUT_PX - side) / 2.0

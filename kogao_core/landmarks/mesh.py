@@ -15,7 +15,7 @@ from kogao_core import assets
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array, Image
 from kogao_core.landmarks import locked, search
-from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, View
+from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, Square
 from kogao_core.landmarks.edges import EdgeNetwork, refine
 from kogao_core.landmarks.outline import silhouette
 from kogao_core.landmarks.pixels import Pyramid
@@ -78,7 +78,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Crop:
+class MeshInput:
     """A face as the network sees it.
 
     Parameters
@@ -105,7 +105,7 @@ class MeshNetwork:
     def __init__(self, weights: Path) -> None:
         self._net = cv2.dnn.readNetFromTFLite(str(weights))
 
-    def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, Crop]:
+    def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
         """Return the mesh of the face in a box, None when it collapses, and the crop it is from.
 
         Parameters
@@ -115,12 +115,12 @@ class MeshNetwork:
         box : Detection
             The face, its middle and its angle.
         """
-        view = View(box.center_px, _CROP * box.side_px, box.degrees)
-        crop = Crop(image.sample(view.to_image, INPUT_PX, cv2.BORDER_REPLICATE), view.to_image)
+        view = Square(box.center_px, _CROP * box.side_px, box.degrees)
+        crop = MeshInput(image.sample(view.to_image, INPUT_PX, cv2.BORDER_REPLICATE), view.to_image)
         points, presence = self._points(crop.pixels)
         return _read(crop.to_image(points), presence, mirrored=False), crop
 
-    def look_mirrored(self, crop: Crop) -> Mesh | None:
+    def look_mirrored(self, crop: MeshInput) -> Mesh | None:
         """Return what the network makes of a crop's mirror image, on the image as it is."""
         points, presence = self._points(crop.pixels[:, ::-1])
         points[:, 0] = INPUT_PX - 1 - points[:, 0]

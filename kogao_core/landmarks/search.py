@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from kogao_core.face import Face
-from kogao_core.landmarks.blazeface import BlazeFace, Detection, View
+from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
 from kogao_core.landmarks.pixels import Pyramid
 
 # Least probability worth a closer look: a wrong one costs time, not a false face.
@@ -49,7 +49,7 @@ def faces(
     """
     found: list[Fitted] = []
 
-    def look(views: Sequence[View], least_score: float, fit: Fit = fit) -> None:
+    def look(views: Sequence[Square], least_score: float, fit: Fit = fit) -> None:
         for proposal in _proposals(image, detector, views, least_score):
             if not _known(proposal, found):
                 fitted = fit(proposal)
@@ -77,15 +77,15 @@ def faces(
         look([turned for tile in _tiles(image, 4) for turned in _turned(tile)], SURE_SCORE, sure)
     if not found:
         # A face larger than the frame is one again from afar.
-        far = View(whole.center_px, 2.0 * whole.side_px)
+        far = Square(whole.center_px, 2.0 * whole.side_px)
         look([far, *_turned(far)], TILE_SCORE)
     return [face for face, _ in found]
 
 
-def _around(found: Sequence[Fitted], below_px: float) -> Iterator[View]:
+def _around(found: Sequence[Fitted], below_px: float) -> Iterator[Square]:
     for face, box in found:
         if face.score > SURE_SCORE and box.side_px < below_px:
-            yield View(box.center_px, COMPANY_SIDES * box.side_px, box.degrees)
+            yield Square(box.center_px, COMPANY_SIDES * box.side_px, box.degrees)
 
 
 def _known(box: Detection, found: Sequence[Fitted]) -> bool:
@@ -93,7 +93,7 @@ def _known(box: Detection, found: Sequence[Fitted]) -> bool:
 
 
 def _proposals(
-    image: Pyramid, detector: BlazeFace, views: Sequence[View], least_score: float
+    image: Pyramid, detector: BlazeFace, views: Sequence[Square], least_score: float
 ) -> list[Detection]:
     """Return the boxes seen in any of the views, best first, overlapping ones dropped."""
     kept: list[Detection] = []
@@ -109,7 +109,7 @@ def _proposals(
     return kept
 
 
-def _whole_in_view(box: Detection, view: View, image: Pyramid) -> bool:
+def _whole_in_view(box: Detection, view: Square, image: Pyramid) -> bool:
     # A face cut by a tile's border lies whole in the next tile; one cut by the image's is kept.
     low, high = _sides(box.center_px, box.side_px)
     view_low, view_high = _sides(view.center_px, view.side_px)
@@ -123,23 +123,23 @@ def _sides(center_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarra
     return center_px - side_px / 2.0, center_px + side_px / 2.0
 
 
-def _whole(image: Pyramid) -> View:
+def _whole(image: Pyramid) -> Square:
     center = np.array([image.width - 1.0, image.height - 1.0]) / 2.0
-    return View(center, float(max(image.width, image.height)))
+    return Square(center, float(max(image.width, image.height)))
 
 
-def _turned(view: View) -> list[View]:
-    return [View(view.center_px, view.side_px, turn) for turn in (180.0, 90.0, 270.0)]
+def _turned(view: Square) -> list[Square]:
+    return [Square(view.center_px, view.side_px, turn) for turn in (180.0, 90.0, 270.0)]
 
 
-def _tiles(image: Pyramid, parts: int) -> list[View]:
+def _tiles(image: Pyramid, parts: int) -> list[Square]:
     """Cover the image by squares of 1 / `parts` of its long side that overlap."""
     side = max(image.width, image.height) / parts
     if side < LEAST_TILE_PX:
         return []
     step = side * (1.0 - OVERLAP[parts])
     rows, columns = _middles(image.height, side, step), _middles(image.width, side, step)
-    return [View(np.array([x, y]), side) for y in rows for x in columns]
+    return [Square(np.array([x, y]), side) for y in rows for x in columns]
 
 
 def _middles(length_px: int, side_px: float, step_px: float) -> list[float]:

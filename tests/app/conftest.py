@@ -20,21 +20,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
-from scenes import oval_face, textured_photo
-
-from kogao_core.face import Face
-
-
-class KnownFaces:
-    """A landmark source that finds what it was told."""
-
-    name = "known"
-
-    def __init__(self, *faces: Face) -> None:
-        self.faces = list(faces)
-
-    def find(self, rgb: np.ndarray) -> list[Face]:  # noqa: ARG002
-        return list(self.faces)
+from scenes import KnownFaces, oval_face, textured_photo
 
 
 class Driver:

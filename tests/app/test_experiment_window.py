@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLabel
 from test_files import save_as
 from test_manual import manual, mark_face  # noqa: F401
 
-from kogao_core.experiments import sessions
+from kogao_core.experiments import setting_times
 from kogao_core.experiments.methods import METHODS
 
 
@@ -99,7 +99,7 @@ def test_applied_work_is_a_session_once(manual, storage):  # noqa: F811
     mark_face(manual)
     manual.key(KEYS.Key_Return, CONTROL)
     manual.key(KEYS.Key_Return, CONTROL)
-    (session,) = sessions.read(storage.data / SESSIONS)
+    (session,) = setting_times.read(storage.data / SESSIONS)
     assert session.photo == "portrait.png"
     assert (session.faces, session.landmarks) == (1, 11)
     assert session.setting_s == pytest.approx(manual.editor.by_hand.manual.clock.elapsed_s)

@@ -42,15 +42,10 @@ VICTIM = """
     from kogao_app.editor import Editor
     from kogao_app.points import Handle
     from kogao_app.storage import Storage
-    from scenes import oval_face
-
-    class Known:
-        name = "known"
-        def find(self, rgb):
-            return [oval_face()]
+    from scenes import KnownFaces, oval_face
 
     app = QApplication([])
-    editor = Editor(app, Known(), Storage.of_user())
+    editor = Editor(app, KnownFaces(oval_face()), Storage.of_user())
     editor.window.show()
     editor.files.open(Path(sys.argv[1]))
 

@@ -25,7 +25,7 @@ import rivals
 from clock import machine, ratio, take_turns
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.methods.mesh import Mesh
+from kogao_core.experiments.methods.mesh import PiecewiseAffine
 from kogao_core.experiments.methods.scattered import ThinPlate
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Image
@@ -196,7 +196,9 @@ def beside_rivals(size: tuple[int, int], rounds: int) -> dict[str, object]:
     pairs, field, photo = rendering.pairs[0], rendering.field, bench.photo
     makers = {
         "SimpleITK BSpline": lambda: rivals.simpleitk(photo, field),
-        "skimage PiecewiseAffine": lambda: rivals.fitted_and_warped(Mesh(), photo, bench.face),
+        "skimage PiecewiseAffine": lambda: rivals.fitted_and_warped(
+            PiecewiseAffine(), photo, bench.face
+        ),
         "OpenCV TPS": lambda: rivals.opencv_tps(photo, bench.face),
         "scipy RBF": lambda: rivals.fitted_and_warped(ThinPlate(), photo, bench.face),
         "facetweak shift (cubic)": lambda: rivals.facetweak_shift(photo, pairs),

@@ -18,7 +18,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import hostile
 import hostile_texts
-from damaging.trials import Case, finish, options, run
+from damaging.trials import Trial, finish, options, run
 from kogao_app import presets, recent
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray
@@ -99,14 +99,14 @@ MAKERS: dict[str, Callable[[Rng], tuple[list[str], dict[str, bytes]]]] = {
 }
 
 
-def case(rng: Rng, only: list[str]) -> Case:
+def case(rng: Rng, only: list[str]) -> Trial:
     """Return a visit of a kind; all are as likely."""
     names = only or list(MAKERS)
     kind = names[rng.integers(len(names))]
     steps, files = MAKERS[kind](rng)
     sound = {} if kind == "photo" else {"photo.png": hostile_texts.photo()}
     files = {**sound, **files}
-    return Case(kind, steps, files, own=("home/*",), codes=(0, 3), lines=OFFSCREEN)
+    return Trial(kind, steps, files, own=("home/*",), codes=(0, 3), lines=OFFSCREEN)
 
 
 if __name__ == "__main__":

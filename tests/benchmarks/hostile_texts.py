@@ -20,12 +20,12 @@ from PIL import Image, ImageFont
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import ratings
 from damaging import bytewise, models, texts
-from damaging.trials import Case, finish, options, run
+from damaging.trials import Trial, finish, options, run
 from scenes import oval_face, textured_photo
 
 from kogao_core import assets, interchange
 from kogao_core.batch.tasks import Outcome
-from kogao_core.experiments import sessions
+from kogao_core.experiments import setting_times
 from kogao_core.experiments.study import origin, plan, results, session
 from kogao_core.experiments.study.variants import variants
 from kogao_core.project import Original, Project, Sheet, to_dict
@@ -98,9 +98,9 @@ def study() -> dict[str, bytes]:
     graded = tuple(sorted(n for n, kind in names.items() if kind.kind == "satisfaction"))
     rated = tuple(sorted(set(names) - set(graded)))
     shown = plan.Study("a-study", rated, graded)
-    measured = origin.Measured(4.0, 1.5)
+    measured = origin.PictureFigures(4.0, 1.5)
     meanings = {name: plan.Meaning(0, kind, measured) for name, kind in names.items()}
-    photographed = origin.Photographed("a.jpg", "0" * 64, ((1.0, 2.0), (3.0, 4.0)))
+    photographed = origin.PhotoRecord("a.jpg", "0" * 64, ((1.0, 2.0), (3.0, 4.0)))
     made = origin.Origin("1.0", "2026-11-01T12:00:00+00:00", "mesh")
     key = plan.Key("a-study", "s", PAPER, (photographed,), meanings, made)
     order = (*rated, *graded)
@@ -118,25 +118,25 @@ def study() -> dict[str, bytes]:
     }
 
 
-def recipe_case(rng: Rng) -> Case:
+def recipe_case(rng: Rng) -> Trial:
     """Return a warp by a damaged recipe."""
     recipe = damaged(json.dumps(Recipe(percent=5.0).to_dict()).encode(), rng)
     return _warp("recipe", ["--points", "p.json", "--recipe", "r.json"],
                  {"p.json": points("p.json"), "r.json": recipe})  # fmt: skip
 
 
-def points_case(rng: Rng) -> Case:
+def points_case(rng: Rng) -> Trial:
     """Return a warp by damaged points."""
     name = f"p.{list(interchange.FORMATS)[rng.integers(4)]}"
     return _warp(f"points {name[1:]}", ["--points", name], {name: damaged(points(name), rng)})
 
 
-def project_case(rng: Rng) -> Case:
+def project_case(rng: Rng) -> Trial:
     """Return a warp by a damaged project."""
     return _warp("project", ["--project", "p.json"], {"p.json": damaged(project(), rng)})
 
 
-def options_case(rng: Rng) -> Case:
+def options_case(rng: Rng) -> Trial:
     """Return a warp by damaged options."""
     given = {"--points": "p.csv"}
     for _ in range(rng.integers(1, 4)):
@@ -148,7 +148,7 @@ def options_case(rng: Rng) -> Case:
     return _warp("options", arguments, {"p.csv": points("p.csv"), "recipe.json": recipe})
 
 
-def font_case(rng: Rng) -> Case:
+def font_case(rng: Rng) -> Trial:
     """Return a warp with a label in a damaged font."""
     data = ImageFont.load_default(12).font_bytes
     for _ in range(rng.geometric(bytewise.ENOUGH)):
@@ -157,14 +157,14 @@ def font_case(rng: Rng) -> Case:
                  {"p.csv": points("p.csv"), "f.ttf": data})  # fmt: skip
 
 
-def model_case(rng: Rng) -> Case:
+def model_case(rng: Rng) -> Trial:
     """Return a search by a damaged model."""
     files = {"m.yml": damaged(models.lbf().encode(), rng), "photo.jpg": portrait()}
-    return Case("model", ["detect", "photo.jpg", "--json", "--landmarks", "m.yml"], files,
+    return Trial("model", ["detect", "photo.jpg", "--json", "--landmarks", "m.yml"], files,
                 codes=(0, 2, 3, 4))  # fmt: skip
 
 
-def study_case(rng: Rng) -> Case:
+def study_case(rng: Rng) -> Trial:
     """Return the report of a study of which one file is damaged."""
     files = dict(study())
     name = list(files)[rng.integers(len(files))]
@@ -172,18 +172,18 @@ def study_case(rng: Rng) -> Case:
     arguments = ["experiment", "study", "report", "study", "--csv", "r.csv", "--html", "r.html"]
     outputs = ("r.csv", "r.html")
     kind = f"study {Path(name).suffixes[0]}"
-    return Case(kind, arguments, files, outputs, codes=(0, 2, 3, 5))
+    return Trial(kind, arguments, files, outputs, codes=(0, 2, 3, 5))
 
 
-def sessions_case(rng: Rng) -> Case:
+def sessions_case(rng: Rng) -> Trial:
     """Return an experiment that reads damaged setting times, and has no photo to work on."""
-    line = {"version": 1, **_fields(sessions.Session.now("a.jpg", (960, 720), [21], 74.2))}
+    line = {"version": 1, **_fields(setting_times.SettingTime.now("a.jpg", (960, 720), [21], 74.2))}
     text = f"{json.dumps(line)}\n" * 3
     arguments = ["experiment", "timing", "no.jpg", "--setting-time", "t.jsonl"]
-    return Case("setting times", arguments, {"t.jsonl": damaged(text.encode(), rng)})
+    return Trial("setting times", arguments, {"t.jsonl": damaged(text.encode(), rng)})
 
 
-def batch_case(rng: Rng) -> Case:
+def batch_case(rng: Rng) -> Trial:
     """Return a batch with damaged projects, and a damaged report of an earlier run."""
     names = [f"{number}.png" for number in range(IN_BATCH)]
     done = [Outcome(f"in/{name}", f"out/{name}", "done", key="0" * 64) for name in names]
@@ -193,18 +193,18 @@ def batch_case(rng: Rng) -> Case:
     files["out/kogao-batch.jsonl"] = damaged(report, rng)
     lines = ("kogao-cli: ", "in/", f"{IN_BATCH} of {IN_BATCH}: ")
     arguments = ["batch", "in", "-o", "out", "--projects", "--jobs", "1"]
-    return Case("batch", arguments, files, ("out/*",), codes=(0, 2, 3, 5), lines=lines)
+    return Trial("batch", arguments, files, ("out/*",), codes=(0, 2, 3, 5), lines=lines)
 
 
 def _fields(value: object) -> dict[str, object]:
     return {name: getattr(value, name) for name in value.__slots__}
 
 
-def _warp(kind: str, more: list[str], files: dict[str, bytes]) -> Case:
-    return Case(kind, [*WARP, *more], {"photo.png": photo(), **files}, ("out.png",))
+def _warp(kind: str, more: list[str], files: dict[str, bytes]) -> Trial:
+    return Trial(kind, [*WARP, *more], {"photo.png": photo(), **files}, ("out.png",))
 
 
-SHARES: dict[str, tuple[float, Callable[[Rng], Case]]] = {
+SHARES: dict[str, tuple[float, Callable[[Rng], Trial]]] = {
     "recipe": (0.2, recipe_case),
     "points": (0.28, points_case),
     "project": (0.22, project_case),
@@ -217,7 +217,7 @@ SHARES: dict[str, tuple[float, Callable[[Rng], Case]]] = {
 }
 
 
-def case(rng: Rng, only: list[str]) -> Case:
+def case(rng: Rng, only: list[str]) -> Trial:
     """Return a case of a kind drawn by its share."""
     names = only or list(SHARES)
     shares = np.array([SHARES[name][0] for name in names])

@@ -36,7 +36,7 @@ HEAD = "| eyes | mouth | jaw to outline |"
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Finding:
     """What a source made of one labelled face."""
 
     sample: Sample
@@ -51,20 +51,20 @@ class Outcome:
         return errors(self.face, self.sample.labels)
 
 
-def measure(source: LandmarkSource, faces: list[Sample]) -> list[Outcome]:
+def measure(source: LandmarkSource, faces: list[Sample]) -> list[Finding]:
     source.find(faces[0].read())  # reads the model
     return [_measured(source, sample) for sample in faces]
 
 
-def _measured(source: LandmarkSource, sample: Sample) -> Outcome:
+def _measured(source: LandmarkSource, sample: Sample) -> Finding:
     rgb = sample.read()
     start = time.perf_counter()
     found = source.find(rgb)
     milliseconds = (time.perf_counter() - start) * 1e3
-    return Outcome(sample, nearest(found, sample.labels), milliseconds / max(1, len(found)))
+    return Finding(sample, nearest(found, sample.labels), milliseconds / max(1, len(found)))
 
 
-def table(results: Mapping[str, list[Outcome]]) -> Iterator[str]:
+def table(results: Mapping[str, list[Finding]]) -> Iterator[str]:
     """Markdown rows: one for each source and set."""
     yield f"| source | faces | found {HEAD} ms per face |"
     yield "|---|---|---|---|---|---|---|"
@@ -79,7 +79,7 @@ def table(results: Mapping[str, list[Outcome]]) -> Iterator[str]:
     yield f"| second pass of labels | wild | {len(again)} | {_cells(again)} | |"
 
 
-def groups(results: Mapping[str, list[Outcome]]) -> Iterator[str]:
+def groups(results: Mapping[str, list[Finding]]) -> Iterator[str]:
     """Markdown rows: one for each source and group of people."""
     yield f"| source | group | faces {HEAD}"
     yield "|---|---|---|---|---|---|"
@@ -96,7 +96,7 @@ def groups(results: Mapping[str, list[Outcome]]) -> Iterator[str]:
                 yield f"| {source} | {label} | {len(members)} | {_cells(members)} |"
 
 
-def _first(results: Mapping[str, list[Outcome]]) -> list[Sample]:
+def _first(results: Mapping[str, list[Finding]]) -> list[Sample]:
     return [one.sample for one in next(iter(results.values()))]
 
 
@@ -111,7 +111,7 @@ def heading() -> str:
     return f"{date.today()}, {facts['processor']}, {facts['cores']} cores, {versions}"
 
 
-def as_json(results: Mapping[str, list[Outcome]]) -> str:
+def as_json(results: Mapping[str, list[Finding]]) -> str:
     faces = {
         source: [
             {

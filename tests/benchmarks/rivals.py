@@ -8,7 +8,7 @@ from importlib import import_module
 import cv2
 import numpy as np
 
-from kogao_core.experiments.methods import Method, Task
+from kogao_core.experiments.methods import Method, WarpTask
 from kogao_core.face import Face
 from kogao_core.field import Field
 from kogao_core.geometry import Image
@@ -88,7 +88,7 @@ def simpleitk(photo: Image, field: Field) -> Warp:
 
 def fitted_and_warped(method: Method, photo: Image, face: Face) -> Warp:
     """One of the methods of `kogao_core.experiments.methods`, from landmarks to pixels."""
-    task = Task.of(photo, [face], Recipe())
+    task = WarpTask.of(photo, [face], Recipe())
     if method.needs:
         import_module(method.needs)
     return lambda: method.fit(task).pixels(photo)
@@ -96,7 +96,7 @@ def fitted_and_warped(method: Method, photo: Image, face: Face) -> Warp:
 
 def opencv_tps(photo: Image, face: Face) -> Warp:
     """OpenCV's thin-plate spline transformer."""
-    target, displacement = Task.of(photo, [face], Recipe()).anchored()
+    target, displacement = WarpTask.of(photo, [face], Recipe()).anchored()
     source = target + displacement
     matches = [cv2.DMatch(k, k, 0) for k in range(len(source))]
 

@@ -29,23 +29,11 @@ import numpy as np
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
 from PySide6.QtWidgets import QApplication
-from scenes import oval_face
+from scenes import KnownFaces, oval_face
 from soaking import RandomUser, equals_a_fresh_render
 
 MOST_GROWTH = 0.05
 SETTLE_EVERY = 20
-
-
-class Known:
-    """A landmark source that knows the face."""
-
-    name = "known"
-
-    def __init__(self, face) -> None:
-        self._face = face
-
-    def find(self, rgb):  # noqa: ARG002
-        return [self._face]
 
 
 def resident_mib() -> float:
@@ -79,7 +67,7 @@ def main() -> int:
         small = np.random.default_rng(0).integers(0, 255, (height // 8, width // 8, 3), np.uint8)
         cv2.imwrite(str(place / "photo.png"), cv2.resize(small, (width, height)))
         face = oval_face(width, height, size=0.5)
-        editor = Editor(app, Known(face), Storage.in_folder(place / "home"))
+        editor = Editor(app, KnownFaces(face), Storage.in_folder(place / "home"))
         editor.window.resize(1280, 800)
         editor.window.show()
         editor.files.open(place / "photo.png")

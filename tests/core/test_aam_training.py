@@ -9,7 +9,7 @@ from kogao_resources.training.aam.examples import Example, lit
 from kogao_resources.training.aam.learn import Plan, ScalePlan, error_percent, learn
 from kogao_resources.training.aam.modes import shape_model
 from kogao_resources.training.aam.report import hand_labelled, results, table
-from kogao_resources.training.aam.turned import View, turned
+from kogao_resources.training.aam.turned import FaceCrop, turned
 from kogao_resources.training.aam.writing import write
 
 from kogao_core import assets
@@ -102,7 +102,7 @@ def test_light_changes_the_picture_but_not_its_shape() -> None:
     assert len({one.tobytes() for one in pictures}) == len(pictures)
 
 
-def bowl() -> View:
+def bowl() -> FaceCrop:
     """A round face with its nose towards us, on a ramp of grey."""
     rng = np.random.default_rng(3)
     xy = rng.uniform(-1.0, 1.0, (478, 2)) * 60.0
@@ -110,7 +110,7 @@ def bowl() -> View:
     z = 0.01 * (xy**2).sum(axis=1)
     mesh = np.column_stack([xy + SIDE / 2.0, z])
     ramp = np.tile(np.linspace(0, 255, SIDE).astype(np.uint8), (SIDE, 1))
-    return View(ramp, mesh, mesh[:6, :2])
+    return FaceCrop(ramp, mesh, mesh[:6, :2])
 
 
 def test_a_turn_by_nothing_is_the_same_view_and_a_turn_moves_the_near_parts_most() -> None:

@@ -146,7 +146,7 @@ def test_learning_is_repeatable_and_lowers_the_error(monkeypatch: pytest.MonkeyP
     examples = []
     for number, grown in enumerate((-3.0, 0.0, 4.0)):
         image, face, edge = drawn_face(grown)
-        examples.append(training.example(str(number), Pyramid(image), face, edge, (), 1.0))
+        examples.append(training.labelled_cut(str(number), Pyramid(image), face, edge, (), 1.0))
         np.testing.assert_allclose(np.nanmean(examples[-1].moves), grown, atol=0.2)
 
     def errors(parameters: list[np.ndarray]) -> float:
@@ -166,6 +166,6 @@ def test_learning_is_repeatable_and_lowers_the_error(monkeypatch: pytest.MonkeyP
 
 def test_what_is_hidden_in_a_label_is_not_learnt_as_an_edge() -> None:
     image, face, edge = drawn_face()
-    one = training.example("face", Pyramid(image), face, edge, range(18, 23), 1.0)
+    one = training.labelled_cut("face", Pyramid(image), face, edge, range(18, 23), 1.0)
     assert 4 <= one.unseen.sum() <= 6
     assert one.unseen[20]

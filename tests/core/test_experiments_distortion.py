@@ -21,7 +21,7 @@ def result():
     photo[:, 130:134] = 255  # a door frame beside the face
     photo[:, 134:138] = 0
     subject = Subject("made.png", photo, (oval_face(),))
-    return distortion.Result(tuple(distortion.measure(subject)), PAPER)
+    return distortion.DistortionResult(tuple(distortion.measure(subject)), PAPER)
 
 
 def grid(result, name):
@@ -65,7 +65,7 @@ def test_a_photo_without_lines_has_no_bent_ones():
     plain = Subject("plain.png", np.full((360, 480, 3), 90, np.uint8), (oval_face(),))
     found = distortion.measure(plain)
     assert {one.photo_bend for one in found} == {None}
-    tables = distortion_report.report(distortion.Result(tuple(found), PAPER)).tables
+    tables = distortion_report.report(distortion.DistortionResult(tuple(found), PAPER)).tables
     (growth,) = [table for table in tables if "grows" in table.caption]
     (row,) = [row for row in growth.rows if "in the photo" in row[0]]
     assert set(row[1:]) == {"\N{EN DASH}"}

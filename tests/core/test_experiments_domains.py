@@ -79,12 +79,12 @@ def test_no_warp_has_no_domain_and_no_error():
     assert found.counts == {"image": 480 * 360, "control-points": 0, "threshold": 0}
     assert {step.cut for step in found.steps} == {domains.Error(0.0, None, 0.0)}
     assert "<table" in page(
-        domains_report.report(domains.Result((found,), still)), Made.now("kogao-cli")
+        domains_report.report(domains.DomainsResult((found,), still)), Made.now("kogao-cli")
     )
 
 
 def test_several_photos_have_their_median_first(measured):
-    counts = domains_report.report(domains.Result((measured, measured), PAPER)).tables[0]
+    counts = domains_report.report(domains.DomainsResult((measured, measured), PAPER)).tables[0]
     assert [row[0] for row in counts.rows[:3]] == ["median of 2"] * 3
     assert [row[2] for row in counts.rows[:3]] == [row[2] for row in counts.rows[3:6]]
 
@@ -94,13 +94,13 @@ def photo_with(levels, psnr_db, pixels):
     error = domains.Error(levels, psnr_db, 0.1)
     counts = {"image": 1000, "control-points": pixels, "threshold": pixels}
     computing = {name: Spread.of([1.0]) for name in counts}
-    step = domains.Step(0.5, pixels, error, error, True)
+    step = domains.ThresholdErrors(0.5, pixels, error, error, True)
     return domains.Domains("a.png", 40, 25, 1, counts, computing, (step,), {}, {})
 
 
 def test_medians_of_an_even_number_of_photos_lie_between_the_middle_two():
     photos = (photo_with(10.0, 50.0, 100), photo_with(11.0, 41.0, 103), photo_with(90.0, 40.0, 900))
-    result = domains.Result((photo_with(1.0, None, 90), *photos), PAPER)
+    result = domains.DomainsResult((photo_with(1.0, None, 90), *photos), PAPER)
     counts, errors = domains_report.report(result).tables
     assert [row[2] for row in counts.rows[:3]] == ["1000", "101.5", "101.5"]
     assert errors.rows[0][2:4] == ("10.5", "45.5")
@@ -108,12 +108,12 @@ def test_medians_of_an_even_number_of_photos_lie_between_the_middle_two():
 
 def test_half_of_the_photos_without_an_error_leave_no_median():
     clean, cut = photo_with(0.0, None, 90), photo_with(3.0, 40.0, 90)
-    errors = domains_report.report(domains.Result((clean, cut), PAPER)).tables[1]
+    errors = domains_report.report(domains.DomainsResult((clean, cut), PAPER)).tables[1]
     assert errors.rows[0][3] == "\N{EN DASH}"
 
 
 def test_everything_is_told(measured):
-    result = domains.Result((measured,), PAPER)
+    result = domains.DomainsResult((measured,), PAPER)
     json.dumps(domains_report.report(result).document, allow_nan=False)
     assert len(domains_report.report(result).records) == len(domains.THRESHOLDS)
     told = page(domains_report.report(result), Made.now("kogao-cli"))

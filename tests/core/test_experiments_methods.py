@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.methods import METHODS, Task, comparing, methods_report
+from kogao_core.experiments.methods import METHODS, WarpTask, comparing, methods_report
 from kogao_core.experiments.methods.liquify import Liquify
-from kogao_core.experiments.methods.mesh import Mesh
+from kogao_core.experiments.methods.mesh import PiecewiseAffine
 from kogao_core.experiments.methods.moving import MovingLeastSquares
 from kogao_core.experiments.methods.scattered import Radial, ThinPlate
 from kogao_core.experiments.page import page
@@ -22,7 +22,7 @@ from kogao_core.targets import Pairs
 WIDTH, HEIGHT = 320, 240
 PHOTO = textured_photo(WIDTH, HEIGHT)
 FACE = oval_face(WIDTH, HEIGHT)
-TASK = Task.of(PHOTO, [FACE], PAPER)
+TASK = WarpTask.of(PHOTO, [FACE], PAPER)
 INSIDE = np.random.default_rng(5).uniform((60, 60), (260, 180), (50, 2))
 by_name = pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
 
@@ -35,7 +35,7 @@ def task_of(map_):
     target = np.vstack([target, corners])
     pairs = Pairs(map_(target), target, target.mean(axis=0))
 
-    class Free(Task):
+    class Free(WarpTask):
         def anchored(self):
             return self.target_px, self.displacement_px
 
@@ -73,7 +73,7 @@ def test_our_methods_are_the_pipelines(fit):
     np.testing.assert_array_equal(method.fit(TASK).pixels(PHOTO), rendered)
 
 
-@pytest.mark.parametrize("method", [ThinPlate(), Mesh()], ids=lambda method: method.name)
+@pytest.mark.parametrize("method", [ThinPlate(), PiecewiseAffine()], ids=lambda method: method.name)
 def test_affine_maps_are_reproduced(method):
     map_ = Affine(np.array([[1.05, 0.03], [-0.02, 0.96]]), np.array([2.0, -3.0]))
     shown = INSIDE + method.fit(task_of(map_)).displacement(INSIDE)
@@ -95,7 +95,7 @@ def test_moving_least_squares_reproduces_rigid_maps_and_refuses_to_scale():
 def test_local_methods_end_by_themselves(method):
     face = oval_face(WIDTH, HEIGHT, size=0.3)
     far = np.array([[2.0, 2.0], [WIDTH - 3.0, HEIGHT - 3.0]])
-    warp = method.fit(Task.of(PHOTO, [face], PAPER))
+    warp = method.fit(WarpTask.of(PHOTO, [face], PAPER))
     assert np.abs(warp.displacement(far)).max() < 1e-3
 
 
@@ -106,7 +106,7 @@ def test_liquify_moves_landmarks_as_far_as_asked_on_average():
 
 def test_global_methods_keep_the_corners():
     corners = TASK.anchored()[0][-4:]
-    for method in (ThinPlate(), Mesh(), MovingLeastSquares()):
+    for method in (ThinPlate(), PiecewiseAffine(), MovingLeastSquares()):
         assert np.abs(method.fit(TASK).displacement(corners)).max() < 1e-3
 
 
@@ -117,7 +117,7 @@ def test_global_methods_keep_the_corners():
 def comparison():
     steps = []
     found, failed = comparing.measure(
-        Subject("made.png", PHOTO, (FACE,)), PAPER, repeats=1, told=lambda *at: steps.append(at)
+        Subject("made.png", PHOTO, (FACE,)), PAPER, repeats=1, progress=lambda *at: steps.append(at)
     )
     assert failed == []
     assert steps[-1] == (16, 16)
@@ -155,8 +155,9 @@ def test_absent_libraries_are_named_and_the_others_compared(monkeypatch):
     (sentence,) = comparing.missing()
     assert "scikit-image" in sentence
     assert "pip install 'kogao[experiments]'" in sentence
+    methods = [PiecewiseAffine(), METHODS[0]]
     found, _ = comparing.measure(
-        Subject("made.png", PHOTO, (FACE,)), PAPER, methods=[Mesh(), METHODS[0]], repeats=1
+        Subject("made.png", PHOTO, (FACE,)), PAPER, methods=methods, repeats=1
     )
     assert [one.method.name for one in found.methods] == ["approximation"]
 
@@ -178,7 +179,7 @@ def test_points_that_a_method_cannot_take_are_named():
 
 
 def test_the_report_shows_all(comparison):
-    result = comparing.Result((comparison.views(),), PAPER, 1)
+    result = comparing.MethodsResult((comparison.views(),), PAPER, 1)
     json.dumps(methods_report.report(result).document, allow_nan=False)
     told = page(methods_report.report(result), Made.now("kogao-cli"))
     assert told.count("<img") == 1 + 3 * len(METHODS)

@@ -24,7 +24,7 @@ MADE = Made(
 )
 
 
-class Reader(HTMLParser):
+class PageReader(HTMLParser):
     """Collects elements with their attributes, and all text."""
 
     def __init__(self, text):
@@ -58,13 +58,13 @@ def page():
 
 
 def test_text_stays_text(page):
-    read = Reader(page)
+    read = PageReader(page)
     assert not read.all("script")
     assert sum(NASTY in words for words in read.words) >= 12
 
 
 def test_nothing_is_asked_of_the_network(page):
-    read = Reader(page)
+    read = PageReader(page)
     for _, attributes in read.elements:
         for name in ("src", "href", "action", "srcset", "data", "poster"):
             assert attributes.get(name, "data:").startswith("data:")
@@ -77,7 +77,7 @@ def test_nothing_is_asked_of_the_network(page):
 
 
 def test_tables_and_pictures_speak(page):
-    read = Reader(page)
+    read = PageReader(page)
     assert read.all("html")[0]["lang"] == "en"
     assert len(read.all("table")) == len(read.all("caption"))
     assert {cell["scope"] for cell in read.all("th")} == {"col", "row"}
@@ -87,7 +87,7 @@ def test_tables_and_pictures_speak(page):
 
 
 def test_it_tells_how_it_was_made(page):
-    words = " ".join(Reader(page).words)
+    words = " ".join(PageReader(page).words)
     for part in ("2026-11-21 15:04 UTC", "numpy", "2.4.6", "bad.jpg: no face", MADE.command):
         assert part in words
 
@@ -97,7 +97,7 @@ def test_exact_pictures_keep_their_pixels():
 
     mask = np.random.default_rng(4).integers(0, 2, (50, 70)).astype(np.uint8) * 255
     shown = page_of(Report("", "", [Picture(mask, "m", "m", exact=True)], [], {}), MADE)
-    source = Reader(shown).all("img")[0]["src"]
+    source = PageReader(shown).all("img")[0]["src"]
     data = np.frombuffer(base64.b64decode(source.split(",")[1]), np.uint8)
     np.testing.assert_array_equal(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), mask)
 

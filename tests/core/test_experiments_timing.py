@@ -8,7 +8,7 @@ import pytest
 from scenes import oval_face, textured_photo
 
 from kogao_core.experiments import timing, timing_report
-from kogao_core.experiments.sessions import Session
+from kogao_core.experiments.setting_times import SettingTime
 from kogao_core.experiments.spread import Spread, in_turns, rounded, take_turns
 from kogao_core.experiments.subjects import Subject, at_paper_size, rgb8, set_by_hand
 from kogao_core.pipeline import render
@@ -19,7 +19,7 @@ NONE = "\N{EN DASH}"
 SEVENTY = f"70.0 (65.0{NONE}75.0)"
 
 
-class Source:
+class SameFace:
     """Finds the same face in every picture, or none."""
 
     name = "same"
@@ -40,7 +40,12 @@ def subject(width: int = 480, height: int = 360) -> Subject:
 def timings():
     steps = []
     found, missing = timing.measure(
-        subject(), Source(), PAPER, repeats=REPEATS, warm_up=1, told=lambda *at: steps.append(at)
+        subject(),
+        SameFace(),
+        PAPER,
+        repeats=REPEATS,
+        warm_up=1,
+        progress=lambda *at: steps.append(at),
     )
     assert missing == []
     assert steps == [(n, 32) for n in range(1, 33)]
@@ -101,36 +106,36 @@ def test_points_set_by_hand_give_the_same_picture():
 
 
 def test_all_ways_are_timed_by_the_pipelines_stages(timings):
-    assert [(one.size, one.way) for one in timings] == [
-        (size, way.name) for size in timing.SIZES for way in timing.WAYS
+    assert [(one.size, one.procedure) for one in timings] == [
+        (size, procedure.name) for size in timing.SIZES for procedure in timing.PROCEDURES
     ]
     stages = list(render(textured_photo(), [oval_face()], PAPER).timings_ms)
     for one in timings:
         assert list(one.stages_ms) == stages
         assert len(one.computing_ms) == REPEATS
-        assert len(one.setting_ms) == (REPEATS if one.way in ("akt", "dual") else 0)
+        assert len(one.setting_ms) == (REPEATS if one.procedure in ("akt", "dual") else 0)
         assert sorted((one.width, one.height)) == ([720, 960] if one.size != "own" else [360, 480])
-        assert (one.domain_share == 1.0) == (one.way in ("conventional", "akt"))
+        assert (one.domain_share == 1.0) == (one.procedure in ("conventional", "akt"))
 
 
 def test_automatic_ways_search_in_every_run():
-    source = Source()
+    source = SameFace()
     timing.measure(subject(), source, PAPER, sizes=["own"], repeats=2, warm_up=1)
     assert source.asked == 1 + 2 * (2 + 1)
 
 
 def test_where_no_face_is_found_nothing_is_automatic():
     found, missing = timing.measure(
-        subject(), Source(finds=False), PAPER, sizes=["own"], repeats=1, warm_up=0
+        subject(), SameFace(finds=False), PAPER, sizes=["own"], repeats=1, warm_up=0
     )
-    assert [one.way for one in found] == ["conventional", "wdr"]
+    assert [one.procedure for one in found] == ["conventional", "wdr"]
     assert "made.png at own" in missing[0]
 
 
 def test_totals_with_and_without_sessions(timings):
-    sessions = tuple(Session.now("a.jpg", (9, 9), [21], s) for s in (60.0, 80.0, 70.0))
-    for known in ((), sessions):
-        result = timing.Result(tuple(timings), known, PAPER, REPEATS, 1)
+    setting_times = tuple(SettingTime.now("a.jpg", (9, 9), [21], s) for s in (60.0, 80.0, 70.0))
+    for known in ((), setting_times):
+        result = timing.TimingResult(tuple(timings), known, PAPER, REPEATS, 1)
         table = timing_report.report(result).tables[0]
         manual = [row for row in table.rows if row[0].startswith(("Conv", "Warp"))]
         assert [row[1] for row in manual] == [SEVENTY if known else NONE] * 2
@@ -140,10 +145,10 @@ def test_totals_with_and_without_sessions(timings):
 
 
 def test_records_hold_the_medians(timings):
-    result = timing.Result(tuple(timings), (), PAPER, REPEATS, 1)
+    result = timing.TimingResult(tuple(timings), (), PAPER, REPEATS, 1)
     for record, one in zip(timing_report.report(result).records, timings, strict=True):
         assert record["computing_median_ms"] == statistics.median(one.computing_ms)
-        assert record["setting_median_ms"] is None or one.way in ("akt", "dual")
+        assert record["setting_median_ms"] is None or one.procedure in ("akt", "dual")
     totals = [record["paper_total_s"] for record in timing_report.report(result).records]
     assert totals == pytest.approx([25.896, 23.576, 7.102, 4.722] * 2)
 

@@ -11,7 +11,7 @@ import pytest
 from kogao_core import assets
 from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource, search
-from kogao_core.landmarks.blazeface import BlazeFace, Detection, View
+from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
 from kogao_core.landmarks.pixels import Pyramid, rgb8
 
 
@@ -47,7 +47,7 @@ def test_what_is_no_image_is_refused(shape: tuple[int, ...]) -> None:
 @pytest.mark.parametrize("side", [40.0, 100.0, 190.0])
 @pytest.mark.parametrize("degrees", [0.0, 30.0, 180.0])
 def test_a_view_samples_where_its_map_says(side: float, degrees: float) -> None:
-    view = View(np.array([120.0, 118.0]), side, degrees)
+    view = Square(np.array([120.0, 118.0]), side, degrees)
     image = np.clip(ramp(241, 237), 0, 255)
     sampled = Pyramid(image).sample(view.to_image, 256)
     points = np.array([(60.0, 70.0), (128.0, 127.0), (190.0, 170.0)])
@@ -75,9 +75,9 @@ def test_shrinking_keeps_places_and_averages_noise(shrink: float) -> None:
 def test_sources_wider_than_opencv_warps_are_sampled() -> None:
     wide = np.zeros((40, 40_000, 3), np.uint8)
     wide[:, 39_000:] = 200
-    sampled = Pyramid(wide).sample(View(np.array([39_500.0, 20.0]), 30.0).to_image, 256)
+    sampled = Pyramid(wide).sample(Square(np.array([39_500.0, 20.0]), 30.0).to_image, 256)
     np.testing.assert_array_equal(sampled, 200)
-    assert not Pyramid(wide).sample(View(np.array([-900.0, 20.0]), 30.0).to_image, 256).any()
+    assert not Pyramid(wide).sample(Square(np.array([-900.0, 20.0]), 30.0).to_image, 256).any()
 
 
 def test_boxes_of_one_face_overlap_and_neighbours_do_not() -> None:
@@ -109,7 +109,7 @@ def test_an_empty_view_is_not_looked_at(weights: Path, monkeypatch: pytest.Monke
     detector = BlazeFace(weights / "face_detection_back.tflite")
     monkeypatch.setattr(detector, "_net", None)
     sky = np.full((200, 200, 3), (90, 140, 220), np.uint8)
-    assert detector.look(Pyramid(sky), View(np.array([100.0, 100.0]), 200.0), 0.1) == []
+    assert detector.look(Pyramid(sky), Square(np.array([100.0, 100.0]), 200.0), 0.1) == []
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9, 3), (3, 3, 4), (2, 500, 3), (17, 5)])

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from ratings import VIEW, answered, graded, taken_back
+from ratings import DISPLAY, answered, graded, taken_back
 from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
@@ -316,7 +316,7 @@ def test_what_was_logged_is_read_again(tmp_path):
     log.add(taken_back(log.session))
     held = results.load(log.path)
     assert held.records == tuple(log.session.records)
-    assert held.records[0].view == VIEW
+    assert held.records[0].display == DISPLAY
     assert (held.study, held.rater, held.torn) == ("a-study", "r1", 0)
     assert Log(log.path, STUDY, "r1").session == log.session
     head = json.loads(log.path.read_text().splitlines()[0])

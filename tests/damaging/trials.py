@@ -34,7 +34,7 @@ _WORDS = {0: "done", 2: "refused (2)", 3: "unreadable (3)", 4: "no face (4)", 5:
 
 
 @dataclass(frozen=True)
-class Case:
+class Trial:
     """One run of the program.
 
     Parameters
@@ -151,19 +151,19 @@ class Child:
             self._process = None
 
 
-def tried(case: Case, runner: Child, folder: Path) -> tuple[str, dict[str, Any]]:
+def tried(trial: Trial, runner: Child, folder: Path) -> tuple[str, dict[str, Any]]:
     """Run a case in a new folder; return the verdict and what the process said of itself."""
     for name in (child.WORK, child.TEMPORARY):
         (folder / name).mkdir(parents=True)
-    for name, data in case.files.items():
+    for name, data in trial.files.items():
         place = folder / child.WORK / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(data)
-    reply = runner.ask(case.arguments, folder)
-    return _verdict(case, reply, folder), reply
+    reply = runner.ask(trial.arguments, folder)
+    return _verdict(trial, reply, folder), reply
 
 
-def _verdict(case: Case, reply: dict[str, Any], folder: Path) -> str:
+def _verdict(trial: Trial, reply: dict[str, Any], folder: Path) -> str:
     if reply["seconds"] > LONGEST_SECONDS:
         return f"more than {LONGEST_SECONDS:g} s"
     if "died" in reply:
@@ -172,29 +172,31 @@ def _verdict(case: Case, reply: dict[str, Any], folder: Path) -> str:
         return f"raised {reply['raised']}"
     if reply["peak_bytes"] > MOST_BYTES:
         return f"more than {MOST_BYTES >> 30} GiB"
-    if reply["code"] not in case.codes:
+    if reply["code"] not in trial.codes:
         return f"undocumented exit code {reply['code']}"
     said, complaints = (
         (folder / name).read_text(encoding="utf-8", errors="backslashreplace")
         for name in (child.SAID, child.COMPLAINTS)
     )
-    ill = _ill_said(case, reply["code"], said, complaints) or _ill_left(case, reply["code"], folder)
+    ill = _ill_said(trial, reply["code"], said, complaints) or _ill_left(
+        trial, reply["code"], folder
+    )
     return ill or _WORDS[reply["code"]]
 
 
-def _ill_said(case: Case, code: int, said: str, complaints: str) -> str:
+def _ill_said(trial: Trial, code: int, said: str, complaints: str) -> str:
     lines = complaints.splitlines()
     for line in lines:
-        if not line.startswith(case.lines):
+        if not line.startswith(trial.lines):
             return f"noise on stderr: {_DIGITS.sub('0', line)[:60]}"
         if len(line) > LONGEST_SENTENCE or not line.isprintable():
             return f"more than {LONGEST_SENTENCE} letters, or some that can't be printed"
     # What was done may need remarks, of which each has its line.
-    if code not in (0, 5) and case.lines == (_PROGRAM,) and len(lines) > 1:
+    if code not in (0, 5) and trial.lines == (_PROGRAM,) and len(lines) > 1:
         return "several lines on stderr"
-    if _PROGRAM in case.lines and code in (2, 3, 4) and (said or not lines):
+    if _PROGRAM in trial.lines and code in (2, 3, 4) and (said or not lines):
         return "an error on stdout, or none at all"
-    if code == 0 and "--json" in case.arguments:
+    if code == 0 and "--json" in trial.arguments:
         try:
             json.loads(said, parse_constant=float.fromhex)
         except ValueError:
@@ -202,15 +204,15 @@ def _ill_said(case: Case, code: int, said: str, complaints: str) -> str:
     return ""
 
 
-def _ill_left(case: Case, code: int, folder: Path) -> str:
+def _ill_left(trial: Trial, code: int, folder: Path) -> str:
     place = folder / child.WORK
     left = {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()}
-    fine = (*case.own, *(case.outputs if code in (0, 5) else ()))
-    more = sorted(name for name in left - set(case.files) if not _among(name, fine))
+    fine = (*trial.own, *(trial.outputs if code in (0, 5) else ()))
+    more = sorted(name for name in left - set(trial.files) if not _among(name, fine))
     if more or any((folder / child.TEMPORARY).iterdir()):
         return f"left behind: {Path(more[0]).suffix if more else 'in the temporary folder'}"
-    for name, data in case.files.items():
-        if _among(name, (*case.own, *case.outputs)):
+    for name, data in trial.files.items():
+        if _among(name, (*trial.own, *trial.outputs)):
             continue
         if name not in left or (place / name).read_bytes() != data:
             return "changed what it was given"
@@ -222,7 +224,7 @@ def _among(name: str, patterns: tuple[str, ...]) -> bool:
 
 
 def run(
-    make: Callable[[np.random.Generator], Case],
+    make: Callable[[np.random.Generator], Trial],
     options: argparse.Namespace,
     program: str = "kogao_core.cli",
 ) -> Counts:
@@ -234,16 +236,16 @@ def run(
     def work(numbers: Iterable[int]) -> None:
         runner = Child(program)
         for number in numbers:
-            case = make(np.random.default_rng([options.seed, number]))
-            folder = keep / f"{number} {case.kind}"
-            verdict, reply = tried(case, runner, folder)
+            trial = make(np.random.default_rng([options.seed, number]))
+            folder = keep / f"{number} {trial.kind}"
+            verdict, reply = tried(trial, runner, folder)
             if verdict not in _WORDS.values():
-                verdict, reply = _again(case, runner, folder, verdict)
-            counts.add(folder.name, case.kind, verdict, reply)
+                verdict, reply = _again(trial, runner, folder, verdict)
+            counts.add(folder.name, trial.kind, verdict, reply)
             if verdict in _WORDS.values():
                 shutil.rmtree(folder)
             else:
-                note = {"verdict": verdict, "arguments": case.arguments, **reply}
+                note = {"verdict": verdict, "arguments": trial.arguments, **reply}
                 (folder / "verdict.json").write_text(json.dumps(note, indent=1), encoding="utf-8")
         runner.end()
 
@@ -255,14 +257,14 @@ def run(
     return counts
 
 
-def _again(case: Case, runner: Child, folder: Path, first: str) -> tuple[str, dict[str, Any]]:
+def _again(trial: Trial, runner: Child, folder: Path, first: str) -> tuple[str, dict[str, Any]]:
     """Try a case that went wrong once more in a process of its own: the last ones may be at fault.
 
     Time is another matter: where the machine was busy, the second verdict counts.
     """
     shutil.rmtree(folder)
     runner.end()
-    verdict, reply = tried(case, runner, folder)
+    verdict, reply = tried(trial, runner, folder)
     runner.end()
     if verdict in _WORDS.values() and not first.startswith("more than"):
         verdict = f"not alone: {first}"

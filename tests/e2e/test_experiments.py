@@ -14,7 +14,7 @@ from PIL import Image
 
 from kogao_core import atomic
 from kogao_core.experiments.methods import METHODS, comparing
-from kogao_core.experiments.sessions import Session, append
+from kogao_core.experiments.setting_times import SettingTime, append
 
 ONCE = {
     "timing": ("--repeats", 1, "--warm-up", 0),
@@ -94,7 +94,7 @@ def test_single_files_and_printing(cli, portrait, tmp_path):
 def test_sessions_give_manual_ways_a_total(cli, portrait, tmp_path):
     file = tmp_path / "sessions.jsonl"
     for seconds in (60.0, 80.0):
-        append(file, Session.now("small.png", (300, 300), [21], seconds))
+        append(file, SettingTime.now("small.png", (300, 300), [21], seconds))
     options = ("--size", "own", "--setting-time", file, *ONCE["timing"])
     code, said, _ = cli("timing", portrait, *options)
     assert code == 0

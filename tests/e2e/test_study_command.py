@@ -16,7 +16,7 @@ from PIL import Image, ImageOps
 from ratings import answered, graded
 
 from kogao_core.experiments.study import plan
-from kogao_core.experiments.study.origin import Measured
+from kogao_core.experiments.study.origin import PictureFigures
 from kogao_core.experiments.study.results import Log
 
 
@@ -129,7 +129,7 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
         made.append(arguments)
         if len(made) == 5:
             raise OSError(28, "No space left on device")
-        return b"no picture", Measured(4.0, 5.0)
+        return b"no picture", PictureFigures(4.0, 5.0)
 
     monkeypatch.setattr(pictures, "drawn", full)
     code, _, err = cli("make", portrait, "-o", tmp_path / "new")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
-from kogao_core.experiments.methods.base import Method, Task, Warp
+from kogao_core.experiments.methods.base import Method, Warp, WarpTask
 from kogao_core.experiments.methods.bsplines import BSpline
 from kogao_core.experiments.methods.liquify import Liquify
-from kogao_core.experiments.methods.mesh import Mesh
+from kogao_core.experiments.methods.mesh import PiecewiseAffine
 from kogao_core.experiments.methods.moving import MovingLeastSquares
 from kogao_core.experiments.methods.scattered import Radial, ThinPlate
 
@@ -17,9 +17,9 @@ METHODS: Final[tuple[Method, ...]] = (
     BSpline("multilevel", "B-spline, multilevel", "[8], [10], [12]", "multilevel"),
     ThinPlate(),
     Radial(),
-    Mesh(),
+    PiecewiseAffine(),
     MovingLeastSquares(),
     Liquify(),
 )
 
-__all__ = ["METHODS", "Method", "Task", "Warp"]
+__all__ = ["METHODS", "Method", "Warp", "WarpTask"]

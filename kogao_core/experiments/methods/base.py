@@ -21,7 +21,7 @@ _STRIP_PX: Final = 2**16  # pixels mapped at a time: bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class WarpTask:
     """The same points for every method.
 
     Parameters
@@ -42,10 +42,10 @@ class Task:
     recipe: Recipe
 
     @staticmethod
-    def of(photo: Image, faces: Sequence[Face], recipe: Recipe) -> Task:
+    def of(photo: Image, faces: Sequence[Face], recipe: Recipe) -> WarpTask:
         """Return the task of making these faces smaller."""
         pairs = tuple(aim(face, recipe) for face in faces)
-        return Task(Box.of(photo), pairs, tuple(faces), recipe)
+        return WarpTask(Box.of(photo), pairs, tuple(faces), recipe)
 
     @cached_property
     def target_px(self) -> Array:
@@ -135,7 +135,7 @@ class Method(Protocol):
         """The module that must be there, "" where none beyond this program's own."""
         ...
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Fit the method to a task.
 
         Raises

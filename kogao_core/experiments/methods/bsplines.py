@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy.typing as npt
 
 from kogao_core.domain import reduce
-from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.geometry import Array, Box, Image
@@ -48,7 +48,7 @@ class BSpline:
     library: str = "Kogao"
     needs: str = ""
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Fit one lattice to each face."""
         recipe = dataclasses.replace(task.recipe, fit=self.how)
         anchors = [face.anchor for face in task.faces]

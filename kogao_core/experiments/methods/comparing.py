@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 
 from kogao_core.experiments.imagefiles import reduced
-from kogao_core.experiments.methods import METHODS, Method, Task, Warp
+from kogao_core.experiments.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.experiments.spread import Spread, in_turns
-from kogao_core.experiments.subjects import Subject, Told, rgb8, untold
+from kogao_core.experiments.subjects import Progress, Subject, no_progress, rgb8
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 
@@ -91,7 +91,7 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class MethodsResult:
     """Methods side by side on some photos, made after one recipe."""
 
     photos: tuple[Comparison, ...]
@@ -119,7 +119,7 @@ def measure(
     methods: Sequence[Method] = METHODS,
     repeats: int = 3,
     warm_up: int = 1,
-    told: Told = untold,
+    progress: Progress = no_progress,
 ) -> tuple[Comparison, list[str]]:
     """Compare methods on one photo, in turns; those whose library is absent stay out.
 
@@ -133,15 +133,15 @@ def measure(
         Which.
     repeats, warm_up : int
         Rounds of timing that count, and rounds before them.
-    told : callable
-        Hears how many runs are done, and of how many.
+    progress : callable
+        Called with how many runs are done, and of how many.
 
     Returns
     -------
     Comparison, list of str
         And a sentence for each method that can't be fitted to these points.
     """
-    task = Task.of(subject.pixels, subject.faces, recipe)
+    task = WarpTask.of(subject.pixels, subject.faces, recipe)
     fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
     times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
     by_name = {method.name: method for method, _ in fitted}
@@ -151,7 +151,7 @@ def measure(
         if counts:
             for kept, elapsed_ms in zip(times[name], once, strict=True):
                 kept.append(elapsed_ms)
-        told(done, runs)
+        progress(done, runs)
     asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
     found = tuple(
         _compared(method, warp, task, subject.pixels, times[method.name], asked_px)
@@ -160,7 +160,9 @@ def measure(
     return Comparison(subject, asked_px, found), [f"{subject.name}: {one}" for one in failed]
 
 
-def _fitted(methods: Sequence[Method], task: Task) -> tuple[list[tuple[Method, Warp]], list[str]]:
+def _fitted(
+    methods: Sequence[Method], task: WarpTask
+) -> tuple[list[tuple[Method, Warp]], list[str]]:
     fitted, failed = [], []
     for method in methods:
         try:
@@ -170,7 +172,7 @@ def _fitted(methods: Sequence[Method], task: Task) -> tuple[list[tuple[Method, W
     return fitted, failed
 
 
-def _time_once(method: Method, task: Task, photo: Image) -> tuple[float, float]:
+def _time_once(method: Method, task: WarpTask, photo: Image) -> tuple[float, float]:
     start = time.perf_counter()
     warp = method.fit(task)
     fitted = time.perf_counter()
@@ -181,7 +183,7 @@ def _time_once(method: Method, task: Task, photo: Image) -> tuple[float, float]:
 def _compared(
     method: Method,
     warp: Warp,
-    task: Task,
+    task: WarpTask,
     photo: Image,
     times: tuple[list[float], list[float]],
     asked_px: float,

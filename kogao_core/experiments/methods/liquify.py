@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
 
 BRUSH_SPACINGS: Final = 1.0  # standard deviation of the brush, in landmark spacings
@@ -41,7 +41,7 @@ class Liquify:
     library: str = "own (numpy)"
     needs: str = ""
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Choose the strength of the strokes."""
         width_px = BRUSH_SPACINGS * task.spacing_px
         full = _Pushed(task.target_px, task.displacement_px, width_px).displacement(task.target_px)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
 
 
@@ -23,7 +23,7 @@ class _Piecewise(Warp):
 
 
 @dataclass(frozen=True, slots=True)
-class Mesh:
+class PiecewiseAffine:
     """Delaunay triangles of landmarks and corners, each mapped affinely."""
 
     name: str = "mesh"
@@ -32,7 +32,7 @@ class Mesh:
     library: str = "scikit-image"
     needs: str = "skimage"
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Triangulate the targets and find each triangle's map."""
         from skimage.transform import PiecewiseAffineTransform
 

@@ -13,7 +13,7 @@ from kogao_core.experiments.methods.comparing import (
     SAMPLES_PX,
     Compared,
     Comparison,
-    Result,
+    MethodsResult,
 )
 from kogao_core.experiments.report import Heading, Part, Picture, Report, Row, Table
 from kogao_core.experiments.spread import Spread, rounded
@@ -31,7 +31,7 @@ _KINDS: Final = {
 }
 
 
-def report(result: Result) -> Report:
+def report(result: MethodsResult) -> Report:
     """Return what each method costs and does, over all photos, then photo by photo."""
     recipe, several = result.recipe, len(result.photos) > 1
     what = f"{recipe.percent:g} % of D towards centre {recipe.center:g}; B-splines with lattice "
@@ -147,7 +147,7 @@ def _times_the_first(photos: Sequence[Comparison], method: Method) -> float:
     return statistics.median(ratios)
 
 
-def _records(result: Result) -> list[dict[str, object]]:
+def _records(result: MethodsResult) -> list[dict[str, object]]:
     return [_record(photo, one) for photo in result.photos for one in photo.methods]
 
 
@@ -174,7 +174,7 @@ def _record(photo: Comparison, one: Compared) -> dict[str, object]:
     }
 
 
-def _document(result: Result) -> dict[str, object]:
+def _document(result: MethodsResult) -> dict[str, object]:
     return {
         "experiment": "methods",
         "recipe": result.recipe.to_dict(),

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
 
 _NEAREST_PX: Final = 1e-6  # a point on a landmark takes that landmark's displacement
@@ -50,6 +50,6 @@ class MovingLeastSquares:
     library: str = "own (numpy)"
     needs: str = ""
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Keep the handles; all work is done at each pixel."""
         return _Moving(*task.anchored())

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Task, Warp
+from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
 
 # Gaussians this wide, in landmark spacings, blend along the outline and end soon beside it.
@@ -32,7 +32,7 @@ class ThinPlate:
     library: str = "scipy"
     needs: str = "scipy"
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Fit a thin-plate spline to the displacement."""
         from scipy.interpolate import RBFInterpolator
 
@@ -50,7 +50,7 @@ class Radial:
     library: str = "scipy"
     needs: str = "scipy"
 
-    def fit(self, task: Task) -> Warp:
+    def fit(self, task: WarpTask) -> Warp:
         """Fit Gaussians to the displacement."""
         from scipy.interpolate import RBFInterpolator
 

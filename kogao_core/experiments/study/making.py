@@ -11,10 +11,10 @@ from typing import Final
 
 from kogao_core.atomic import aside, put
 from kogao_core.experiments.study import page, pictures, plan
-from kogao_core.experiments.study.origin import Origin, Photographed, digest
+from kogao_core.experiments.study.origin import Origin, PhotoRecord, digest
 from kogao_core.experiments.study.plan import Key, Meaning, Study
 from kogao_core.experiments.study.variants import Variant, variants
-from kogao_core.experiments.subjects import Subject, Told, untold
+from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.recipe import PAPER, Recipe
 
 PAGE_FILE: Final = "index.html"
@@ -75,7 +75,7 @@ def make(
     subjects: Sequence[Subject],
     folder: Path,
     choices: Choices | None = None,
-    told: Told = untold,
+    progress: Progress = no_progress,
 ) -> Key:
     """Make a study of some subjects.
 
@@ -87,7 +87,7 @@ def make(
         New or empty. The key is written beside it (`plan.key_path`).
     choices : Choices, optional
         Recipe, variants and seed.
-    told : callable
+    progress : callable
         Called with how many pictures are done, and of how many.
 
     Returns
@@ -110,11 +110,11 @@ def make(
         drawn, ready = place / "drawn", place / "ready"
         drawn.mkdir()
         ready.mkdir()
-        meanings = dict(_drawn(subjects, choices, seed, drawn, told))
+        meanings = dict(_drawn(subjects, choices, seed, drawn, progress))
         pictures.write_all({name: drawn / name for name in meanings}, ready, seed)
         identity = hashlib.sha256("".join(sorted(meanings)).encode()).hexdigest()[:16]
         _write_lists(Study(identity, _of(meanings, False), _of(meanings, True)), ready)
-        faces = tuple(map(Photographed.of, subjects))
+        faces = tuple(map(PhotoRecord.of, subjects))
         made = Origin.now(choices.landmarks)
         key = Key(identity, seed, choices.recipe, faces, meanings, made)
         _put_in_place(ready, key, folder)
@@ -146,7 +146,7 @@ def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
 
 
 def _drawn(
-    subjects: Sequence[Subject], choices: Choices, seed: str, place: Path, told: Told
+    subjects: Sequence[Subject], choices: Choices, seed: str, place: Path, progress: Progress
 ) -> Iterator[tuple[str, Meaning]]:
     total = len(subjects) * len(choices.variants)
     for index, subject in enumerate(subjects):
@@ -155,7 +155,7 @@ def _drawn(
             name = plan.picture_name(seed, content, index, variant)
             data, measured = pictures.drawn(subject, variant.recipe(choices.recipe))
             (place / name).write_bytes(data)
-            told(index * len(choices.variants) + number, total)
+            progress(index * len(choices.variants) + number, total)
             yield name, Meaning(index, variant, measured)
 
 

@@ -55,7 +55,7 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True)
-class Photographed:
+class PhotoRecord:
     """One face of a study.
 
     Parameters
@@ -73,14 +73,14 @@ class Photographed:
     points: tuple[tuple[float, float], ...] = ()
 
     @staticmethod
-    def of(subject: Subject) -> Photographed:
+    def of(subject: Subject) -> PhotoRecord:
         """Return what a key holds of a subject; letters that can't be printed become '?'."""
         name = "".join(letter if letter.isprintable() else "?" for letter in subject.name)
         points = [(float(x), float(y)) for x, y in _points(subject)]
-        return Photographed(name, subject.sha256, tuple(points))
+        return PhotoRecord(name, subject.sha256, tuple(points))
 
     @staticmethod
-    def parse(node: Node) -> Photographed:
+    def parse(node: Node) -> PhotoRecord:
         """Read what a key holds."""
         node.only(("name", "sha256", "points"))
         points = [
@@ -89,7 +89,7 @@ class Photographed:
         ]
         if any(len(point) != 2 for point in points):
             node.field("points").refuse("must be pairs of x and y")
-        return Photographed(
+        return PhotoRecord(
             node.field("name").text(4096),
             node.field("sha256").text(64),
             tuple((x, y) for x, y in points),
@@ -97,7 +97,7 @@ class Photographed:
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class PictureFigures:
     """What a picture's warp amounts to.
 
     Parameters
@@ -113,20 +113,20 @@ class Measured:
     lattice_in_warps: float | None
 
     @staticmethod
-    def of(rendering: Rendering) -> Measured:
+    def of(rendering: Rendering) -> PictureFigures:
         """Return what the rendering of one face amounts to."""
         (pairs,), (lattice,) = rendering.pairs, rendering.field.lattices
         moved = pairs.warp_distance_px
-        return Measured(
+        return PictureFigures(
             round(rendering.achieved[0], 4),
             round(lattice.grid.spacing_px / moved, 4) if moved > 0.0 else None,
         )
 
     @staticmethod
-    def parse(achieved: Node, in_warps: Node) -> Measured:
+    def parse(achieved: Node, in_warps: Node) -> PictureFigures:
         """Read what a key holds."""
         ratio = None if in_warps.value is None else in_warps.number(0.0, _LARGEST)
-        return Measured(achieved.number(-100.0, 100.0), ratio)
+        return PictureFigures(achieved.number(-100.0, 100.0), ratio)
 
 
 def digest(subject: Subject, recipe: Recipe) -> str:

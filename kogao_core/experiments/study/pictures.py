@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 from PIL import ImageCms
 
 from kogao_core.atomic import put
-from kogao_core.experiments.study.origin import Measured
+from kogao_core.experiments.study.origin import PictureFigures
 from kogao_core.experiments.subjects import Subject, at_paper_size
 from kogao_core.face import Face
 from kogao_core.geometry import Image
@@ -49,10 +49,10 @@ def _srgb(photo: Photo) -> Image:
     return pixels if shown is None else np.array(shown)
 
 
-def drawn(shown: Subject, recipe: Recipe) -> tuple[bytes, Measured]:
+def drawn(shown: Subject, recipe: Recipe) -> tuple[bytes, PictureFigures]:
     """Return the subject warped by a recipe, as JPEG without any metadata, and how far it came."""
     rendering = render(shown.pixels, shown.faces, recipe)
-    return jpeg(rendering.pixels), Measured.of(rendering)
+    return jpeg(rendering.pixels), PictureFigures.of(rendering)
 
 
 def jpeg(pixels: Image) -> bytes:

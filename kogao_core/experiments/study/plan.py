@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, get_args
 
 from kogao_core.atomic import put
-from kogao_core.experiments.study.origin import Measured, Origin, Photographed
+from kogao_core.experiments.study.origin import Origin, PhotoRecord, PictureFigures
 from kogao_core.experiments.study.variants import Kind, Variant
 from kogao_core.recipe import PAPER_CENTERS, Recipe
 from kogao_core.strict import BadFile, Node, parse
@@ -75,7 +75,7 @@ class Meaning:
 
     subject: int
     variant: Variant
-    measured: Measured | None = None
+    measured: PictureFigures | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class Key:
         Names follow from it: the same photos, landmarks, choices and seed give the same names.
     recipe : Recipe
         What all pictures share.
-    subjects : tuple of Photographed
+    subjects : tuple of PhotoRecord
         The photos; `Meaning.subject` counts them from 0.
     pictures : mapping of str to Meaning
         By name.
@@ -102,7 +102,7 @@ class Key:
     identity: str
     seed: str
     recipe: Recipe
-    subjects: tuple[Photographed, ...]
+    subjects: tuple[PhotoRecord, ...]
     pictures: Mapping[str, Meaning]
     origin: Origin | None = None
 
@@ -190,7 +190,7 @@ def load_key(path: Path) -> Key:
     _check(top, _KEY_FORMAT, fields if first else (*fields, "origin"), version)
     faces = top.field("subjects").items(_MOST_PICTURES)
     subjects = tuple(
-        Photographed(node.text(4096)) if first else Photographed.parse(node) for node in faces
+        PhotoRecord(node.text(4096)) if first else PhotoRecord.parse(node) for node in faces
     )
     pictures = top.field("pictures")
     if not isinstance(pictures.value, dict) or len(pictures.value) > _MOST_PICTURES:
@@ -278,5 +278,5 @@ def _meaning(node: Node, subjects: int, first: bool) -> Meaning:
     return Meaning(
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
-        Measured.parse(*map(node.field, measured)) if measured else None,
+        PictureFigures.parse(*map(node.field, measured)) if measured else None,
     )

@@ -21,9 +21,9 @@ from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.plan import Study
 from kogao_core.experiments.study.session import (
     Answer,
+    Display,
     Record,
     Session,
-    View,
     drawn_order,
     order_seen,
 )
@@ -219,21 +219,21 @@ def record(node: Node, version: int = VERSION) -> Record:
         node.only(("n", "picture", "back")).field("back").flag()
         return Record(number, picture, back=True)
     viewed = ("shown", "window", "ratio") if version > 1 else ()
-    took, view = node.field("ms").whole(0, _LONGEST_MS), _view(node) if viewed else None
+    took, display = node.field("ms").whole(0, _LONGEST_MS), _display(node) if viewed else None
     if "answer" in node.value:
         node.only(("n", "picture", "answer", "ms", *viewed))
         said = node.field("answer").text(20, get_args(Answer))
         answer: Answer = "natural" if said == "natural" else "unnatural"
-        return Record(number, picture, answer=answer, took_ms=took, view=view)
+        return Record(number, picture, answer=answer, took_ms=took, display=display)
     node.only(("n", "picture", "grade", "ms", *viewed))
     grade = node.field("grade")
     value = None if grade.value is None else grade.whole(0, _LARGEST_GRADE)
-    return Record(number, picture, grade=value, took_ms=took, view=view)
+    return Record(number, picture, grade=value, took_ms=took, display=display)
 
 
-def _view(node: Node) -> View:
+def _display(node: Node) -> Display:
     ratio = node.field("ratio").number(1.0 / _LARGEST_RATIO, _LARGEST_RATIO)
-    return View(_size(node.field("shown")), _size(node.field("window")), ratio)
+    return Display(_size(node.field("shown")), _size(node.field("window")), ratio)
 
 
 def _size(node: Node) -> tuple[int, int]:

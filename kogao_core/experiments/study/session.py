@@ -14,7 +14,7 @@ Answer = Literal["natural", "unnatural"]
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class Display:
     """How a picture was displayed when it was judged.
 
     Parameters
@@ -48,7 +48,7 @@ class Record:
         The last answer, about this picture, is taken back.
     took_ms : int
         From the picture's appearance to the answer.
-    view : View, optional
+    display : Display, optional
         How it was displayed. None in logs of version 1.
     """
 
@@ -58,7 +58,7 @@ class Record:
     grade: int | None = None
     back: bool = False
     took_ms: int = 0
-    view: View | None = None
+    display: Display | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -67,9 +67,9 @@ class Record:
             return {**said, "back": True}
         said |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
         said |= {"ms": self.took_ms}
-        if self.view is not None:
-            shown, window = list(self.view.shown), list(self.view.window)
-            said |= {"shown": shown, "window": window, "ratio": self.view.ratio}
+        if self.display is not None:
+            shown, window = list(self.display.shown), list(self.display.window)
+            said |= {"shown": shown, "window": window, "ratio": self.display.ratio}
         return said
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.experiments.study import plan, results
-from kogao_core.experiments.study.origin import Measured
+from kogao_core.experiments.study.origin import PictureFigures
 from kogao_core.experiments.study.plan import Key
 from kogao_core.experiments.study.results import Ratings
 from kogao_core.experiments.study.session import Session
@@ -35,7 +35,7 @@ class Tally:
         Pictures that weren't graded.
     subjects, raters, torn : int
         How many photos, people (a code counts once a study) and torn lines.
-    measured : mapping of Variant to Measured
+    measured : mapping of Variant to PictureFigures
         Means over the subjects; without variants that a key doesn't tell of.
     keys : list of Key
         The studies.
@@ -51,7 +51,7 @@ class Tally:
     subjects: int = 0
     raters: int = 0
     torn: int = 0
-    measured: dict[Variant, Measured] = field(default_factory=dict)
+    measured: dict[Variant, PictureFigures] = field(default_factory=dict)
     keys: list[Key] = field(default_factory=list)
     unfinished: list[Session] = field(default_factory=list)
     foreign: list[tuple[Path, str]] = field(default_factory=list)
@@ -114,8 +114,8 @@ def _own(study: plan.Study, folder: Path, total: Tally) -> Iterator[Ratings]:
             total.foreign.append((path, ratings.study))
 
 
-def _measured(keys: Iterable[Key]) -> dict[Variant, Measured]:
-    found: defaultdict[Variant, list[Measured | None]] = defaultdict(list)
+def _measured(keys: Iterable[Key]) -> dict[Variant, PictureFigures]:
+    found: defaultdict[Variant, list[PictureFigures | None]] = defaultdict(list)
     for key in keys:
         for meaning in key.pictures.values():
             found[meaning.variant].append(meaning.measured)
@@ -127,9 +127,9 @@ def _measured(keys: Iterable[Key]) -> dict[Variant, Measured]:
     }
 
 
-def _mean(values: Sequence[Measured]) -> Measured:
+def _mean(values: Sequence[PictureFigures]) -> PictureFigures:
     ratios = [one.lattice_in_warps for one in values if one.lattice_in_warps is not None]
-    return Measured(
+    return PictureFigures(
         statistics.fmean(one.achieved for one in values),
         statistics.fmean(ratios) if ratios else None,
     )

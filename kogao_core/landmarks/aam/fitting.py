@@ -84,7 +84,7 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class Observation:
     """Features under the landmarks, and the parameters of these in the placement's frame."""
 
     features: Floats
@@ -92,7 +92,9 @@ class Look:
     placement: Affine
 
 
-def look(model: Model, index: int, crop: Crop, points: Array, light: Light | None = None) -> Look:
+def observe(
+    model: Model, index: int, crop: Crop, points: Array, light: Light | None = None
+) -> Observation:
     """Sample the crop under landmarks (80, 2) at one of the model's scales.
 
     `light` changes the picture first; training makes it darker, brighter and noisier with it.
@@ -104,10 +106,10 @@ def look(model: Model, index: int, crop: Crop, points: Array, light: Light | Non
     moved = scale.places + model.motions[index] @ parameters.astype(np.float32)
     pixels = (moved - scale.corner.astype(np.float32)) * np.float32(scale.unit_px)
     features = sampled(directions(light(grey) if light else grey), pixels)
-    return Look(features.ravel(), parameters, placement)
+    return Observation(features.ravel(), parameters, placement)
 
 
-def moved(model: Model, at: Look, change: npt.NDArray[Any]) -> Array:
+def moved(model: Model, at: Observation, change: npt.NDArray[Any]) -> Array:
     """Return the landmarks (80, 2) after a change of parameters, held to likely shapes."""
     return at.placement(model.shape.points(model.shape.clipped(at.parameters + change)))
 
@@ -116,10 +118,10 @@ def fit(model: Model, crop: Crop, points: Array) -> Fit:
     """Fit the model in a crop, from first landmarks (80, 2) in its px."""
     for index, scale in enumerate(model.scales):
         for update in scale.updates:
-            at = look(model, index, crop, points)
+            at = observe(model, index, crop, points)
             points = moved(model, at, _change(scale.unexplained(at.features), update))
     last = len(model.scales) - 1
-    rest = model.scales[last].unexplained(look(model, last, crop, points).features)
+    rest = model.scales[last].unexplained(observe(model, last, crop, points).features)
     unexplained = (rest * rest).reshape(-1, DIRECTIONS).mean(axis=1)
     return Fit(points, float(unexplained.mean()), model.nearness @ unexplained)
 

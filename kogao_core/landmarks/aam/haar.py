@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from kogao_core.geometry import Affine
-from kogao_core.landmarks.blazeface import INPUT_PX, Detection, View
+from kogao_core.landmarks.blazeface import INPUT_PX, Detection, Square
 from kogao_core.landmarks.pixels import Pyramid
 
 _CASCADE: Final = "haarcascade_frontalface_alt2.xml"
@@ -34,9 +34,9 @@ class HaarFaces:
         center = np.array([picture.width - 1.0, picture.height - 1.0]) / 2.0
         side = float(np.hypot(picture.width, picture.height))
         for degrees in _TURNS:
-            yield self._boxes(picture, View(center, side, degrees))
+            yield self._boxes(picture, Square(center, side, degrees))
 
-    def _boxes(self, picture: Pyramid, view: View) -> list[Detection]:
+    def _boxes(self, picture: Pyramid, view: Square) -> list[Detection]:
         to_image = view.to_image.after(Affine.resize(INPUT_PX / _LOOK_PX, INPUT_PX / _LOOK_PX))
         grey = cv2.cvtColor(picture.sample(to_image, _LOOK_PX), cv2.COLOR_RGB2GRAY)
         found = self._cascade.detectMultiScale(grey, minSize=(_LEAST_FACE_PX, _LEAST_FACE_PX))

@@ -12,7 +12,7 @@ import numpy as np
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array, Image
 from kogao_core.landmarks import locked, search
-from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, View
+from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
 from kogao_core.landmarks.mesh import EYES, MOUTH
 from kogao_core.landmarks.outline import silhouette
 from kogao_core.landmarks.pixels import Pyramid
@@ -67,7 +67,7 @@ class Networks:
 
     def _meshed(self, picture: Pyramid, box: Detection) -> tuple[Array, Detection]:
         for _ in range(_PASSES):
-            view = View(box.center_px, _CROP * box.side_px, box.degrees).to_image
+            view = Square(box.center_px, _CROP * box.side_px, box.degrees).to_image
             pixels = picture.sample(view, INPUT_PX, cv2.BORDER_REPLICATE)
             planes = pixels.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
             self._mesh.setInput(np.ascontiguousarray(planes))

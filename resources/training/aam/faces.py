@@ -18,7 +18,7 @@ from kogao_core.landmarks.mesh import EYES
 from kogao_core.landmarks.pixels import Pyramid
 
 from .detected import SURFACE, Networks, Seen, read
-from .turned import View
+from .turned import FaceCrop
 
 FOLDERS: Final = ("frll", "canada", "composites", "portraits", "headshots", "groups", "synthetic")
 STUDIO: Final = ("frll", "canada", "composites")
@@ -39,7 +39,7 @@ class Photographed:
     ----------
     path : Path
         The photograph.
-    view : View
+    view : FaceCrop
         Crop, mesh and keypoints.
     box : Detection
         The detector's box.
@@ -52,7 +52,7 @@ class Photographed:
     """
 
     path: Path
-    view: View
+    view: FaceCrop
     box: Detection
     to_photo: Affine
     labels: Array | None
@@ -113,7 +113,7 @@ def _cut(path: Path, picture: Pyramid, face: Seen, labels: Array | None) -> Phot
     )
     labelled = None if labels is None else to_crop(labels)
     person = f"{path.parent.name}/{path.stem.split('_')[0]}"
-    return Photographed(path, View(grey, mesh, keypoints), box, to_photo, labelled, person)
+    return Photographed(path, FaceCrop(grey, mesh, keypoints), box, to_photo, labelled, person)
 
 
 def _with_people(faces: Sequence[Photographed]) -> list[Photographed]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from kogao_core.geometry import Array
 from kogao_core.landmarks.aam.features import DIRECTIONS, Floats
-from kogao_core.landmarks.aam.fitting import Look, fit, look, moved
+from kogao_core.landmarks.aam.fitting import Observation, fit, moved, observe
 from kogao_core.landmarks.aam.model import Model, Packed, Scale, Start, Update
 
 from .examples import Example, jittered, lit
@@ -121,7 +121,7 @@ def _changed(model: Model, index: int, **changes: Any) -> Model:
 
 def _with_appearance(model: Model, index: int, examples: Sequence[Example], plan: Plan) -> Model:
     def features(one: Example) -> Floats:
-        return look(model, index, one.crop, one.shape).features
+        return observe(model, index, one.crop, one.shape).features
 
     seen = _stacked(features, examples, model.scales[index])
     average, modes = appearance(seen, plan.appearance_share, plan.most_appearance)
@@ -163,22 +163,26 @@ def _with_update(
 ) -> tuple[Model, list[Array]]:
     scale = model.scales[index]
     step = sum(len(one.updates) for one in model.scales)
-    looks: list[Look] = [None] * len(tasks)  # type: ignore[list-item]
+    observations: list[Observation] = [None] * len(tasks)  # type: ignore[list-item]
 
     def features(number: int) -> Floats:
         rng = np.random.default_rng((plan.seed, 2, step, number))
         light = partial(lit, rng=rng) if rng.random() < _LIT else None
-        at = look(model, index, tasks[number].crop, points[number], light)
-        looks[number] = replace(at, features=at.features[:0])
+        at = observe(model, index, tasks[number].crop, points[number], light)
+        observations[number] = replace(at, features=at.features[:0])
         return at.features
 
     rest = _stacked(features, range(len(tasks)), scale)
     _leave_unexplained(rest, scale)
-    goals = np.array([_goal(model, at, one.shape) for at, one in zip(looks, tasks, strict=True)])
+    goals = np.array(
+        [_goal(model, at, one.shape) for at, one in zip(observations, tasks, strict=True)]
+    )
     update = _regressed(rest, goals, plan.ridge)
     model = _changed(model, index, updates=(*scale.updates, update))
     changes = rest @ update.matrix.matrix + update.constant
-    return model, [moved(model, at, change) for at, change in zip(looks, changes, strict=True)]
+    return model, [
+        moved(model, at, change) for at, change in zip(observations, changes, strict=True)
+    ]
 
 
 def _leave_unexplained(features: Floats, scale: Scale) -> None:
@@ -187,7 +191,7 @@ def _leave_unexplained(features: Floats, scale: Scale) -> None:
         part[:] = scale.unexplained(part)
 
 
-def _goal(model: Model, at: Look, truth: Array) -> Array:
+def _goal(model: Model, at: Observation, truth: Array) -> Array:
     target = model.shape.modes.T @ (at.placement.inverse(truth) - model.shape.mean).ravel()
     return np.asarray(target - at.parameters)
 

@@ -35,7 +35,7 @@ class Truth:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class FaceErrors:
     """Errors in % of eyes, mouth, jaw and their mean, infinite where no face was found."""
 
     tags: tuple[str, ...]
@@ -87,7 +87,7 @@ def _seen(labels: dict[str, Any]) -> np.ndarray:
     return np.array(seen)
 
 
-def results(model: Path, known: Sequence[Truth]) -> list[Result]:
+def results(model: Path, known: Sequence[Truth]) -> list[FaceErrors]:
     """Run the whole source, detection included, on the photographs of labelled faces."""
     source = AamSource(model)
     found: dict[Path, list[Face]] = {}
@@ -97,15 +97,15 @@ def results(model: Path, known: Sequence[Truth]) -> list[Result]:
     return [_result(one, found[one.path]) for one in known]
 
 
-def _result(one: Truth, found: Sequence[Face]) -> Result:
+def _result(one: Truth, found: Sequence[Face]) -> FaceErrors:
     face = evaluate.nearest(found, one.labels)
     if face is None:
-        return Result(one.tags, (np.inf,) * 4, 0.0)
+        return FaceErrors(one.tags, (np.inf,) * 4, 0.0)
     errors = evaluate.errors(face, one.labels)
-    return Result(one.tags, (*errors, float(np.nanmean(errors))), face.score)
+    return FaceErrors(one.tags, (*errors, float(np.nanmean(errors))), face.score)
 
 
-def table(found: Sequence[Result]) -> Iterator[str]:
+def table(found: Sequence[FaceErrors]) -> Iterator[str]:
     """Yield the lines of a Markdown table, one row per tag: mean (95th percentile) of the found."""
     limits = " | ".join(f"below {limit:.0f} %" for limit in _LIMITS)
     yield f"| faces | number | found | eyes | mouth | jaw | mean of the three | {limits} |"
@@ -121,7 +121,7 @@ def table(found: Sequence[Result]) -> Iterator[str]:
         yield f"| {tag} | {len(errors)} | {len(seen)} | {means} | {below} |"
 
 
-def area_under_curve(found: Sequence[Result], far_percent: float) -> float:
+def area_under_curve(found: Sequence[FaceErrors], far_percent: float) -> float:
     """Return how often a bad fit has a lower score than a good one; 0.5 is chance, 1 perfect."""
     error = np.array([one.errors[3] for one in found])
     score = np.array([one.score for one in found])

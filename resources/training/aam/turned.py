@@ -24,7 +24,7 @@ _STEPS: Final = 24
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class FaceCrop:
     """A face on its crop.
 
     Parameters
@@ -42,7 +42,7 @@ class View:
     keypoints: Array
 
 
-def turned(view: View, yaw_degrees: float, pitch_degrees: float) -> View:
+def turned(view: FaceCrop, yaw_degrees: float, pitch_degrees: float) -> FaceCrop:
     """Return the face turned to the side and up or down, as far as one picture shows it."""
     center = view.mesh[:SURFACE].mean(axis=0)
     depth = _depth(view, center)
@@ -51,7 +51,7 @@ def turned(view: View, yaw_degrees: float, pitch_degrees: float) -> View:
     at = view.keypoints.astype(np.float32)
     keypoint_depth = cv2.remap(depth, at[:, :1], at[:, 1:], cv2.INTER_LINEAR)
     keypoints = np.column_stack([view.keypoints - center[:2], keypoint_depth]) @ turn.T
-    return View(
+    return FaceCrop(
         picture,
         (view.mesh - center) @ turn.T + center,
         keypoints[:, :2] + center[:2],
@@ -66,7 +66,7 @@ def _rotation(yaw_degrees: float, pitch_degrees: float) -> Array:
     return np.asarray(np.array([[1.0, 0.0, 0.0], [0.0, cos, sin], [0.0, -sin, cos]]) @ aside)
 
 
-def _depth(view: View, center: Array) -> Floats:
+def _depth(view: FaceCrop, center: Array) -> Floats:
     """Return a depth for each pixel: the mesh's, falling back to a plane behind the head."""
     side = view.grey.shape[0]
     unit = float(np.linalg.norm(view.mesh[EYES[3], :2] - view.mesh[EYES[0], :2]))

@@ -20,9 +20,9 @@ from kogao_core.threads import one_blas_thread
 
 from ..evaluate import Labels, distance_to_line
 from .examples import studio, wild
-from .learn import Example, learn
+from .learn import LabelledCut, learn
 
-Pair = tuple[Example, Labels]
+Pair = tuple[LabelledCut, Labels]
 
 
 @click.command()
@@ -63,12 +63,12 @@ def _cross_validate(pairs: Sequence[Pair], folds: int, data: Path) -> None:
         click.echo(f"{group:12}{np.mean(errors):6.2f} ->{np.mean(after[group]):6.2f} %")
 
 
-def _moves(parameters: list[Floats], one: Example) -> Array:
+def _moves(parameters: list[Floats], one: LabelledCut) -> Array:
     outputs = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
     return refine.settle(*refine.split(outputs[0]))[0]
 
 
-def _error(one: Example, labels: Labels, moves: Array) -> float:
+def _error(one: LabelledCut, labels: Labels, moves: Array) -> float:
     outline = one.cut.to_image(resampled(one.lines.moved(moves), 21))
     seen = np.ones(6 + len(labels.jaw), bool) if labels.seen is None else labels.seen
     apart = distance_to_line(labels.jaw[seen[6:]], outline)

@@ -11,31 +11,31 @@ from kogao_core.landmarks.edges.network import LAST, LAYERS, Floats, Layer, neig
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LayerPass:
     """What one layer needs to run backwards: its columns and its output."""
 
     columns: Floats
     output: Floats
 
 
-def forward(parameters: list[Floats], strips: Floats) -> list[Step]:
-    """Run the network as `network.forward` does; the last step's output is its."""
-    here, steps = strips, []
+def forward(parameters: list[Floats], strips: Floats) -> list[LayerPass]:
+    """Run the network as `network.forward` does; the last layer's output is its."""
+    here, passes = strips, []
     for index in range(len(LAYERS)):
         columns, here = network.through(parameters, index, here)
-        steps.append(Step(columns, here))
-    return steps
+        passes.append(LayerPass(columns, here))
+    return passes
 
 
-def backward(parameters: list[Floats], steps: list[Step], slope: Floats) -> list[Floats]:
+def backward(parameters: list[Floats], passes: list[LayerPass], slope: Floats) -> list[Floats]:
     """Return the gradients of all parameters, given that of the outputs."""
     gradients: list[Floats] = []
-    for index in reversed(range(len(steps))):
-        step = steps[index]
+    for index in reversed(range(len(passes))):
+        passed = passes[index]
         if index < LAST:
-            slope = slope * (step.output > 0.0)
+            slope = slope * (passed.output > 0.0)
         flat = slope.reshape(len(slope), slope.shape[1], -1)
-        weights = np.einsum("bop,bcp->oc", flat, step.columns, optimize=True)
+        weights = np.einsum("bop,bcp->oc", flat, passed.columns, optimize=True)
         gradients = [weights, flat.sum(axis=(0, 2))[:, None], *gradients]
         if index:
             columns = np.matmul(parameters[2 * index].T, flat)

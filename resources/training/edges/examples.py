@@ -16,7 +16,7 @@ from kogao_core.landmarks.mesh import MeshSource
 from kogao_core.landmarks.pixels import Pyramid
 
 from ..evaluate import Labels, nearest
-from .learn import Example, example
+from .learn import LabelledCut, labelled_cut
 
 STUDIO: Final = ("canada", "composites", "frll")
 _EYES: Final = [18, 22, 23, 27]
@@ -25,7 +25,7 @@ _JAW: Final = slice(125, 134)
 _WILD_WEIGHT: Final = 2.0
 
 
-def studio(data: Path) -> Iterator[tuple[Example, Labels]]:
+def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
     """Yield the faces with 189 labelled points in a folder of photographs."""
     source = MeshSource(refined=False)
     for folder in STUDIO:
@@ -37,7 +37,7 @@ def studio(data: Path) -> Iterator[tuple[Example, Labels]]:
                 yield from _example(source, picture, _read(picture), labels, line, 1.0)
 
 
-def wild(data: Path, table: Path) -> Iterator[tuple[Example, Labels]]:
+def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
     """Yield the hand-labelled faces of a table, each pass of each face for itself."""
     source = MeshSource(refined=False)
     for face in json.loads(table.read_text(encoding="utf-8"))["faces"]:
@@ -66,12 +66,12 @@ def _labels(one: dict[str, Any]) -> Labels:
 
 def _example(
     source: MeshSource, name: Path, image: Image, labels: Labels, line: Array, weight: float
-) -> Iterator[tuple[Example, Labels]]:
+) -> Iterator[tuple[LabelledCut, Labels]]:
     face = nearest(source.find(image), labels)
     if face is not None:
         seen = np.ones(6 + len(line), bool) if labels.seen is None else labels.seen
         hidden = np.flatnonzero(~seen[6:]).tolist()
-        yield example(str(name), Pyramid(image), face, line, hidden, weight), labels
+        yield labelled_cut(str(name), Pyramid(image), face, line, hidden, weight), labels
 
 
 def _read(picture: Path) -> Image:

@@ -29,7 +29,7 @@ _COVERED: Final = 0.6  # share of the examples with something in front of the fa
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Example:
+class LabelledCut:
     """A labelled face, cut out.
 
     Parameters
@@ -56,10 +56,10 @@ class Example:
     weight: float
 
 
-def example(
+def labelled_cut(
     name: str, image: Pyramid, face: Face, label: Array, hidden: Sequence[int], weight: float
-) -> Example:
-    """Return a face and its labelled outline as an example.
+) -> LabelledCut:
+    """Return a face cut out with its labelled outline.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def example(
     reached = lines.moved(np.nan_to_num(moves))
     nearest = np.linalg.norm(reached[:, None] - line, axis=-1).argmin(axis=1)
     unseen = np.isin(nearest, list(hidden)) & np.isfinite(moves)
-    return Example(name, cut, lines, moves, unseen, weight)
+    return LabelledCut(name, cut, lines, moves, unseen, weight)
 
 
 def _moves(lines: Lines, label: Array) -> Array:
@@ -100,7 +100,7 @@ def _moves(lines: Lines, label: Array) -> Array:
     return np.asarray(far[np.arange(len(far)), nearest])
 
 
-def learn(examples: Sequence[Example], seed: int = 0) -> list[Floats]:
+def learn(examples: Sequence[LabelledCut], seed: int = 0) -> list[Floats]:
     """Return the parameters that tell where the labels are (Adam, soft cross-entropy)."""
     rng = np.random.default_rng(seed)
     parameters = [_start(shape, rng) for shape in network.shapes()]
@@ -151,7 +151,7 @@ def _slope(outputs: Floats, moves: Array, unseen: np.ndarray) -> Floats:
 
 
 def _drawn(
-    one: Example, others: Sequence[Example], rng: np.random.Generator
+    one: LabelledCut, others: Sequence[LabelledCut], rng: np.random.Generator
 ) -> tuple[Floats, Array, np.ndarray]:
     """Return an example with its silhouette off by chance, covered, mirrored, in another light."""
     waves = np.cos(np.outer(np.linspace(0.0, np.pi, len(one.moves)), np.arange(len(_SPREADS))))

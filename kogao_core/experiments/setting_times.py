@@ -30,7 +30,7 @@ _MOST_BYTES: Final = 4096  # of a line
 
 
 @dataclass(frozen=True, slots=True)
-class Session:
+class SettingTime:
     """One photo set by hand.
 
     Parameters
@@ -56,13 +56,15 @@ class Session:
     at: str
 
     @staticmethod
-    def now(photo: str, size: tuple[int, int], landmarks: list[int], setting_s: float) -> Session:
+    def now(
+        photo: str, size: tuple[int, int], landmarks: list[int], setting_s: float
+    ) -> SettingTime:
         """Return a session that ends now; `size` is (width, height), `landmarks` one per face."""
         at = datetime.now().astimezone().isoformat(timespec="seconds")
-        return Session(photo, *size, len(landmarks), sum(landmarks), setting_s, at)
+        return SettingTime(photo, *size, len(landmarks), sum(landmarks), setting_s, at)
 
 
-def append(path: Path, session: Session) -> None:
+def append(path: Path, setting_time: SettingTime) -> None:
     """Add a session to a file, which is made if need be.
 
     Raises
@@ -70,7 +72,7 @@ def append(path: Path, session: Session) -> None:
     OSError
         If the file can't be written.
     """
-    values = {"version": VERSION, **dataclasses.asdict(session)}
+    values = {"version": VERSION, **dataclasses.asdict(setting_time)}
     line = json.dumps(values, ensure_ascii=False).encode() + b"\n"
     path.parent.mkdir(parents=True, exist_ok=True)
     check_target(path)
@@ -83,7 +85,7 @@ def append(path: Path, session: Session) -> None:
         os.fsync(file.fileno())
 
 
-def read(path: Path) -> list[Session]:
+def read(path: Path) -> list[SettingTime]:
     """Return the sessions of a file, oldest first.
 
     Raises
@@ -98,7 +100,7 @@ def read(path: Path) -> list[Session]:
     for number, line in enumerate(lines, start=1):
         try:
             if line.strip():
-                found.append(_session(parse(line, _MOST_BYTES)))
+                found.append(_setting_time(parse(line, _MOST_BYTES)))
         except BadFile as error:
             if _was_cut_off(line):
                 continue
@@ -110,11 +112,11 @@ def _was_cut_off(line: bytes) -> bool:
     return line.startswith(b"{") and not line.rstrip().endswith(b"}")
 
 
-def _session(node: Node) -> Session:
-    names = [field.name for field in dataclasses.fields(Session)]
+def _setting_time(node: Node) -> SettingTime:
+    names = [field.name for field in dataclasses.fields(SettingTime)]
     node.only({"version", *names})
     node.field("version").whole(VERSION, VERSION)
-    return Session(
+    return SettingTime(
         node.field("photo").text(1024),
         node.field("width").whole(1, _MOST_PX),
         node.field("height").whole(1, _MOST_PX),
