@@ -9,7 +9,7 @@ from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.landmarks.pixels import rgb8
 from kogao_core.photo import Photo, read, write
-from kogao_core.photo.disclosure import Disclosure, disclose, untold
+from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
 from kogao_core.pipeline import render
 from kogao_core.sidecar import Applied
 from kogao_core.strict import BadFile
@@ -68,7 +68,7 @@ def saved(photo: Photo, state: State, told: Disclosure, path: Path) -> str:
     """Write a copy and return what is worth knowing of it, in sentences."""
     done = Applied(state.active, state.recipe, state.protection)
     rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection)
-    left_out = untold(photo, rendering.pixels, told)
+    left_out = undisclosed(photo, rendering.pixels, told)
     copy, pixels = disclose(photo, rendering.pixels, told, what=done.what)
     # The dialog has asked before replacing a file.
     said = write(copy, pixels, path, force=True)

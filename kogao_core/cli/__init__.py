@@ -13,14 +13,14 @@ import click
 
 import kogao_core
 from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, warp
-from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, tell
+from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
 from kogao_core.stderr import open_standard_streams
 
 PROGRAM = "kogao-cli"
 INTERRUPTED = 130
 DEBUG = "KOGAO_DEBUG"
 """Name of the environment variable that makes tracebacks visible."""
-_LONGEST_SAID = 200
+_LONGEST_ERROR = 200
 
 EPILOG = """\b
 Exit codes:
@@ -69,20 +69,20 @@ def _run(arguments: Sequence[str] | None) -> int:
         if sys.stdout:  # there is none where a program was started without
             sys.stdout.flush()
     except Stop as stop:
-        return _say(_sentence(stop), stop.code)
+        return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
-        return _say(f"{_sentence(error)} (see {_path(error)} --help)", USAGE)
+        return _end(f"{_sentence(error)} (see {_path(error)} --help)", USAGE)
     except click.Abort:
-        return _say("interrupted", INTERRUPTED)
+        return _end("interrupted", INTERRUPTED)
     except BrokenPipeError:  # the reader has had enough (| head)
         _drop_the_rest()
         return 0
     except OSError as error:
         reason = error.strerror or error
         if error.filename is not None:
-            return _say(f"{os.fsdecode(error.filename)}: {reason}", UNREADABLE)
+            return _end(f"{os.fsdecode(error.filename)}: {reason}", UNREADABLE)
         _drop_the_rest()
-        return _say(f"what was done can't be printed ({reason}); print it elsewhere", UNREADABLE)
+        return _end(f"what was done can't be printed ({reason}); print it elsewhere", UNREADABLE)
     except Exception as error:  # whatever happens ends in one line
         return _unforeseen(error)
     return code if isinstance(code, int) else 0
@@ -92,18 +92,18 @@ def _unforeseen(error: Exception) -> int:
     from kogao_core.limits import OutOfBounds
 
     if isinstance(error, OutOfBounds):
-        return _say(str(error), USAGE)
+        return _end(str(error), USAGE)
     if os.environ.get(DEBUG):
         traceback.print_exception(error)
     if isinstance(error, MemoryError):
-        return _say(
+        return _end(
             "this doesn't fit into memory; close other programs, or take a smaller photo or "
             "fewer faces",
             UNEXPECTED,
         )
-    said = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_SAID]
-    return _say(
-        f"an error in the program itself ({said}); please report it with what is printed when "
+    text = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_ERROR]
+    return _end(
+        f"an error in the program itself ({text}); please report it with what is printed when "
         f"{DEBUG}=1 is set",
         UNEXPECTED,
     )
@@ -122,6 +122,6 @@ def _path(error: click.UsageError) -> str:
     return error.ctx.command_path if error.ctx else PROGRAM
 
 
-def _say(message: str, code: int) -> int:
-    tell(message)
+def _end(message: str, code: int) -> int:
+    print_message(message)
     return code

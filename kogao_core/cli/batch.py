@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     "--projects", is_flag=True,
     help="Do what PHOTO.kogao.json beside a photo says; the options above are for the others.",
 )  # fmt: skip
-@options.tells
+@options.discloses
 @click.option(
     "--force", is_flag=True, help="Start in a folder that holds files of the results' names."
 )
@@ -89,7 +89,7 @@ def command(
             batch.check_free(tasks)
     common.landmark_source(landmarks)
     common.check_networks()
-    common.tell_of_fallback(landmarks)
+    common.mention_fallback(landmarks)
     workers = _workers(dask, jobs)
     progress = _Progress(len(tasks))
     try:
@@ -157,13 +157,13 @@ class _Progress:
         self._counts[outcome.status] += 1
         if outcome.status in ("failed", "no face"):
             named = outcome.reason.startswith(outcome.source)
-            self._say(outcome.reason if named else f"{outcome.source}: {outcome.reason}")
+            self._print(outcome.reason if named else f"{outcome.source}: {outcome.reason}")
         if sys.stderr.isatty():
-            self._say(self._line(), end="\r")
+            self._print(self._line(), end="\r")
 
     def end(self, report: Path) -> None:
         """Print the sums."""
-        self._say(f"{self._line()}; see {report}")
+        self._print(f"{self._line()}; see {report}")
 
     def _line(self) -> str:
         finished = sum(self._counts.values())
@@ -175,5 +175,5 @@ class _Progress:
             line += f", {left / 60:.0f} min left" if left > 90 else f", {left:.0f} s left"
         return line
 
-    def _say(self, text: str, end: str = "\n") -> None:
+    def _print(self, text: str, end: str = "\n") -> None:
         click.echo(wording.sentence(text) + end, nl=False, err=True)

@@ -61,13 +61,13 @@ class LateChoice(click.ParamType):  # type: ignore[type-arg]
 class LateHelp(click.Option):
     """An option whose help is made when it is shown, for what it comes from loads numpy."""
 
-    def __init__(self, *names: Any, tells: Callable[[], str], **settings: Any) -> None:
+    def __init__(self, *names: Any, help_text: Callable[[], str], **settings: Any) -> None:
         super().__init__(*names, **settings)
-        self._tells = tells
+        self._help_text = help_text
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help."""
-        self.help = self._tells()
+        self.help = self._help_text()
         return super().get_help_record(ctx)
 
 
@@ -78,7 +78,7 @@ def endings() -> list[str]:
     return [form.suffixes[0] for form in formats.WRITTEN]
 
 
-def tell_of_endings() -> str:
+def output_help() -> str:
     """Return the help of an output."""
     from kogao_core.photo import formats
 
@@ -102,8 +102,8 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
         raise Stop(error, code) from error
 
 
-def tell(message: str) -> None:
-    """Say something in one line on stderr."""
+def print_message(message: str) -> None:
+    """Print one line on stderr."""
     click.echo(f"kogao-cli: {sentence(message)}", err=True)
 
 
@@ -130,7 +130,7 @@ limits_megapixels = click.option(
 )
 
 
-def tell_of_sources() -> str:
+def landmarks_help() -> str:
     """Return the help of a landmark source."""
     from kogao_core.landmarks import CHOICES
 
@@ -143,7 +143,7 @@ def tell_of_sources() -> str:
 
 
 chooses_landmarks = click.option(
-    "--landmarks", metavar="SOURCE", cls=LateHelp, tells=tell_of_sources
+    "--landmarks", metavar="SOURCE", cls=LateHelp, help_text=landmarks_help
 )
 
 
@@ -220,12 +220,12 @@ def check_networks() -> None:
         landmarks.check_networks()
 
 
-def tell_of_fallback(wanted: str | None) -> None:
-    """Say so on stderr when landmarks come from the AAM for want of the networks."""
+def mention_fallback(wanted: str | None) -> None:
+    """Print a note when landmarks come from the AAM for want of the networks."""
     from kogao_core.landmarks import networks_are_here
 
     if wanted is None and not networks_are_here():
-        tell(
+        print_message(
             "the networks are missing, so landmarks come from the AAM, which is less exact; "
             "kogao-cli doctor says how to get them"
         )
@@ -245,7 +245,7 @@ def find_faces(photo: Photo, landmarks: str | None) -> list[Face]:
                 "with --landmarks",
                 NO_FACE,
             ) from error
-    tell_of_fallback(landmarks)
+    mention_fallback(landmarks)
     if not faces:
         raise Stop(
             f"no face in {photo.path}; crop closer or place the landmarks by hand in the editor "

@@ -72,7 +72,7 @@ def command(
         except common.Stop as stop:
             if len(photos) == 1:
                 raise
-            common.tell(stop.message)
+            common.print_message(stop.message)
             code = common.SOME_FAILED
         else:
             click.echo(f"{photo}: {', '.join(path.name for path in written)}")

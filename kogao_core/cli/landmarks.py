@@ -66,7 +66,7 @@ def export(
         except common.Stop as stop:
             if len(photos) == 1:
                 raise
-            common.tell(stop.message)
+            common.print_message(stop.message)
             code = common.SOME_FAILED
     return code
 

@@ -47,15 +47,15 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
     name = (setting.option or setting.name).replace("_", "-")
     given: dict[str, Any]
     if setting.within is None and not setting.choices:
-        said = name if default else f"no-{name}"
+        default_text = name if default else f"no-{name}"
         declared, given = f"--{name}/--no-{name}", {"default": None}
     else:
-        said = default if setting.choices else f"{default:g}"
+        default_text = default if setting.choices else f"{default:g}"
         unit = setting.unit.upper() if setting.unit.isalpha() else None
         kind = int if setting.is_whole else float
         given = {"type": click.Choice(setting.choices) if setting.choices else kind}
         declared, given["metavar"] = f"--{name}", unit
-    help_text = f"{setting.tells} [{setting.default_tells or said}]."
+    help_text = f"{setting.help} [{setting.default_text or default_text}]."
     return click.option(declared, setting.name, help=help_text, **given)
 
 
@@ -79,7 +79,7 @@ def chooses(command: _Command) -> _Command:
     return command
 
 
-_TELLING: Final = (
+_DISCLOSING: Final = (
     click.option(
         "--disclose",
         "record",
@@ -100,15 +100,15 @@ _TELLING: Final = (
 )
 
 
-def tells(command: _Command) -> _Command:
-    """Add the options that tell of the retouching in the result."""
-    for option in reversed(_TELLING):
+def discloses(command: _Command) -> _Command:
+    """Add the options that disclose the retouching in the result."""
+    for option in reversed(_DISCLOSING):
         command = option(command)
     return command
 
 
 def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosure:
-    """Return what is to be told, after checking that the label can be drawn at all.
+    """Return what results disclose, after checking that the label can be drawn.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosu
     Returns
     -------
     Disclosure
-        It tells nothing unless asked to.
+        Empty unless something was asked for.
 
     Raises
     ------

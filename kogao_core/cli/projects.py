@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kogao_core.photo import Photo
     from kogao_core.sidecar import Applied
 
-_SAID_BY_PROJECT: Final = (
+_FROM_PROJECT: Final = (
     *("percent", "center", "lattice", "lattice_unit", "fit", "domain", "threshold_px"),
     *("interpolation", "guard", "which", "recipe_file", "landmarks"),
     *("lines", "width_px", "feather_px", "points_file", "points_map"),
@@ -32,7 +32,7 @@ def refuse_choices(context: click.Context) -> None:
     by_user = click.core.ParameterSource.COMMANDLINE
     for parameter in context.command.params:
         name = parameter.name or ""
-        if name in _SAID_BY_PROJECT and context.get_parameter_source(name) is by_user:
+        if name in _FROM_PROJECT and context.get_parameter_source(name) is by_user:
             raise common.Stop(
                 f"--project holds every choice; leave out {parameter.opts[0]}", common.USAGE
             )

@@ -79,7 +79,7 @@ class Work:
         Stop
             If there is none at all.
         """
-        common.tell_of_fallback(self._given["landmarks"])
+        common.mention_fallback(self._given["landmarks"])
         stop: common.Stop | None = None
         found = 0
         for number, path in enumerate(self._paths, start=1):
@@ -102,7 +102,7 @@ class Work:
     def name_absent(self, sentence: str) -> None:
         """Say what is missing here, on stderr and in the report."""
         self.left_out.append(sentence)
-        common.tell(sentence)
+        common.print_message(sentence)
 
     def leave_out(self, sentence: str) -> None:
         """Say what a photo can't be used for; the others go on, and the exit code tells."""
@@ -125,8 +125,8 @@ class Work:
             raise common.Stop(f"no face in {path}; leave it out or crop closer", common.NO_FACE)
         with common.stopping(ValueError, common.USAGE):
             chosen = select(faces, self._given["which"])
-        twins = [other for other in self._paths if other.name == path.name]
-        return Subject(path.name if len(twins) == 1 else str(path), photo.pixels, tuple(chosen))
+        namesakes = [other for other in self._paths if other.name == path.name]
+        return Subject(path.name if len(namesakes) == 1 else str(path), photo.pixels, tuple(chosen))
 
     def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
         """Write pictures, with their files' names, where a folder was asked for."""

@@ -178,7 +178,7 @@ def report(
     with common.stopping(BadFile, common.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
     for note in sources.notes(counted):
-        common.tell(note)
+        common.print_message(note)
     to.write(report.report(counted), Made.now(command))
     return common.SOME_FAILED if counted.foreign else 0
 

@@ -42,7 +42,7 @@ def _corners(value: str) -> list[list[float]]:
 @common.takes_photo
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), metavar="FILE",
-    cls=common.LateHelp, tells=common.tell_of_endings,
+    cls=common.LateHelp, help_text=common.output_help,
 )  # fmt: skip
 @options.chooses
 @points.takes_points
@@ -66,7 +66,7 @@ def _corners(value: str) -> list[list[float]]:
     "--save-project", is_flag=True,
     help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
 )  # fmt: skip
-@options.tells
+@options.discloses
 @to_json.writes_json
 @click.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
@@ -114,13 +114,13 @@ def command(
         found = points.faces(photo, points_file, points_map, landmarks)
         done = Applied(_chosen(found, which), recipe, protection)
     rendering = _render(photo, done)
-    said = _write(photo, rendering, done.what, disclosure, output, force)
-    notes = list(filter(None, [done.note, said]))
+    note = _write(photo, rendering, done.what, disclosure, output, force)
+    notes = list(filter(None, [done.note, note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(f"the project is {place}")
-    told = photo, output, done.faces, rendering, notes
-    to_json.deliver(lambda: summary.as_json(*told), lambda: summary.as_text(*told), json_file)
+    results = photo, output, done.faces, rendering, notes
+    to_json.deliver(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:
@@ -180,13 +180,13 @@ def _write(
     force: bool,
 ) -> str:
     from kogao_core.photo import CannotWrite, RefusedOutput, write
-    from kogao_core.photo.disclosure import disclose, untold
+    from kogao_core.photo.disclosure import disclose, undisclosed
 
-    left_out = untold(photo, rendering.pixels, disclosure)
+    left_out = undisclosed(photo, rendering.pixels, disclosure)
     with (
         common.stopping(CannotWrite, common.UNREADABLE),
         common.stopping(RefusedOutput, common.USAGE),
     ):
         photo, pixels = disclose(photo, rendering.pixels, disclosure, what=what)
-        said = write(photo, pixels, output, force=force)
-    return "; ".join(filter(None, [said, left_out]))
+        note = write(photo, pixels, output, force=force)
+    return "; ".join(filter(None, [note, left_out]))

@@ -41,7 +41,7 @@ def page(report: Report, made: Made) -> str:
         element("title", report.title),
         element("style", style),
     )
-    parts = [*report.parts, *_told(made)]
+    parts = [*report.parts, *_how_made(made)]
     title, lead = element("h1", report.title), element("p", report.lead, class_="lead")
     body = element("body", element("main", title, lead, *map(_shown, parts)))
     return "<!doctype html>\n" + html(element("html", head, body, lang="en")) + "\n"
@@ -99,7 +99,7 @@ def _figure(content: Element, caption: str) -> Element:
     return element("figure", content, element("figcaption", caption))
 
 
-def _told(made: Made) -> list[Part | Element]:
+def _how_made(made: Made) -> list[Part | Element]:
     rows = [(name, str(value)) for name, value in made.machine.items() if name != "packages"]
     packages = made.machine.get("packages")
     if isinstance(packages, Mapping):

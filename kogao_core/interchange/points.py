@@ -124,8 +124,8 @@ def coordinates(rows: Sequence[Sequence[str]]) -> Array:
         try:
             x, y = (float(value) for value in row)
         except ValueError:
-            said = shown(" ".join(row))
-            raise BadFile(f"point {number} must be two numbers, got {said}") from None
+            text = shown(" ".join(row))
+            raise BadFile(f"point {number} must be two numbers, got {text}") from None
         if not all(math.isfinite(value) and abs(value) <= FARTHEST_PX for value in (x, y)):
             raise BadFile(f"point {number} lies nowhere: {x:g}, {y:g}")
         found[number - 1] = x, y

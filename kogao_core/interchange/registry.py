@@ -171,13 +171,13 @@ def _choices(form: Format) -> str:
 
 def _note(template: Template, faces: Sequence[Face]) -> str:
     """Say what a file of this template doesn't know, in a sentence; empty where it holds all."""
-    said = []
+    notes = []
     if any(len(face.outline) != len(template.outline) for face in faces):
-        said.append(f"the outline was resampled to {len(template.outline)} points")
+        notes.append(f"the outline was resampled to {len(template.outline)} points")
     guessed = (template.count or 0) - len(template.ours)
     if guessed:
-        said.append(f"{guessed} of {template.count} points are a mean face's, not this one's")
-    return "; ".join(said)
+        notes.append(f"{guessed} of {template.count} points are a mean face's, not this one's")
+    return "; ".join(notes)
 
 
 def check_inside(faces: Sequence[Face], image: Box) -> None:

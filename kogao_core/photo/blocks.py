@@ -44,7 +44,7 @@ class Kept:
     share : float
         Part of the minimum coded units that are the source's, 0 to 1.
     damage : tuple of str
-        What the decoder said of damaged data in the source.
+        The decoder's complaints about damaged data in the source.
     """
 
     data: bytes
@@ -77,7 +77,7 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
         If tables, subsampling, colours or size differ from the source's.
     """
     _check_coding(source)
-    with aside(folder) as place, hushed() as said, _copies_in(place):
+    with aside(folder) as place, hushed() as complaints, _copies_in(place):
         fresh, merged = place / "fresh", place / "merged"
         fresh.write_bytes(encoded)
         old, new = _read(source), _read(fresh)
@@ -92,7 +92,7 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
             setattr(new, name, kept)
         new.write_dct(str(merged), flags=["+OPTIMIZE_CODING"])
         data = _with_headers_of(encoded, merged.read_bytes())
-    return Kept(data, 1.0 - float(changed.mean()), tuple(said))
+    return Kept(data, 1.0 - float(changed.mean()), tuple(complaints))
 
 
 @contextmanager

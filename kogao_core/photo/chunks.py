@@ -81,8 +81,8 @@ def found(file: IO[bytes], channels: int) -> Iterator[Extra]:
         if kind is None or (kind is kinds.COLOURS and (is_srgb or _says_srgb(name, chunk))):
             continue
         names.setdefault(kind, []).append(name.decode("latin-1"))
-    for kind, told in names.items():
-        listed = f"PNG chunks {' '.join(dict.fromkeys(told))}"
+    for kind, members in names.items():
+        listed = f"PNG chunks {' '.join(dict.fromkeys(members))}"
         yield Extra(kind, listed if kind in (kinds.CHUNKS, kinds.UNSAFE_CHUNKS) else "")
 
 

@@ -1,4 +1,4 @@
-"""What a JPEG, PNG or WebP file says beside its pixels, as far as Pillow tells and further."""
+"""What a JPEG, PNG or WebP file holds beside its pixels, read by Pillow and beyond it."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
 
 
 def _jfif(image: Pillow.Image) -> bytes:
-    told = image.info
-    if "jfif_unit" not in told:
+    info = image.info
+    if "jfif_unit" not in info:
         return b""
-    return struct.pack(">BBBHH", *told["jfif_version"], told["jfif_unit"], *told["jfif_density"])
+    return struct.pack(">BBBHH", *info["jfif_version"], info["jfif_unit"], *info["jfif_density"])
 
 
 def settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
@@ -89,10 +89,10 @@ def _raw_profile(image: Pillow.Image, name: str) -> bytes | None:
 
 def density(image: Pillow.Image) -> dict[str, Any]:
     """Return the resolution, or else the pixels' shape, by their names in `Photo`."""
-    told = image.info.get("aspect")
+    ratio = image.info.get("aspect")
     if image.info.get("jfif_unit") == 0:
-        told = image.info["jfif_density"]
-    if (shape := aspect(told)) is not None:
+        ratio = image.info["jfif_density"]
+    if (shape := aspect(ratio)) is not None:
         return {"aspect": shape}
     return {} if _is_guessed(image) else {"dpi": dpi(image.info.get("dpi"))}
 
@@ -122,7 +122,7 @@ def aspect(value: Any) -> tuple[int, int] | None:
 
 
 def dpi(value: Any) -> tuple[float, float] | None:
-    """Return a resolution (x, y) in dots per inch, if it is one."""
+    """Return a resolution as (x, y) in dots per inch; None unless it is two positive numbers."""
     try:
         x, y = (float(part) for part in value)
     except (TypeError, ValueError, ZeroDivisionError):

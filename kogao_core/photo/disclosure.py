@@ -16,7 +16,7 @@ from kogao_core.photo.model import Photo
 
 @dataclass(frozen=True, slots=True)
 class Disclosure:
-    """What a result tells about itself; nothing, unless it is asked for.
+    """What a result discloses of its retouching; nothing, unless it is asked for.
 
     Parameters
     ----------
@@ -35,11 +35,11 @@ class Disclosure:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether anything is to be told."""
+        """Whether anything is to be disclosed."""
         return self.record or bool(self.label)
 
 
-NOTHING_TOLD = Disclosure()
+NO_DISCLOSURE = Disclosure()
 
 
 def disclose(
@@ -50,10 +50,10 @@ def disclose(
     what: str = "",
     when: datetime | None = None,
 ) -> tuple[Photo, Image]:
-    """Return a photo and its new pixels with what is to be told about them, ready for `write`.
+    """Return a photo and its new pixels with what they disclose, ready for `write`.
 
-    A result that equals the photo tells nothing: there was no retouching (see `untold`). A label
-    changes the pixels of its own rectangle only, the record nothing but the XMP packet.
+    A result that equals the photo discloses nothing: there was no retouching (see `undisclosed`). A
+    label changes the pixels of its own rectangle only, the record nothing but the XMP packet.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def disclose(
     pixels : array of shape (H, W) or (H, W, C)
         Its new pixels, upright; left as they are.
     disclosure : Disclosure
-        What to tell.
+        What to disclose.
     what : str
         A few words on what was done, for the record.
     when : datetime, optional
@@ -91,7 +91,7 @@ def disclose(
     return photo, pixels
 
 
-def untold(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
+def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
     if not disclosure.is_wanted or not _is_same(photo.pixels, pixels):
         return ""

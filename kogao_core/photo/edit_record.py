@@ -101,23 +101,23 @@ class _Places(xmp.Walk):
         if self.top == (0, 0):
             _refuse("it holds no rdf:RDF")
 
-    def starts(self, way: xmp.Way, attributes: dict[str, str], at: int) -> None:
+    def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
         """Take down an attribute that tells the source type or a history."""
-        if way == xmp.DESCRIPTION:
+        if path == xmp.DESCRIPTION:
             self.about = self.about or attributes.get(_ABOUT, "")
             if _SOURCE_TYPE in attributes:
                 self.source_type = at, xmp.tag_end(self.packet, at)
-        self.has_history |= way == _HISTORY or (
-            way == xmp.DESCRIPTION and _HISTORY[-1] in attributes
+        self.has_history |= path == _HISTORY or (
+            path == xmp.DESCRIPTION and _HISTORY[-1] in attributes
         )
 
-    def ends(self, way: xmp.Way, span: xmp.Span) -> None:
+    def ends(self, path: xmp.NamePath, span: xmp.Span) -> None:
         """Take down an element that is looked for."""
-        if way == xmp.DESCRIPTION[:1]:
+        if path == xmp.DESCRIPTION[:1]:
             self.top = span
-        elif way == _HISTORY_LIST:
+        elif path == _HISTORY_LIST:
             self.sequence = span
-        elif way == (*xmp.DESCRIPTION, _SOURCE_TYPE):
+        elif path == (*xmp.DESCRIPTION, _SOURCE_TYPE):
             self.source_type = span
 
 
@@ -141,14 +141,14 @@ def _description(about: str, content: str) -> str:
 
 def _event(what: str, when: datetime) -> str:
     """Return an event as the XMP specification part 2 defines it."""
-    told = {
+    event = {
         "action": "edited",
         "when": when.isoformat(timespec="seconds"),
         "softwareAgent": f"Kogao {kogao_core.__version__}",
         "changed": "/",
         **({"parameters": what} if what else {}),
     }
-    fields = " ".join(f"stEvt:{name}={quoteattr(value)}" for name, value in told.items())
+    fields = " ".join(f"stEvt:{name}={quoteattr(value)}" for name, value in event.items())
     return f'<rdf:li xmlns:rdf="{xmp.RDF}" xmlns:stEvt="{_EVENT}" {fields}/>'
 
 

@@ -16,4 +16,4 @@ class RefusedOutput(CannotWrite):
 
 
 class CannotDisclose(CannotWrite):
-    """What is to be told about the photo can't be added to it."""
+    """A disclosure can't be added to the photo."""

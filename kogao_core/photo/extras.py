@@ -28,15 +28,15 @@ def found(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
         In the order things are found; each of them once.
     """
     form = formats.BY_NAME[photo.format]
-    seen = [*photo.extras, *form.inside(photo, file), *_told(photo, form.note)]
+    seen = [*photo.extras, *form.inside(photo, file), *_from_metadata(photo, form.note)]
     if form.behind is not None:
         file.seek(0)
         seen += form.behind(file.read())
     return tuple(dict.fromkeys(seen))
 
 
-def _told(photo: Photo, note: Kind | None) -> Iterator[Extra]:
-    """Yield what the metadata blocks tell of."""
+def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
+    """Yield the extras that the metadata blocks name."""
     yield from map(Extra, stale.found(photo.xmp) if photo.xmp else ())
     if photo.exif is None:
         return

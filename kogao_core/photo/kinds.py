@@ -22,7 +22,7 @@ class Kind:
         How it is recognised.
     why : str
         Why it isn't kept.
-    is_said : bool
+    is_reported : bool
         Whether a note names it where it isn't kept; not, where only copies of the picture or of
         what else is in the file go.
     """
@@ -30,7 +30,7 @@ class Kind:
     name: str
     seen: str
     why: str = ""
-    is_said: bool = True
+    is_reported: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ THUMBNAIL: Final = Kind(
     "thumbnails",
     "IFD1, `JFXX`, Photoshop resources 1033 and 1036, `xmp:Thumbnails`, HEIC's",
     why=_OLD_FACE,
-    is_said=False,
+    is_reported=False,
 )
 XMP: Final = Kind("XMP", "APP1, `iTXt`, tag 700, `XMP `")
 XMP_EXTENSION: Final = Kind(
@@ -144,7 +144,7 @@ INDEX: Final = Kind(
     "indexes of what isn't kept",
     "`MPF`, `Container:Directory`, `HasExtendedXMP`, `iDOT`",
     why="would tell of what is gone",
-    is_said=False,
+    is_reported=False,
 )
 
 KINDS: Final = tuple(value for value in list(globals().values()) if isinstance(value, Kind))

@@ -99,7 +99,7 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
         _check_size(path, width, height, max_megapixels)
 
     stamp = Stamp.of(os.fstat(file.fileno()))
-    with _own_limits(), hushed() as said:
+    with _own_limits(), hushed() as complaints:
         try:
             photo = _decoded(Source(file, path, bits, check))
             photo = dataclasses.replace(photo, stamp=stamp, extras=extras.found(photo, file))
@@ -119,7 +119,7 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
                 f"{path} is damaged or incomplete; copy it again from where it came"
             ) from error
     photo.pixels.setflags(write=False)
-    notes = (*photo.notes, *(f"the file is slightly damaged: {one}" for one in said[:1]))
+    notes = (*photo.notes, *(f"the file is slightly damaged: {one}" for one in complaints[:1]))
     return dataclasses.replace(photo, notes=notes)
 
 

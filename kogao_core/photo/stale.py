@@ -40,16 +40,16 @@ class _Stale(xmp.Walk):
         self._names = _STALE if is_extended else {**_STALE, EXTENSION_LINK: kinds.INDEX}
         super().__init__(packet, len(xmp.DESCRIPTION) + 1)
 
-    def starts(self, way: xmp.Way, attributes: dict[str, str], at: int) -> None:
+    def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
         """Take down attributes."""
-        if way == xmp.DESCRIPTION:
+        if path == xmp.DESCRIPTION:
             for name, span in zip(attributes, xmp.attribute_spans(self.packet, at), strict=True):
                 self._judge(name, span)
 
-    def ends(self, way: xmp.Way, span: xmp.Span) -> None:
+    def ends(self, path: xmp.NamePath, span: xmp.Span) -> None:
         """Take down elements."""
-        if way[:-1] == xmp.DESCRIPTION:
-            self._judge(way[-1], span)
+        if path[:-1] == xmp.DESCRIPTION:
+            self._judge(path[-1], span)
 
     def _judge(self, name: str, span: xmp.Span) -> None:
         kind = next((kind for start, kind in self._names.items() if name.startswith(start)), None)

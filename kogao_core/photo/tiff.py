@@ -52,7 +52,7 @@ _EXIF_DIRECTORY, _GPS_DIRECTORY, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 # What a TIFF directory says about the picture rather than about its storage: names, description,
 # make, model, software, date, artist, computer, white point and primaries, ratings, copyright,
 # Windows' texts, and print matching.
-TELLING: Final = (
+PICTURE_TAGS: Final = (
     *(269, 270, 271, 272, 285, 305, 306, 315, 316, 318, 319, 0x4746, 0x4749, 33432),
     *(*range(0x9C9B, 0x9CA0), 50341, _EXIF_DIRECTORY, _GPS_DIRECTORY),
 )
@@ -225,7 +225,7 @@ class TiffTags:
     def exif(self) -> bytes | None:
         """What the directory says about the picture, as a block like a JPEG's."""
         block = Pillow.Exif()
-        for tag, value in _telling(self.tags):
+        for tag, value in _picture_tags(self.tags):
             block[tag] = value
         try:
             return block.tobytes() if len(block) else None
@@ -330,7 +330,7 @@ def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
         try:
             block.load(exif)
             density = [(tag, block[tag]) for tag in _DENSITY if tag in block]
-            found = [*_telling(block), *density]
+            found = [*_picture_tags(block), *density]
             for tag, value in found:
                 directory[tag] = value
             directory.save(io.BytesIO())
@@ -339,8 +339,8 @@ def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
     return found
 
 
-def _telling(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
-    for tag in TELLING:
+def _picture_tags(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
+    for tag in PICTURE_TAGS:
         if tag in tags and tag not in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
             yield tag, _kept(tags[tag])
     for tag in (_EXIF_DIRECTORY, _GPS_DIRECTORY):

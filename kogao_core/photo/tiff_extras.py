@@ -64,7 +64,9 @@ def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
 
 def rare_tags(tags: Pillow.Exif) -> list[int]:
     """Return the tags of a first directory that no new directory gets."""
-    return [tag for tag in tags if tag not in _STORAGE | _NAMED.keys() and tag not in tiff.TELLING]
+    return [
+        tag for tag in tags if tag not in _STORAGE | _NAMED.keys() and tag not in tiff.PICTURE_TAGS
+    ]
 
 
 def has_maker_note(tags: Pillow.Exif) -> bool:

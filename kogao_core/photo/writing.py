@@ -73,22 +73,22 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
     check_holds(path, pixels)
     try:
         if _is_unchanged(photo, pixels, form):
-            data, said = photo.path.read_bytes(), ""
+            data, note = photo.path.read_bytes(), ""
         else:
             data, blocks = _encoded(photo, pixels, path, form), ""
             if form == "JPEG" and photo.format == "JPEG":
                 data, blocks = _with_blocks_kept(photo, pixels, data, path)
-            said = _worth_knowing(photo, pixels, form, blocks)
+            note = _worth_knowing(photo, pixels, form, blocks)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
-            said = f"the photo as it was is {_backed_up(path)}" + (f"; {said}" if said else "")
+            note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
         # The last look is just before the file appears: someone may have been quicker.
         put(data, path, lambda: check_output(path, force=force))
-        return said
+        return note
     except OSError as error:
         reason = error.strerror or error
         too_long = error.errno == errno.ENAMETOOLONG
-        way_out = "choose a shorter name" if too_long else "choose another folder or make room"
-        raise CannotWrite(f"{path} can't be written ({reason}); {way_out}") from error
+        remedy = "choose a shorter name" if too_long else "choose another folder or make room"
+        raise CannotWrite(f"{path} can't be written ({reason}); {remedy}") from error
 
 
 def _backed_up(path: Path) -> Path:
@@ -289,10 +289,10 @@ def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes, path: Path) -
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
-            said = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
+            note = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
             more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
             damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
-            return kept.data, said + more + damage
+            return kept.data, note + more + damage
     return encoded, f"every block of the JPEG was compressed again: {reason}"
 
 

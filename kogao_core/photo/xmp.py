@@ -17,7 +17,7 @@ _TAG: Final = re.compile(rb"""<([^\s/>]+)(?:[^"'>]|"[^"]*"|'[^']*')*>""")
 _ATTRIBUTE: Final = re.compile(rb"""\s+([^\s=]+)\s*=\s*("[^"]*"|'[^']*')""")
 
 Span = tuple[int, int]
-Way = tuple[str, ...]
+NamePath = tuple[str, ...]
 
 
 class BadXmp(ValueError):
@@ -52,23 +52,23 @@ class Walk:
         except expat.ExpatError as error:
             raise BadXmp(str(error)) from None
 
-    def starts(self, way: Way, attributes: dict[str, str], at: int) -> None:
+    def starts(self, path: NamePath, attributes: dict[str, str], at: int) -> None:
         """Take down a start tag."""
 
-    def ends(self, way: Way, span: Span) -> None:
+    def ends(self, path: NamePath, span: Span) -> None:
         """Take down an element."""
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
         at = self._parser.CurrentByteIndex
         self._open.append((name, at))
-        self.starts(self._way(), attributes, at)
+        self.starts(self._path(), attributes, at)
 
     def _ends(self, _: str) -> None:
-        way = self._way()
+        path = self._path()
         _, start = self._open.pop()
-        self.ends(way, (start, self._element_end(start, self._parser.CurrentByteIndex)))
+        self.ends(path, (start, self._element_end(start, self._parser.CurrentByteIndex)))
 
-    def _way(self) -> Way:
+    def _path(self) -> NamePath:
         if len(self._open) > self._deepest:
             return ()
         names = tuple(name for name, _ in self._open)

@@ -71,7 +71,7 @@ def test_every_kind_is_tried():
 def test_the_document_holds_the_table():
     def fate(kind, form):
         word = form.fate(kind)
-        said = "left out" if kind.is_said else "left out, unsaid"
+        said = "left out" if kind.is_reported else "left out, unsaid"
         return {"kept": "yes", "moved": "moved, said"}.get(word, said)
 
     rows = [

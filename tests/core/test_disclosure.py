@@ -10,7 +10,7 @@ from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import CannotDisclose
-from kogao_core.photo.disclosure import NOTHING_TOLD, Disclosure, disclose, untold
+from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure, disclose, undisclosed
 from kogao_core.photo.edit_record import added
 from kogao_core.photo.label import LONGEST, draw_label
 
@@ -202,7 +202,7 @@ def test_nothing_is_told_unless_asked_or_where_nothing_was_done(tmp_path):
     Image.fromarray(textured_photo(160, 120)).save(tmp_path / "in.jpg")
     source = photo.read(tmp_path / "in.jpg")
     pixels = smaller(source)
-    assert disclose(source, pixels, NOTHING_TOLD) == (source, pixels)
+    assert disclose(source, pixels, NO_DISCLOSURE) == (source, pixels)
     everything = Disclosure(record=True, label="Retouched")
     assert disclose(source, source.pixels, everything) == (source, source.pixels)
 
@@ -234,7 +234,7 @@ def test_what_an_unchanged_photo_isnt_told_is_said(tmp_path):
     pixels = textured_photo(64, 48)
     Image.fromarray(pixels).save(tmp_path / "a.png")
     source = photo.read(tmp_path / "a.png")
-    assert "no label and edit record" in untold(source, pixels, Disclosure(True, "AI"))
-    assert untold(source, pixels, Disclosure(True)).endswith("there is no edit record")
-    assert untold(source, pixels, NOTHING_TOLD) == ""
-    assert untold(source, 255 - pixels, Disclosure(True, "AI")) == ""
+    assert "no label and edit record" in undisclosed(source, pixels, Disclosure(True, "AI"))
+    assert undisclosed(source, pixels, Disclosure(True)).endswith("there is no edit record")
+    assert undisclosed(source, pixels, NO_DISCLOSURE) == ""
+    assert undisclosed(source, 255 - pixels, Disclosure(True, "AI")) == ""

@@ -134,12 +134,12 @@ def digest(subject: Subject, recipe: Recipe) -> str:
 
     Another photo, other landmarks or another recipe have another one, whatever their names.
     """
-    said: dict[str, Any] = {
+    content: dict[str, Any] = {
         "shape": subject.pixels.shape,
         "points": _points(subject).tolist(),
         "recipe": recipe.to_dict(),
     }
-    total = hashlib.sha256(json.dumps(said, sort_keys=True).encode())
+    total = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
     total.update(np.ascontiguousarray(subject.pixels).tobytes())
     return total.hexdigest()
 

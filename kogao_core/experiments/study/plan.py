@@ -148,8 +148,8 @@ def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str
     variant : Variant
         Which picture of it.
     """
-    said = json.dumps([content, subject, *dataclasses.astuple(variant)])
-    digest = hmac.new(seed.encode(), said.encode(), hashlib.sha256).hexdigest()
+    text = json.dumps([content, subject, *dataclasses.astuple(variant)])
+    digest = hmac.new(seed.encode(), text.encode(), hashlib.sha256).hexdigest()
     return digest[:_HEX] + SUFFIX
 
 
@@ -267,8 +267,8 @@ def _checked_name(node: Node) -> str:
 def _meaning(node: Node, subjects: int, first: bool) -> Meaning:
     measured = () if first else ("achieved", "lattice_in_warps")
     node.only(("subject", "kind", "percent", "center", "lattice", *measured))
-    said = node.field("kind").text(20, get_args(Kind))
-    kind: Kind = next(kind for kind in get_args(Kind) if kind == said)
+    text = node.field("kind").text(20, get_args(Kind))
+    kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
     variant = Variant(
         kind,
         node.field("percent").number(0.0, 15.0),

@@ -222,8 +222,8 @@ def record(node: Node, version: int = VERSION) -> Record:
     took, display = node.field("ms").whole(0, _LONGEST_MS), _display(node) if viewed else None
     if "answer" in node.value:
         node.only(("n", "picture", "answer", "ms", *viewed))
-        said = node.field("answer").text(20, get_args(Answer))
-        answer: Answer = "natural" if said == "natural" else "unnatural"
+        text = node.field("answer").text(20, get_args(Answer))
+        answer: Answer = "natural" if text == "natural" else "unnatural"
         return Record(number, picture, answer=answer, took_ms=took, display=display)
     node.only(("n", "picture", "grade", "ms", *viewed))
     grade = node.field("grade")

@@ -104,7 +104,7 @@ class _Handler(BaseHTTPRequestHandler):
             text = page.page(sessions.study, sessions.folder, served=True)
             self._reply(HTTPStatus.OK, text.encode(), "text/html; charset=utf-8")
         elif wanted == "sessions":
-            self._tell(HTTPStatus.OK, sessions.begun())
+            self._reply_json(HTTPStatus.OK, sessions.begun())
         elif wanted is not None:
             self._picture(wanted)
 
@@ -126,9 +126,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _attempt(self, act: Any) -> None:
         try:
-            self._tell(HTTPStatus.OK, act())
+            self._reply_json(HTTPStatus.OK, act())
         except Behind as behind:
-            self._tell(HTTPStatus.CONFLICT, behind.session)
+            self._reply_json(HTTPStatus.CONFLICT, behind.session)
         except BadFile as problem:
             self._refuse(HTTPStatus.BAD_REQUEST, str(problem))
         except OSError as problem:
@@ -165,9 +165,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _refuse(self, status: HTTPStatus, problem: str) -> None:
         self.close_connection = True  # what else was sent isn't read
-        self._tell(status, {"problem": problem})
+        self._reply_json(status, {"problem": problem})
 
-    def _tell(self, status: HTTPStatus, content: object) -> None:
+    def _reply_json(self, status: HTTPStatus, content: object) -> None:
         self._reply(status, json.dumps(content).encode(), "application/json")
 
     def _reply(self, status: HTTPStatus, data: bytes, kind: str) -> None:

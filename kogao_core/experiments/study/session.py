@@ -62,15 +62,15 @@ class Record:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
-        said: dict[str, Any] = {"n": self.number, "picture": self.picture}
+        line: dict[str, Any] = {"n": self.number, "picture": self.picture}
         if self.back:
-            return {**said, "back": True}
-        said |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
-        said |= {"ms": self.took_ms}
+            return {**line, "back": True}
+        line |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
+        line |= {"ms": self.took_ms}
         if self.display is not None:
             shown, window = list(self.display.shown), list(self.display.window)
-            said |= {"shown": shown, "window": window, "ratio": self.display.ratio}
-        return said
+            line |= {"shown": shown, "window": window, "ratio": self.display.ratio}
+        return line
 
 
 def drawn_order(study: Study) -> tuple[str, ...]:
@@ -112,7 +112,7 @@ class Session:
     rater: str
     order: tuple[str, ...]
     records: list[Record] = field(default_factory=list)
-    _told: dict[str, Record] = field(init=False, default_factory=dict)
+    _answers: dict[str, Record] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Replay the records.
@@ -133,18 +133,18 @@ class Session:
     @property
     def answered(self) -> list[Record]:
         """Answers that stand, in the order given."""
-        return list(self._told.values())
+        return list(self._answers.values())
 
     @property
     def current(self) -> str | None:
         """The picture to ask about; None at the end."""
-        done = len(self._told)
+        done = len(self._answers)
         return self.order[done] if done < len(self.order) else None
 
     @property
     def grading(self) -> bool:
         """Whether the current picture is to be graded."""
-        return len(self.study.ratings) <= len(self._told) < len(self.order)
+        return len(self.study.ratings) <= len(self._answers) < len(self.order)
 
     def check(self, record: Record) -> None:
         """Check that a record may come next.
@@ -158,7 +158,7 @@ class Session:
         if record.number != number:
             raise BadFile(f"line {number} is missing, or {record.number} is there twice")
         if record.back:
-            if not self._told or next(reversed(self._told)) != record.picture:
+            if not self._answers or next(reversed(self._answers)) != record.picture:
                 raise BadFile(f"line {number} takes back what wasn't the last answer")
         elif record.picture != self.current or (record.answer is None) != self.grading:
             raise BadFile(f"line {number} is about a picture that wasn't shown then")
@@ -167,7 +167,7 @@ class Session:
         """Let a record count; see `check` for what is refused."""
         self.check(record)
         if record.back:
-            del self._told[record.picture]
+            del self._answers[record.picture]
         else:
-            self._told[record.picture] = record
+            self._answers[record.picture] = record
         self.records.append(record)

@@ -104,7 +104,7 @@ class Sessions:
                 except (BadFile, OSError):
                     held.close()
                     raise
-            return _told(self._open[rater][0].session)
+            return _state_of(self._open[rater][0].session)
 
     def add(self, rater: str, record: Record) -> dict[str, Any]:
         """Put a record on the disk and let it count; return how the session stands.
@@ -123,7 +123,7 @@ class Sessions:
                 raise BadFile("this session isn't open; load the page again")
             log = self._open[rater][0]
             if record.number <= len(log.session.records):
-                raise Behind(_told(log.session))
+                raise Behind(_state_of(log.session))
             log.add(record)
             return {}
 
@@ -151,6 +151,6 @@ def _held(path: Path, rater: str) -> BinaryIO:
     return file
 
 
-def _told(session: Session) -> dict[str, Any]:
+def _state_of(session: Session) -> dict[str, Any]:
     records = [record.to_dict() for record in session.records]
     return {"rater": session.rater, "order": session.order, "records": records}

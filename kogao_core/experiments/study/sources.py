@@ -36,23 +36,23 @@ def _origin(key: Key) -> tuple[str, str, str]:
 
 def notes(tally: Tally) -> list[str]:
     """Return sentences about what isn't counted, or should be known of what is."""
-    said = [
+    sentences = [
         f"{path} holds ratings of study {study}, not of this one; they aren't counted"
         for path, study in tally.foreign
     ]
     if tally.torn:
-        said.append(f"torn lines of ratings that were left out: {tally.torn}")
+        sentences.append(f"torn lines of ratings that were left out: {tally.torn}")
     if tally.unfinished:
         left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
         some = ", ".join(f"{rater} ({done} of {total})" for rater, done, total in left)
-        said.append(f"sessions that weren't finished, whose answers count: {some}")
+        sentences.append(f"sessions that weren't finished, whose answers count: {some}")
     old = [key.identity for key in tally.keys if key.origin is None]
     if old:
-        said.append(
+        sentences.append(
             f"made by a version whose names don't tell faces apart: {', '.join(old)}; if another "
             "study was made with the same seed, check that no rating of it lies here"
         )
-    return said
+    return sentences
 
 
 def document_of(key: Key) -> dict[str, object]:

@@ -180,9 +180,9 @@ class FileFormat:
         for extra in extras:
             fate = self.fate(extra.kind)
             moved |= fate == "moved"
-            if fate == "left out" and extra.kind.is_said:
+            if fate == "left out" and extra.kind.is_reported:
                 lost[extra.name] = None
-        said = [f"not kept: {', '.join(lost)}"] if lost else []
+        notes = [f"not kept: {', '.join(lost)}"] if lost else []
         if moved:
-            said.append("the maker's note has moved: programs may miss parts of it")
-        return "; ".join(said)
+            notes.append("the maker's note has moved: programs may miss parts of it")
+        return "; ".join(notes)

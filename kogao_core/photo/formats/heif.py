@@ -53,7 +53,7 @@ def _decode(source: Source) -> Photo:
     if image.mode.split(";")[0] not in _LAYOUTS:
         raise ValueError(f"an unknown layout {image.mode}")
     exif = image.info.get("exif")
-    told = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
+    ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
     if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
@@ -65,7 +65,7 @@ def _decode(source: Source) -> Photo:
         icc_profile=image.info.get("icc_profile") or None,
         exif=exif and metadata.PREFIX + exif.removeprefix(metadata.PREFIX),
         xmp=image.info.get("xmp") or None,
-        aspect=aspect(told and told[::-1]),
+        aspect=aspect(ratio and ratio[::-1]),
         notes=tuple(notes),
         extras=tuple(_pictures(image)),
     )
