@@ -1,0 +1,291 @@
+"""Measure from file to file: ``python tests/benchmarks/end_to_end.py [--quick] [--json F]``.
+
+Every row stands beside its floor: what no program can do without, measured in the same rounds. The
+floor is measured twice a round; its ratio to itself is the machine's noise. ``--page`` draws where
+the time of one photo goes. Real photographs are used where `KOGAO_SHARED` or ../shared/data has
+them, made-up ones elsewhere. Needs Linux or macOS.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import cv2
+import finding
+import numpy as np
+import photographs
+import stages
+from clock import machine
+from engine import Bench
+from paired import Case, Row, beside_floor, measured, timed
+from processes import CLI, EDITOR, Cost, run
+from scenes import oval_face
+
+from kogao_core.experiments.charts import Chart, Series
+from kogao_core.experiments.page import page
+from kogao_core.experiments.report import Made, Report, Table
+from kogao_core.experiments.spread import in_turns
+from kogao_core.pipeline import Rendering
+from kogao_core.recipe import Recipe
+
+HERE = Path(__file__).resolve().parent
+FLOOR = (sys.executable, str(HERE / "floors.py"))
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large everything is, and how often it is measured."""
+
+    small: tuple[int, int] = (3840, 2700)  # 10 MP
+    group: tuple[int, int] = (4000, 3000)  # 12
+    large: tuple[int, int] = (5600, 4480)  # 25
+    methods: tuple[int, int] = (1340, 1340)  # 1.8
+    photos: int = 20
+    rounds: int = 7
+    few: int = 3  # of what takes minutes
+
+    @staticmethod
+    def quick() -> Sizes:
+        """Return sizes that only show that everything runs."""
+        return Sizes((960, 680), (1200, 900), (1400, 1120), (400, 400), photos=4, rounds=2, few=1)
+
+
+# -- files ---------------------------------------------------------------------------------------
+
+
+def warps(sizes: Sizes, folder: Path) -> Iterator[Row]:
+    """Yield `kogao-cli warp` from JPEG to JPEG, to PNG and from TIFF to TIFF."""
+    ten = photographs.write(photographs.portrait(*sizes.small), folder / "ten.jpg")
+    large = photographs.portrait(*sizes.large)
+    most = photographs.write(large, folder / "most.jpg")
+    deep = photographs.write(large.astype(np.uint16) * 257, folder / "deep.tif")
+    cases = (
+        ("warp, JPEG to JPEG, 10 MP", ten, ".jpg"),
+        ("warp, JPEG to JPEG, 25 MP", most, ".jpg"),
+        ("warp, JPEG to PNG, 10 MP", ten, ".png"),
+        ("warp, 16-bit TIFF to TIFF, 25 MP", deep, ".tif"),
+    )
+    for name, source, suffix in cases:
+        yield beside_floor(name, "ms", *_warp(source, folder / f"out{suffix}"), sizes.rounds)
+
+
+def _warp(source: Path, out: Path) -> tuple[Case, Case]:
+    bare = out.with_stem("bare")
+    return (
+        lambda: run(*CLI, "warp", source, "-o", out, "--force").wall_ms,
+        lambda: run(*FLOOR, "picture", source, bare).wall_ms,
+    )
+
+
+def memory(sizes: Sizes, folder: Path) -> Iterator[Row]:
+    """Yield the largest resident size of a warp beside the decoded photo's."""
+    photo = photographs.portrait(*sizes.large)
+    source, out = photographs.write(photo, folder / "most.jpg"), folder / "out.jpg"
+    peaks = [
+        run(*CLI, "warp", source, "-o", out, "--force").peak_mb for _ in range(min(3, sizes.rounds))
+    ]
+    name = "peak memory of warp, 25 MP"
+    yield Row(name, "MB", peaks, [photo.nbytes / 1e6] * len(peaks))
+
+
+def batch(sizes: Sizes, folder: Path) -> Iterator[Row]:
+    """Yield a batch's processor time, and what two jobs bring."""
+    photos, out = folder / "photos", folder / "out"
+    photos.mkdir()
+    for number, face in enumerate(photographs.portraits(sizes.photos)):
+        height, width = sizes.small[1], round(sizes.small[1] * face.shape[1] / face.shape[0])
+        large = cv2.resize(face, (width, height), interpolation=cv2.INTER_CUBIC)
+        photographs.write(np.asarray(large), photos / f"{number:02}.jpg")
+    bare = folder / "bare"
+    bare.mkdir()
+    pairs = [file for one in sorted(photos.iterdir()) for file in (one, bare / one.name)]
+
+    def with_jobs(jobs: int) -> Cost:
+        return run(*CLI, "batch", photos, "-o", out, "--jobs", jobs, "--force")
+
+    def per_photo(cost: Cost) -> float:
+        return cost.cpu_ms / sizes.photos
+
+    name = f"batch of {sizes.photos}, 10 MP, per photo"
+    floor = functools.partial(run, *FLOOR, "picture", *pairs)
+    cases = {"one": lambda: with_jobs(1), "two": lambda: with_jobs(2), "floor": floor}
+    found: dict[str, list[Cost]] = {case: [] for case in (*cases, "again")}
+    for case, _ in in_turns([*cases, "again"], sizes.few, 0):
+        found[case].append(cases.get(case, floor)())
+    processor = {case: [per_photo(cost) for cost in costs] for case, costs in found.items()}
+    yield Row(name, "ms CPU", processor["one"], processor["floor"], processor["again"])
+    walls = {case: [cost.wall_ms for cost in costs] for case, costs in found.items()}
+    yield Row("batch, one job / two jobs", "ms", walls["one"], walls["two"])
+
+
+# -- the editor ----------------------------------------------------------------------------------
+
+
+def editor(sizes: Sizes, folder: Path) -> Iterator[Row]:
+    """Yield the editor's start to a painted photo with its faces, and a copy saved from it."""
+    most = photographs.write(photographs.portrait(*sizes.large), folder / "most.jpg")
+    shot, bare = folder / "shot.png", folder / "bare.png"
+    yield beside_floor(
+        "editor, start to 25 MP painted", "ms",
+        lambda: run(*EDITOR, most, "--screenshot", shot).wall_ms,
+        lambda: run(*FLOOR, "window", most, bare).wall_ms,
+        sizes.rounds,
+    )  # fmt: skip
+    saves = folder / "saves.json"
+    run(sys.executable, HERE / "editing.py", most, sizes.rounds, saves)
+    yield Row("editor, save a copy, JPEG 25 MP", "ms", **json.loads(saves.read_text()))
+
+
+# -- many faces ----------------------------------------------------------------------------------
+
+
+def drawing(sizes: Sizes, _: Path) -> Iterator[Row]:
+    """Yield a full render of 18 faces and the readings after it; one face's at 15 MP."""
+    bench = Bench(*sizes.group)
+    width, height = sizes.group
+    faces = [
+        oval_face(width, height, center=((column + 0.5) * width / 6, (row + 0.5) * height / 3),
+                  size=0.2)
+        for row in range(3) for column in range(6)
+    ]  # fmt: skip
+    ours = bench.ours(Recipe(), faces=faces)
+    unit = bench.full_remap(cv2.INTER_CUBIC)
+    yield beside_floor("full render, 18 faces, 12 MP", "ms", timed(ours), timed(unit), sizes.rounds)
+    yield _readings("readings after it, 18 faces", ours, sizes.rounds)
+    wide, high = (round(side * np.sqrt(1.25)) for side in sizes.group)
+    alone = Bench(wide, high)
+    yield _readings("readings, one face, 15 MP", alone.ours(Recipe()), sizes.rounds)
+
+
+def _readings(name: str, ours: Callable[[], Rendering], rounds: int) -> Row:
+    times: dict[str, list[float]] = {"ours": [], "floor": []}
+    for _ in range(rounds):
+        start = time.perf_counter()
+        rendering = ours()
+        rendered = time.perf_counter()
+        for reading in ("residual", "achieved", "one_to_one", "pixel_counts"):
+            getattr(rendering, reading)
+        times["floor"].append((rendered - start) * 1e3)
+        times["ours"].append((time.perf_counter() - rendered) * 1e3)
+    return Row(name, "ms", times["ours"], times["floor"])
+
+
+def search(sizes: Sizes, _: Path) -> Iterator[Row]:
+    """Yield the search for 18 faces, for 30 and for none."""
+    times = measured(finding.cases(*sizes.group), sizes.rounds)
+    eighteen = [finding.GROUP * one for one in times["one face"]]
+    thirty = [finding.CROWD * one for one in times["networks of one face"]]
+    again = [finding.GROUP * one for one in times["again"]]
+    yield Row("find 18 faces / 18 times one", "ms", times["group"], eighteen, again)
+    yield Row("find 30 faces / 30 times its networks", "ms", times["crowd"], thirty)
+    yield Row("no face, 12 MP / two looks at all scales", "ms", times["nobody"], times["two looks"])
+
+
+def methods(sizes: Sizes, folder: Path) -> Iterator[Row]:
+    """Yield `experiment methods` beside one decoding of its photo; seconds are what counts."""
+    photo = photographs.write(photographs.portrait(*sizes.methods), folder / "photo.jpg")
+    bare = folder / "bare.jpg"
+    yield beside_floor(
+        "experiment methods, 1.8 MP", "ms",
+        lambda: run(*CLI, "experiment", "methods", photo).wall_ms,
+        lambda: run(*FLOOR, "picture", photo, bare).wall_ms,
+        sizes.few, warm_up=0,
+    )  # fmt: skip
+
+
+GROUPS = {
+    "warp": warps,
+    "memory": memory,
+    "batch": batch,
+    "editor": editor,
+    "drawing": drawing,
+    "search": search,
+    "methods": methods,
+}
+
+
+# -- what is told --------------------------------------------------------------------------------
+
+
+def where(sizes: Sizes, folder: Path) -> dict[str, dict[str, float]]:
+    """Return the time of each stage of a warp, ms, for both sizes: medians of a few runs."""
+    found = {}
+    for name, size in {"10 MP": sizes.small, "25 MP": sizes.large}.items():
+        source = photographs.write(photographs.portrait(*size), folder / f"{name[:2]}.jpg")
+        out = folder / "out.jpg"
+        runs = [
+            stages.of_command("warp", source, "-o", out, "--force")
+            for _ in range(1 + min(3, sizes.few))
+        ][1:]
+        names = [stages.OUTSIDE, *dict.fromkeys(s for _, s in stages.STAGES), stages.REST]
+        found[name] = {s: statistics.median(one.get(s, 0.0) for one in runs) for s in names}
+    return found
+
+
+def told(rows: list[Row], taken: dict[str, dict[str, float]]) -> Report:
+    """Return the report: where the time goes, and every row beside its floor."""
+    charts = [
+        Chart(
+            f"Where the time of one photo goes, {name}",
+            list(found),
+            "ms",
+            [Series("warp, JPEG to JPEG", list(found.values()))],
+            bars=True,
+        )
+        for name, found in taken.items()
+    ]
+    table = Table(
+        "Beside the floor",
+        ("what", "ratio", "quartiles", "noise", "median", "floor", "unit"),
+        [row.cells for row in rows],
+        "Noise: quartiles of the floor's ratio to itself.",
+    )
+    records = [{"row": row.name, "ratio": row.ratio, "unit": row.unit} for row in rows]
+    document = {"rows": [row.to_dict() for row in rows], "stages_ms": taken}
+    lead = "What every file costs beyond what no program can do without."
+    return Report("From file to file", lead, [*charts, table], records, document)
+
+
+def main() -> None:
+    """Measure what was asked for and print it as a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
+    parser.add_argument("--only", nargs="+", choices=[*GROUPS, "stages"], help="not all rows")
+    parser.add_argument("--json", type=Path, help="write every figure here")
+    parser.add_argument("--page", type=Path, help="draw where the time goes, as HTML, here")
+    options = parser.parse_args()
+    sizes = Sizes.quick() if options.quick else Sizes()
+    asked = options.only or [*GROUPS, "stages"]
+    rows, taken = [], {}
+    print(json.dumps(machine(), indent=1))
+    for name, group in GROUPS.items():
+        if name in asked:
+            with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+                for row in group(sizes, Path(folder)):
+                    rows.append(row)
+                    print(*(f"{cell:>12}" for cell in row.cells[1:]), f"  {row.name}", flush=True)
+    if "stages" in asked:
+        with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+            taken = where(sizes, Path(folder))
+        for name, found in taken.items():
+            print(name, {stage: round(ms) for stage, ms in found.items()})
+    report, made = told(rows, taken), Made.now(" ".join(["end_to_end.py", *sys.argv[1:]]))
+    if options.json:
+        options.json.write_text(report.json(made), encoding="utf-8")
+    if options.page:
+        options.page.write_text(page(report, made), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+"""Rows of a table in which everything stands beside its floor, measured in the same rounds."""
+
+from __future__ import annotations
+
+import dataclasses
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from kogao_core.experiments.report import NONE
+from kogao_core.experiments.spread import Spread, in_turns, rounded
+
+Case = Callable[[], float]
+"""Measures itself once."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What was measured, round by round, beside its floor.
+
+    Parameters
+    ----------
+    name, unit : str
+        What; "ms", "ms of processor time" or "MB".
+    ours, floor : list of float
+        One for each round; `floor` holds as many.
+    again : list of float
+        The floor measured a second time in each round; empty where it isn't.
+    """
+
+    name: str
+    unit: str
+    ours: list[float]
+    floor: list[float]
+    again: list[float] = dataclasses.field(default_factory=list)
+
+    @property
+    def ratio(self) -> float:
+        """Ratio of the medians."""
+        return statistics.median(self.ours) / statistics.median(self.floor)
+
+    @property
+    def by_round(self) -> Spread:
+        """The ratio round by round."""
+        return Spread.of([one / other for one, other in zip(self.ours, self.floor, strict=True)])
+
+    @property
+    def noise(self) -> Spread | None:
+        """The floor's ratio to itself."""
+        ratios = [a / b for a, b in zip(self.again, self.floor, strict=False)]
+        return Spread.of(ratios) if ratios else None
+
+    @property
+    def cells(self) -> list[str]:
+        """What a table shows, the name first."""
+        return [
+            self.name,
+            rounded(self.ratio),
+            _quartiles(self.by_round),
+            NONE if self.noise is None else _quartiles(self.noise),
+            rounded(statistics.median(self.ours)),
+            rounded(statistics.median(self.floor)),
+            self.unit,
+        ]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain JSON values."""
+        noise = self.noise
+        return {
+            **dataclasses.asdict(self),
+            "ratio": self.ratio,
+            "by round": dataclasses.asdict(self.by_round),
+            "noise": None if noise is None else dataclasses.asdict(noise),
+        }
+
+
+def _quartiles(spread: Spread) -> str:
+    return f"{rounded(spread.q1)}\N{EN DASH}{rounded(spread.q3)}"
+
+
+def timed(work: Callable[[], object]) -> Case:
+    """Return a case that measures how long some work takes, ms."""
+
+    def once() -> float:
+        start = time.perf_counter()
+        work()
+        return (time.perf_counter() - start) * 1e3
+
+    return once
+
+
+def measured(cases: dict[str, Case], rounds: int, warm_up: int = 1) -> dict[str, list[float]]:
+    """Let every case measure itself, in turns."""
+    found: dict[str, list[float]] = {name: [] for name in cases}
+    for name, counts in in_turns(list(cases), rounds, warm_up):
+        value = cases[name]()
+        if counts:
+            found[name].append(value)
+    return found
+
+
+def beside_floor(
+    name: str, unit: str, ours: Case, floor: Case, rounds: int, warm_up: int = 1
+) -> Row:
+    """Measure a case, its floor, and the floor again, in turns."""
+    times = measured({"ours": ours, "floor": floor, "again": floor}, rounds, warm_up)
+    return Row(name, unit, times["ours"], times["floor"], times["again"])
