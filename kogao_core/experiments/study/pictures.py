@@ -66,7 +66,7 @@ def jpeg(pixels: Image) -> bytes:
 def padded(data: bytes, size: int, secret: str) -> bytes:
     """Return a JPEG file of exactly `size` bytes: chance bytes follow its end, which nobody reads.
 
-    Without them a folder sorted by size would mostly be sorted by warp distance (decision 36).
+    Without them a folder sorted by size would mostly be sorted by warp distance (decision 33).
     They follow from a secret, so that the same study can be made again to the byte.
     """
     return data + hashlib.shake_256(secret.encode()).digest(size - len(data))

@@ -1,0 +1,89 @@
+"""The documents are whole: numbered without holes, with links, paths and tests that are there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DECISIONS = ROOT / "docs" / "decisions"
+PAGES = sorted(DECISIONS.glob("[0-9]*.md"))
+DOCUMENTS = [
+    path
+    for folder in ("docs", "resources", "tests")
+    for path in sorted((ROOT / folder).rglob("*.md"))
+] + sorted(ROOT.glob("*.md"))
+WIDTH = 100
+# What nobody wraps: tables, links longer than a line, and lines to be copied into a terminal.
+UNWRAPPED = re.compile(r"\||    |[^ ]*$|!?\[[^\]]*\]\([^ ]*\)$")
+
+by_name = pytest.mark.parametrize(
+    "path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT).with_suffix(""))
+)
+
+
+def read(path):
+    return path.read_text(encoding="utf-8")
+
+
+def prose(path):
+    """Return the text of a document without its blocks of code, which may hold anything."""
+    return re.sub(r"^```.*?^```$", "", read(path), flags=re.DOTALL | re.MULTILINE)
+
+
+def headings(path):
+    """Return the anchors of a document's headings, as GitHub makes them."""
+    found = re.findall(r"^#+ (.*)$", prose(path), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", text).strip().lower().replace(" ", "-") for text in found}
+
+
+@by_name
+def test_lines_are_wrapped(path):
+    long = [line for line in prose(path).splitlines() if len(line) > WIDTH]
+    assert [line for line in long if not UNWRAPPED.match(line)] == []
+
+
+@by_name
+def test_links_lead_somewhere(path):
+    broken = []
+    for link in re.findall(r"\]\(([^) ]+)\)", prose(path)):
+        name, _, anchor = link.partition("#")
+        if name.startswith(("http:", "https:")):
+            continue
+        target = path.parent / name if name else path
+        if not target.exists() or (anchor and anchor not in headings(target)):
+            broken.append(link)
+    assert broken == []
+
+
+def test_decisions_are_numbered_without_holes():
+    numbers = [int(re.match(r"# (\d+)\. .*\n\n", read(page))[1]) for page in PAGES]
+    assert numbers == [int(page.name[:2]) for page in PAGES] == list(range(1, len(PAGES) + 1))
+
+
+def test_the_index_of_decisions_is_complete():
+    titles = [re.match(r"# (\d+)\. (.*)", read(page)).groups() for page in PAGES]
+    lines = [
+        f"| {number} | [{title}]({page.name}) |"
+        for page, (number, title) in zip(PAGES, titles, strict=True)
+    ]
+    assert re.findall(r"^\| \d.*$", read(DECISIONS / "README.md"), re.MULTILINE) == lines
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_decision_names_tests_that_are_there(page):
+    held = read(page).partition("**Held by**")[2]
+    assert held
+    missing, file = [], None
+    for path, test, more in re.findall(r"`(?:(tests/[\w/]+\.py)(?:::(\w+))?|::(\w+))", held):
+        file = ROOT / path if path else file
+        name = test or more
+        if not file.is_file() or (name and f"def {name}(" not in read(file)):
+            missing.append(f"{path}::{name}")
+    assert missing == []
+
+
+@by_name
+def test_decisions_that_are_named_are_there(path):
+    numbers = {int(n) for n in re.findall(r"\bdecisions?[ /](\d+)", read(path))}
+    assert numbers <= set(range(1, len(PAGES) + 1))
