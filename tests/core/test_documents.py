@@ -1,9 +1,12 @@
 """The documents are whole: numbered without holes, with links, paths and tests that are there."""
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
+
+from kogao_core.recipe import SETTINGS
 
 ROOT = Path(__file__).parents[2]
 DECISIONS = ROOT / "docs" / "decisions"
@@ -87,3 +90,23 @@ def test_a_decision_names_tests_that_are_there(page):
 def test_decisions_that_are_named_are_there(path):
     numbers = {int(n) for n in re.findall(r"\bdecisions?[ /](\d+)", read(path))}
     assert numbers <= set(range(1, len(PAGES) + 1))
+
+
+def test_the_page_of_the_command_line_is_that_of_todays_options():
+    """Mend it with ``python docs/command_line.py``."""
+    written = runpy.run_path(str(ROOT / "docs" / "command_line.py"))["text"]()
+    assert read(ROOT / "docs" / "command-line.md") == written
+
+
+def test_the_page_of_the_command_line_has_every_field_of_a_recipe():
+    rows = re.findall(
+        r"^\| `(.*?)` \| (.*) \|$", read(ROOT / "docs" / "command-line.md"), re.MULTILINE
+    )
+    for setting in SETTINGS.values():
+        option = f"--{setting.option or setting.name}".replace("_", "-")
+        found = [row for row in rows if re.match(rf"{option}( |$)", row[0])]
+        assert len(found) >= 2, option  # warp and batch
+        assert all(choice in found[0][0] for choice in setting.choices)
+        if setting.within is not None:
+            low, high = map("{:g}".format, setting.within)
+            assert f"{low} to {high}" in found[0][1] or f"{low}..{high}" in found[0][1]

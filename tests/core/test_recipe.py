@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import math
-import re
-from pathlib import Path
 from typing import Literal, get_args, get_origin, get_type_hints
 
 import click
@@ -13,8 +11,6 @@ import pytest
 from kogao_core import recipe as recipes
 from kogao_core.cli import program
 from kogao_core.recipe import LOSSLESS_PX, PAPER, SETTINGS, Recipe
-
-README = Path(__file__).parents[2] / "README.md"
 
 
 @pytest.mark.parametrize(
@@ -84,18 +80,6 @@ def test_every_field_has_an_option_with_its_choices(command, setting):
     if setting.choices:
         assert isinstance(option.type, click.Choice)
         assert tuple(option.type.choices) == setting.choices
-
-
-@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
-def test_the_readme_has_a_line_for_every_option_with_its_choices(setting):
-    name = f"--{setting.option or setting.name}".replace("_", "-")
-    line = re.search(
-        rf"^\|.*`({name}|--no-{setting.name})`.*$", README.read_text(encoding="utf-8"), re.M
-    )
-    assert line, name
-    assert all(f"`{choice}`" in line[0] for choice in setting.choices)
-    if setting.within is not None:
-        assert "{:g}–{:g}".format(*setting.within) in line[0]  # noqa: RUF001
 
 
 def test_a_recipe_of_an_older_version_is_read_step_by_step(monkeypatch):
