@@ -48,6 +48,16 @@ def straight_lines(photo: Image, near: Box) -> Array:
     -------
     array of shape (N, 2, 2)
         Ends (x, y) of each line, px.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.bend import straight_lines
+    >>> from kogao_core.geometry import Box
+    >>> photo = np.zeros((200, 300), np.uint8)
+    >>> photo[:, 150:] = 255  # an edge
+    >>> len(straight_lines(photo, Box.of(photo))) > 0
+    True
     """
     box = near.grown(max(near.width, near.height) // 4).clipped(Box.of(photo))
     if box.width < 2 or box.height < 2:
@@ -73,6 +83,19 @@ def beside(lines: Array, outlines: Sequence[Array]) -> Array:
         Ends (x, y) of each line, px.
     outlines : sequence of arrays of shape (M, 2)
         Outline of each face, px.
+
+    Returns
+    -------
+    array of shape (K, 2, 2)
+        The lines that are left.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.bend import beside
+    >>> lines = np.array([[(0, 5), (10, 5)], [(50, 5), (60, 5)]], np.float64)
+    >>> beside(lines, [np.array([(0, 0), (10, 0), (10, 10), (0, 10)])]).tolist()
+    [[[50.0, 5.0], [60.0, 5.0]]]
     """
     hulls = [cv2.convexHull(outline.astype(np.float32)) for outline in outlines]
     apart = [
@@ -83,7 +106,31 @@ def beside(lines: Array, outlines: Sequence[Array]) -> Array:
 
 
 def bends(field: Field, lines: Array) -> list[BentLine]:
-    """Measure how far lines of shape (N, 2, 2) depart from straight, the most bent first."""
+    """Measure how far lines depart from straight after the warp.
+
+    Parameters
+    ----------
+    field : Field
+        Of all faces.
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of each line in the photo, px.
+
+    Returns
+    -------
+    list of BentLine
+        The most bent first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.bend import bends
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> field = kogao.render(np.zeros((360, 480), np.uint8), [face], kogao.Recipe(percent=6)).field
+    >>> near, far = bends(field, np.array([[(0, 5), (30, 5)], [(340, 90), (340, 270)]]))
+    >>> near.start_px, far.bend_px
+    ((340.0, 90.0), 0.0)
+    """
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
     along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
     shown = shown_at(field, along.reshape(-1, 2)).reshape(along.shape)

@@ -23,6 +23,13 @@ def cells_along(phi: Array, axis: int) -> Array:
     -------
     array
         Shape of `phi` with n + 3 cells along `axis`, and a new last axis of 4 control points.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.bezier import cells_along
+    >>> cells_along(np.ones(5), 0).shape
+    (8, 4)
     """
     moved = np.moveaxis(phi, axis, 0)
     p = np.zeros((len(moved) + 6, *moved.shape[1:]))
@@ -34,6 +41,24 @@ def cells_along(phi: Array, axis: int) -> Array:
 
 
 def halves(count: int) -> tuple[Array, Array]:
-    """Return de Casteljau's matrices from `count` Bezier points to those of either half."""
+    """Return de Casteljau's matrices from `count` Bezier points to those of either half.
+
+    Parameters
+    ----------
+    count : int
+        Control points of the curve: its degree plus one.
+
+    Returns
+    -------
+    left, right : array of shape (count, count)
+        To be multiplied with the control points.
+
+    Examples
+    --------
+    >>> from kogao_core.bezier import halves
+    >>> left, right = halves(3)
+    >>> (left @ [0.0, 1.0, 0.0]).tolist()
+    [0.0, 0.5, 0.5]
+    """
     left = np.array([[comb(j, i) / 2.0**j for i in range(count)] for j in range(count)])
     return left, np.asarray(left[::-1, ::-1])

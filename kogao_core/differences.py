@@ -33,7 +33,29 @@ class Differences:
 
 
 def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Differences:
-    """Compare the landmarks and targets of two faces; the recipes place automatic targets."""
+    """Compare the landmarks and targets of two faces.
+
+    Parameters
+    ----------
+    first, second : Face
+        On the same photo.
+    recipes : (Recipe, Recipe)
+        That of each; they place automatic targets.
+
+    Returns
+    -------
+    Differences
+        For each outline point of the first face.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.differences import differences
+    >>> first, second = (kogao.template_face((240 + x, 180), 200) for x in (0, 3))
+    >>> found = differences(first, second, (kogao.Recipe(), kogao.Recipe()))
+    >>> float(found.landmarks_px.max().round(6))
+    3.0
+    """
     ours, theirs = aim(first, recipes[0]), aim(second, recipes[1])
     between = np.linalg.norm(ours.source_px[:, None] - theirs.source_px, axis=2)
     same_count = len(ours.source_px) == len(theirs.source_px)
@@ -46,7 +68,28 @@ def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Di
 
 
 def matching(face: Face, others: Sequence[Face]) -> int | None:
-    """Return which of `others` lies where `face` lies; None when there is none near."""
+    """Return which of `others` lies where `face` lies.
+
+    Parameters
+    ----------
+    face : Face
+        The one to find again.
+    others : sequence of Face
+        On the same photo.
+
+    Returns
+    -------
+    int, optional
+        Index of the nearest; None when there is none near.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.differences import matching
+    >>> here, there = (kogao.template_face((x, 180), 200) for x in (240, 900))
+    >>> matching(here, [there, here])
+    1
+    """
     middle = (face.eye_center + face.mouth_center) / 2.0
     apart = [
         float(np.linalg.norm((other.eye_center + other.mouth_center) / 2.0 - middle))

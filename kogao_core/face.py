@@ -155,26 +155,78 @@ class Face:
         return np.vstack([self.outline, self.eyes, self.mouth])
 
     def with_outline_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one outline landmark moved; the lattice anchor stays."""
+        """Return the face with one outline landmark moved; the lattice anchor stays.
+
+        Parameters
+        ----------
+        index : int
+            Of the landmark, 0 to 20; negative ones count from the end.
+        position : array of shape (2,)
+            Where it is now (x, y), px.
+
+        Returns
+        -------
+        Face
+            Sure of that landmark.
+        """
         outline = _with_row(self.outline, index, position)
         return self._edited(outline=outline, confidence=self._sure_of(index % len(outline)))
 
     def with_target(self, index: int, position: npt.ArrayLike | None) -> Face:
-        """Return the face with one target set by hand, or automatic again when None."""
+        """Return the face with one target set by hand, or automatic again.
+
+        Parameters
+        ----------
+        index : int
+            Of its outline landmark.
+        position : array of shape (2,), optional
+            Where it goes (x, y), px; None for where the recipe has it.
+
+        Returns
+        -------
+        Face
+            Its `targets` are None again when none is set by hand.
+        """
         targets = np.full_like(self.outline, np.nan) if self.targets is None else self.targets
         row = (np.nan, np.nan) if position is None else position
         targets = _with_row(targets, index, row)
         return self._edited(targets=None if np.isnan(targets).all() else targets)
 
     def with_eye_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one eye corner moved."""
+        """Return the face with one eye corner moved.
+
+        Parameters
+        ----------
+        index : int
+            0 to 3, from the viewer's left.
+        position : array of shape (2,)
+            Where it is now (x, y), px.
+
+        Returns
+        -------
+        Face
+            Sure of that corner.
+        """
         row = len(self.outline) + index % 4
         return self._edited(
             eyes=_with_row(self.eyes, index, position), confidence=self._sure_of(row)
         )
 
     def with_mouth_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one mouth corner moved."""
+        """Return the face with one mouth corner moved.
+
+        Parameters
+        ----------
+        index : int
+            0 or 1, from the viewer's left.
+        position : array of shape (2,)
+            Where it is now (x, y), px.
+
+        Returns
+        -------
+        Face
+            Sure of that corner.
+        """
         row = len(self.outline) + 4 + index % 2
         return self._edited(
             mouth=_with_row(self.mouth, index, position), confidence=self._sure_of(row)
@@ -191,7 +243,18 @@ class Face:
         return dataclasses.replace(self, pinned_anchor=self.anchor, **changes)
 
     def mapped(self, transform: Affine) -> Face:
-        """Return the face carried along by a similarity transform of its image, anchor included."""
+        """Return the face carried along by a transform of its image, anchor included.
+
+        Parameters
+        ----------
+        transform : Affine
+            A similarity: turn, scale, mirror and shift.
+
+        Returns
+        -------
+        Face
+            px of the new image.
+        """
         origin = transform(self.anchor.origin_px)
         return dataclasses.replace(
             self,

@@ -33,12 +33,32 @@ class Falloff:
         return np.hstack([low, high])
 
     def at(self, points_px: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return the factor at points of shape (N, 2), shape (N,), and its slope per px, (N, 2)."""
+        """Return the factor and its slope at points.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Positions (x, y).
+
+        Returns
+        -------
+        factor : array of shape (N,)
+            0 to 1.
+        slope : array of shape (N, 2)
+            Its derivatives along x and y, per px.
+        """
         depth, slope = self._depth(np.asarray(points_px, np.float64))
         return _smoothstep(depth), (6.0 * depth * (1.0 - depth))[:, None] * slope
 
     def bounds(self, points_px: Array, radius_px: float) -> tuple[Array, Array]:
-        """Bound the factor and its slope within `radius_px` of points of shape (N, 2).
+        """Bound the factor and its slope round points.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Positions (x, y).
+        radius_px : float
+            How far round each the bounds hold.
 
         Returns
         -------
@@ -76,7 +96,20 @@ class Falloff:
         return depth, slope.T
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return the factor on the grid ``ys x xs``, shape (Y, X), and its slopes, (2, Y, X)."""
+        """Return the factor and its slopes on the grid ``ys x xs``.
+
+        Parameters
+        ----------
+        xs_px, ys_px : array of shape (X,) and (Y,)
+            Ascending coordinates of columns and rows.
+
+        Returns
+        -------
+        factor : array of shape (Y, X)
+            0 to 1.
+        slope : array of shape (2, Y, X)
+            Its derivatives along x and y, per px.
+        """
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         depth, slope = np.ones((len(ys), len(xs))), np.zeros((2, len(ys), len(xs)))
         for stroke, start, end, (left, top, right, bottom) in self._parts:
@@ -95,7 +128,27 @@ NO_FALLOFF = Falloff(())
 
 
 def falloff_of(protection: Protection) -> Falloff:
-    """Return the falloff of a photo's protection: its strokes that have a feather."""
+    """Return the falloff of a photo's protection: its strokes that have a feather.
+
+    Parameters
+    ----------
+    protection : Protection
+        Of one photo.
+
+    Returns
+    -------
+    Falloff
+        Without a feather one that is 1 everywhere.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.falloff import falloff_of
+    >>> line = kogao.Protection().with_stroke([(0, 0), (0, 90)], 2, feather_px=8)
+    >>> factor, slope = falloff_of(line).at([(0, 50), (6, 50), (20, 50)])
+    >>> factor.tolist()
+    [0.0, 0.5, 1.0]
+    """
     return Falloff(tuple(stroke for stroke in protection.strokes if stroke.feather_px > 0.0))
 
 

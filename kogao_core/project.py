@@ -105,6 +105,16 @@ class Project:
     def at_size(self, width: int, height: int) -> Project:
         """Return the project for the same photo at another resolution.
 
+        Parameters
+        ----------
+        width, height : int
+            Of that photo, upright, px.
+
+        Returns
+        -------
+        Project
+            Itself where the size is the same.
+
         Raises
         ------
         BadFile

@@ -187,12 +187,36 @@ class Protection:
     strokes: tuple[Stroke, ...] = ()
 
     def samples_px(self, step_px: float, low: npt.ArrayLike, high: npt.ArrayLike) -> Array:
-        """Return the samples of every stroke in a box, shape (M, 2); see `Stroke.samples_px`."""
+        """Return the samples of every stroke in a box; see `Stroke.samples_px`.
+
+        Parameters
+        ----------
+        step_px : float
+            How far samples are apart.
+        low, high : array of shape (2,)
+            Corners of the box (x, y), px.
+
+        Returns
+        -------
+        array of shape (M, 2)
+            Positions (x, y), px.
+        """
         parts = [stroke.samples_px(step_px, low, high) for stroke in self.strokes]
         return np.concatenate([np.zeros((0, 2)), *parts])
 
     def mapped(self, transform: Affine) -> Protection:
-        """Return the strokes carried along by a similarity transform of their image."""
+        """Return the strokes carried along by a transform of their image.
+
+        Parameters
+        ----------
+        transform : Affine
+            A similarity: turn, scale, mirror and shift.
+
+        Returns
+        -------
+        Protection
+            px of the new image.
+        """
         scale = transform.scale
         strokes = (
             Stroke(transform(s.points_px), s.radius_px * scale, s.feather_px * scale)
@@ -203,7 +227,22 @@ class Protection:
     def with_stroke(
         self, points_px: npt.ArrayLike, radius_px: float = 0.0, feather_px: float = 0.0
     ) -> Protection:
-        """Return the protection with one more stroke."""
+        """Return the protection with one more stroke.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Corners of its line (x, y).
+        radius_px : float
+            Half its width; 0 is the line alone.
+        feather_px : float
+            Width over which the move comes back beside a hard edge; 0 is none.
+
+        Returns
+        -------
+        Protection
+            Of all strokes.
+        """
         stroke = Stroke(np.asarray(points_px, np.float64), radius_px, feather_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
 
@@ -212,6 +251,18 @@ class Protection:
 
         A stroke loses the part of its line whose width would meet the eraser; what lies on either
         side of the gap stays, as strokes of their own.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Corners of the eraser's line (x, y).
+        radius_px : float
+            Half its width.
+
+        Returns
+        -------
+        Protection
+            What is left.
         """
         eraser = Stroke(np.asarray(points_px, np.float64), radius_px)
         parts = (part for stroke in self.strokes for part in _without(stroke, eraser))

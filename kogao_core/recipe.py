@@ -237,6 +237,16 @@ class Recipe:
     def from_dict(values: Mapping[str, Any]) -> Recipe:
         """Read what `to_dict` wrote; missing fields take their defaults, unknown ones are refused.
 
+        Parameters
+        ----------
+        values : mapping
+            Plain JSON values by field, with the version that wrote them.
+
+        Returns
+        -------
+        Recipe
+            Brought up from an older version if need be.
+
         Raises
         ------
         ValueError

@@ -22,6 +22,7 @@ MODULES = sorted(
 PAPER = (
     *("geometry", "recipe", "face", "targets", "lattice", "fit", "field", "dose", "one_to_one"),
     *("guard", "protection", "domain", "warp", "pipeline", "project", "sidecar"),
+    *("naturalness", "bezier", "falloff", "bend", "limits", "differences"),
     *("batch.planning", "photo.reading", "photo.writing"),
 )
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -49,6 +50,22 @@ def promised():
             yield pytest.param(found, id=name)
 
 
+def methods():
+    """The public methods with arguments of the promised classes."""
+    for name in kogao_core.__all__:
+        found = getattr(kogao_core, name)
+        if not inspect.isclass(found) or issubclass(found, Exception):
+            continue
+        for what in vars(found):
+            method = getattr(found, what)
+            if not what.startswith("_") and inspect.isfunction(method) and parameters(method):
+                yield pytest.param(method, id=f"{name}.{what}")
+
+
+def parameters(documented):
+    return [name for name in inspect.signature(documented).parameters if name != "self"]
+
+
 def lacks(documented):
     """The numpydoc sections that a function or a class should have and hasn't."""
     text = inspect.getdoc(documented)
@@ -67,7 +84,7 @@ def unnamed(documented):
     section = re.search(r"\nParameters\n-+\n(.*?)(\n\n\w+\n-+\n|\Z)", text, re.DOTALL)
     told = re.findall(r"^(\w+(?:, \w+)*)(?: : |$)", section[1] if section else "", re.MULTILINE)
     names = {name for line in told for name in line.split(", ")}
-    return [name for name in inspect.signature(documented).parameters if name not in names]
+    return [name for name in parameters(documented) if name not in names]
 
 
 def test_there_are_examples():
@@ -87,6 +104,12 @@ def test_docstring_examples_hold(name, tmp_path, monkeypatch):
 def test_what_is_public_tells_what_it_takes_and_gives(documented):
     assert lacks(documented) == []
     assert unnamed(documented) == []
+
+
+@pytest.mark.parametrize("method", list(methods()))
+def test_promised_methods_tell_what_they_take_and_give(method):
+    assert set(lacks(method)) <= {"Examples"}  # those are in the class's or the function's
+    assert unnamed(method) == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
