@@ -72,10 +72,13 @@ def current(app: QApplication, choice: Choice = "system") -> Theme:
 def apply(app: QApplication, choice: Choice = "system") -> Theme:
     """Dress the application; called again when the system changes its mode."""
     theme = current(app, choice)
-    app.setStyle("Fusion")
-    app.setFont(_tabular(app.font()))
-    app.setPalette(_palette(theme))
-    app.setStyleSheet(_sheet(theme))
+    sheet = _sheet(theme)
+    # Each of these goes through every widget there is, four times for what is worn already.
+    if app.styleSheet() != sheet:
+        app.setStyle("Fusion")
+        app.setFont(_tabular(app.font()))
+        app.setPalette(_palette(theme))
+        app.setStyleSheet(sheet)
     return theme
 
 

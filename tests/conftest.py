@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 import os
+
+# Workers of pytest-xdist share the processors out; NumPy and OpenCV look when they are loaded.
+os.environ.setdefault(
+    "OMP_NUM_THREADS",
+    str(max(1, (os.cpu_count() or 1) // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))),
+)
+os.environ.setdefault("OPENCV_FOR_THREADS_NUM", os.environ["OMP_NUM_THREADS"])
+
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +20,12 @@ from PIL import Image
 from kogao_core import assets
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what needs the shared photographs; nobody has to think of it."""
+    if "shared_data" in getattr(item, "fixturenames", ()):
+        item.add_marker("data")
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,7 @@
-"""Made-up faces and photos, so that most tests need neither networks nor real pictures."""
+"""Made-up faces and photos, so that most tests need neither networks nor real pictures.
+
+And what is done to pictures whose face is known: turning, mirroring, comparing what was found.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import cv2
 import numpy as np
 
 from kogao_core.face import Face
+from kogao_core.geometry import Affine
 
 
 def oval_face(
@@ -60,3 +64,38 @@ class KnownFaces:
 
     def find(self, rgb: np.ndarray) -> list[Face]:  # noqa: ARG002
         return list(self.faces)
+
+
+def apart_percent(one: Face, other: Face) -> float:
+    """Return the mean distance of the 27 points in % of the outer inter-ocular distance."""
+    apart = np.linalg.norm(one.points - other.points, axis=1).mean()
+    return float(apart / other.interocular_px * 100.0)
+
+
+def turned(
+    picture: np.ndarray, degrees: float, border: int = cv2.BORDER_CONSTANT
+) -> tuple[np.ndarray, Affine]:
+    """Return a picture turned about its middle, none of it lost, and the turn of its points."""
+    rows, columns = picture.shape[:2]
+    side = int(np.hypot(rows, columns)) + 1
+    turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
+    middle = turn(((columns - 1) / 2.0, (rows - 1) / 2.0))
+    turn = Affine(turn.matrix, (side - 1) / 2.0 - middle)
+    ways = {"flags": cv2.INTER_CUBIC, "borderMode": border}
+    return cv2.warpAffine(picture, turn.opencv, (side, side), **ways), turn
+
+
+def mirrored(picture: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
+    """Return a picture and its face as a mirror shows them."""
+    flip = Affine(np.diag([-1.0, 1.0]), np.array([picture.shape[1] - 1.0, 0.0]))
+    parts = (flip(part)[::-1] for part in (face.outline, face.eyes, face.mouth))
+    return np.ascontiguousarray(picture[:, ::-1]), Face(*parts)
+
+
+def resized(picture: np.ndarray, scale: float) -> tuple[np.ndarray, Affine]:
+    """Return a picture of another size, and the change of its points."""
+    interpolation = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
+    other = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=interpolation)
+    return other, Affine.resize(
+        other.shape[1] / picture.shape[1], other.shape[0] / picture.shape[0]
+    )

@@ -112,7 +112,11 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
 
 @pytest.fixture
 def start(
-    qapp: QApplication, qtbot: QtBot, source: KnownFaces, storage: Storage
+    qapp: QApplication,
+    qtbot: QtBot,
+    source: KnownFaces,
+    storage: Storage,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Callable[[], Driver]]:
     """Start an editor; it is closed, and its threads are done, at the end of the test."""
     editors = []
@@ -126,6 +130,9 @@ def start(
         return Driver(editor, qtbot)
 
     yield make
+    # What was there before the test stays out of the collector's sight: looking through it again
+    # after each test takes longer than many tests.
+    monkeypatch.setattr(gc, "unfreeze", lambda: None)
     for editor in editors:
         editor.close()
         editor.window.deleteLater()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from kogao_resources.training import evaluate
 from kogao_resources.training.aam.writing import write
+from scenes import apart_percent, mirrored, resized, turned
+from sights import picture_of
 
 from kogao_core import assets
-from kogao_core.face import Face
-from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource
 from kogao_core.landmarks.aam import AamSource, ModelRefused
 from kogao_core.landmarks.aam.model_file import MOST_BYTES, read
@@ -21,13 +21,7 @@ SAMPLES = ("average", "women", "men")
 
 
 def sample(name: str) -> np.ndarray:
-    return cv2.cvtColor(cv2.imread(str(assets.path(f"samples/{name}.jpg"))), cv2.COLOR_BGR2RGB)
-
-
-def apart_percent(one: Face, other: Face) -> float:
-    """Mean distance of the 27 points in % of the outer inter-ocular distance."""
-    apart = np.linalg.norm(one.points - other.points, axis=1).mean()
-    return float(apart / other.interocular_px * 100.0)
+    return picture_of(assets.path(f"samples/{name}.jpg"))
 
 
 @pytest.fixture(scope="module")
@@ -85,20 +79,9 @@ def test_without_networks_it_starts_from_haar_boxes(degrees: float) -> None:
     picture = sample("average")
     (upright,) = AamSource().find(picture)
     assert upright.interocular_px > 0.15 * picture.shape[1]
-    turned, turn = rotated(picture, degrees)
-    (face,) = AamSource().find(turned)
+    other, turn = turned(picture, degrees, cv2.BORDER_REPLICATE)
+    (face,) = AamSource().find(other)
     assert apart_percent(face, upright.mapped(turn)) < 1.5
-
-
-def rotated(picture: np.ndarray, degrees: float) -> tuple[np.ndarray, Affine]:
-    rows, columns = picture.shape[:2]
-    side = int(np.hypot(rows, columns)) + 1
-    turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
-    turn = Affine(turn.matrix, (side - 1) / 2.0 - turn(((columns - 1) / 2.0, (rows - 1) / 2.0)))
-    border = cv2.BORDER_REPLICATE
-    return cv2.warpAffine(
-        picture, turn.opencv, (side, side), flags=cv2.INTER_CUBIC, borderMode=border
-    ), turn
 
 
 @pytest.mark.usefixtures("weights")
@@ -106,8 +89,8 @@ def rotated(picture: np.ndarray, degrees: float) -> tuple[np.ndarray, Affine]:
 def test_a_turned_photo_gives_the_turned_face(source: AamSource, degrees: float) -> None:
     picture = sample("women")
     (upright,) = source.find(picture)
-    turned, turn = rotated(picture, degrees)
-    (face,) = source.find(turned)
+    other, turn = turned(picture, degrees, cv2.BORDER_REPLICATE)
+    (face,) = source.find(other)
     assert apart_percent(face, upright.mapped(turn)) < 1.5
 
 
@@ -117,14 +100,13 @@ def test_mirroring_shrinking_and_darkening_hardly_move_it(source: AamSource, cha
     picture = sample("men")
     (face,) = source.find(picture)
     if change == "mirror":
-        (other,) = source.find(np.ascontiguousarray(picture[:, ::-1]))
-        flip = Affine(np.diag([-1.0, 1.0]), np.array([picture.shape[1] - 1.0, 0.0]))
-        face = Face(flip(face.outline)[::-1], flip(face.eyes)[::-1], flip(face.mouth)[::-1])
+        picture, face = mirrored(picture, face)
     elif change == "half":
-        (other,) = source.find(cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=3))
-        face = face.mapped(Affine.resize(0.5, 0.5))
+        picture, half = resized(picture, 0.5)
+        face = face.mapped(half)
     else:
-        (other,) = source.find(picture // 2)
+        picture = picture // 2
+    (other,) = source.find(picture)
     assert apart_percent(other, face) < 1.5
 
 

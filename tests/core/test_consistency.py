@@ -1,90 +1,63 @@
 """The same photo turned, mirrored, halved or darkened has the same face: within 1.5 %, mean."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from scenes import apart_percent, mirrored, resized, turned
+from sights import Scene, found_in, picture_of
 
-from kogao_core.face import Face
-from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource
 
 SAMPLES = Path(__file__).parents[2] / "resources" / "samples"
 LIMIT_PERCENT = 1.5
-Picture = np.ndarray
-Scene = tuple[Picture, Face]
 
 
-@pytest.fixture(scope="module")
-def source(weights: Path) -> MeshSource:
-    assert weights.is_dir()
-    return MeshSource()
-
-
-@pytest.fixture(scope="module", params=["samples", "portraits"])
+@pytest.fixture(
+    scope="module", params=["samples", pytest.param("portraits", marks=pytest.mark.data)]
+)
 def scenes(request: pytest.FixtureRequest, source: MeshSource) -> list[Scene]:
     """Pictures with one face each: our samples, and every ninth shared portrait if there."""
-    if request.param == "samples":
-        paths = sorted(SAMPLES.glob("*.jpg"))
-    else:
-        folder: Path = request.getfixturevalue("shared_data") / "portraits"
-        paths = sorted(folder.glob("*.jpg"))[4::9]
-    return list(_scenes(paths, source))
-
-
-def _scenes(paths: list[Path], source: MeshSource) -> Iterator[Scene]:
-    for path in paths:
-        picture = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
-        scale = min(1.0, 640.0 / max(picture.shape))
-        small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-        (face,) = source.find(small)
-        yield small, face
-
-
-def apart_percent(one: Face, other: Face) -> float:
-    apart = np.linalg.norm(one.points - other.points, axis=1).mean()
-    return float(apart / other.interocular_px * 100.0)
+    if request.param == "portraits":
+        return request.getfixturevalue("portraits")
+    return found_in(sorted(SAMPLES.glob("*.jpg")), source)
 
 
 @pytest.mark.parametrize("degrees", [17.0, 45.0, 90.0, 135.0, 180.0, 250.0, 330.0])
 def test_turning(scenes: list[Scene], source: MeshSource, degrees: float) -> None:
     moved = []
     for picture, face in scenes:
-        rows, columns = picture.shape[:2]
-        side = int(np.hypot(rows, columns)) + 1
-        turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
-        middle = turn(((columns - 1) / 2.0, (rows - 1) / 2.0))
-        turn = Affine(turn.matrix, (side - 1) / 2.0 - middle)
-        turned = cv2.warpAffine(picture, turn.opencv, (side, side), flags=cv2.INTER_CUBIC)
-        (found,) = source.find(turned)
+        other, turn = turned(picture, degrees)
+        (found,) = source.find(other)
         moved.append(apart_percent(found, face.mapped(turn)))
     assert np.mean(moved) < LIMIT_PERCENT
+    # A chin in shade has two edges to choose from.
+    assert max(moved) < 3.0
 
 
 def test_mirroring(scenes: list[Scene], source: MeshSource) -> None:
     moved, surer = [], []
     for picture, face in scenes:
-        (found,) = source.find(np.ascontiguousarray(picture[:, ::-1]))
-        mirror = Affine(np.diag([-1.0, 1.0]), np.array([picture.shape[1] - 1.0, 0.0]))
-        parts = (mirror(part)[::-1] for part in (face.outline, face.eyes, face.mouth))
-        moved.append(apart_percent(found, Face(*parts)))
+        other, expected = mirrored(picture, face)
+        (found,) = source.find(other)
+        moved.append(apart_percent(found, expected))
         assert face.confidence is not None
         assert found.confidence is not None
         surer.append(np.abs(found.confidence[:21] - face.confidence[:21][::-1]).mean())
-    assert np.mean(moved) < LIMIT_PERCENT
+    assert max(moved) < 1.0
     assert np.mean(surer) < 0.05
 
 
-def test_halving(scenes: list[Scene], source: MeshSource) -> None:
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_resizing(scenes: list[Scene], source: MeshSource, scale: float) -> None:
     moved = []
     for picture, face in scenes:
-        half = cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-        rows, columns = half.shape[0] / picture.shape[0], half.shape[1] / picture.shape[1]
-        (found,) = source.find(half)
-        moved.append(apart_percent(found, face.mapped(Affine.resize(columns, rows))))
+        other, change = resized(picture, scale)
+        (found,) = source.find(other)
+        moved.append(apart_percent(found, face.mapped(change)))
     assert np.mean(moved) < LIMIT_PERCENT
+    assert max(moved) < 2.0
 
 
 @pytest.mark.parametrize("light", [0.5, 0.3])
@@ -98,7 +71,7 @@ def test_darkening(scenes: list[Scene], source: MeshSource, light: float) -> Non
 
 @pytest.mark.parametrize("degrees", [0, 90, 180])
 def test_a_face_of_two_percent_is_found_however_it_lies(source: MeshSource, degrees: int) -> None:
-    picture = cv2.cvtColor(cv2.imread(str(SAMPLES / "women.jpg")), cv2.COLOR_BGR2RGB)
+    picture = picture_of(SAMPLES / "women.jpg")
     (face,) = source.find(picture)
     left, top, width, height = (round(value) for value in face.box)
     head = picture[max(0, top - height // 2) : top + height, left : left + width]

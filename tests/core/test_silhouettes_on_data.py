@@ -3,12 +3,13 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
+from kogao_resources.training.evaluate import distance_to_line
+from scenes import apart_percent
+from sights import Scene, picture_of
 
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array
+from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource
 from kogao_core.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
 
@@ -27,39 +28,6 @@ VISIBLE = {
 EYES, MOUTH, JAW = [18, 22, 23, 27], [87, 93], slice(125, 134)
 
 
-def read(path: Path, longest_px: int = 700) -> np.ndarray:
-    rgb = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
-    scale = min(1.0, longest_px / max(rgb.shape))
-    return cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-
-
-def distance_to_line(points: Array, line: Array) -> Array:
-    start, along = line[:-1], np.diff(line, axis=0)
-    t = ((points[:, None] - start) * along).sum(axis=-1) / (along**2).sum(axis=-1)
-    nearest = start + np.clip(t, 0.0, 1.0)[..., None] * along
-    return np.linalg.norm(points[:, None] - nearest, axis=-1).min(axis=1)
-
-
-def apart_percent(one: Face, other: Face) -> float:
-    """Mean distance of the 27 points in % of the outer inter-ocular distance."""
-    apart = np.linalg.norm(one.points - other.points, axis=1).mean()
-    return float(apart / other.interocular_px * 100.0)
-
-
-@pytest.fixture(scope="module")
-def source(weights: Path) -> MeshSource:
-    assert weights.is_dir()
-    return MeshSource()
-
-
-@pytest.fixture(scope="module")
-def portraits(shared_data: Path, source: MeshSource) -> list[tuple[np.ndarray, Face]]:
-    pictures = [read(path) for path in sorted((shared_data / "portraits").glob("*.jpg"))[::9]]
-    faces = [source.find(picture) for picture in pictures]
-    assert [len(found) for found in faces] == [1] * len(pictures)
-    return [(picture, found[0]) for picture, found in zip(pictures, faces, strict=True)]
-
-
 def test_studio_faces_are_within_the_baselines(shared_data: Path, source: MeshSource) -> None:
     errors = []
     for folder, every in (("frll", 6), ("canada", 4), ("composites", 1)):
@@ -67,7 +35,7 @@ def test_studio_faces_are_within_the_baselines(shared_data: Path, source: MeshSo
             if table.stem == "people":
                 continue
             labels = np.loadtxt(table, delimiter=",", skiprows=1)
-            (face,) = source.find(read(table.with_suffix(".jpg"), 4000))
+            (face,) = source.find(picture_of(table.with_suffix(".jpg")))
             unit = np.linalg.norm(labels[EYES[3]] - labels[EYES[0]]) / 100.0
             eyes = np.linalg.norm(face.eyes - labels[EYES], axis=1).mean()
             mouth = np.linalg.norm(face.mouth - labels[MOUTH], axis=1).mean()
@@ -80,49 +48,9 @@ def test_studio_faces_are_within_the_baselines(shared_data: Path, source: MeshSo
     assert (np.mean(errors, axis=0) < (1.29, 1.23, 1.0)).all()
 
 
-@pytest.mark.parametrize("degrees", [30.0, 90.0, 120.0, 180.0, 240.0])
-def test_a_turned_photo_gives_the_turned_face(
-    portraits: list[tuple[np.ndarray, Face]], source: MeshSource, degrees: float
-) -> None:
-    for picture, face in portraits:
-        rows, columns = picture.shape[:2]
-        side = int(np.hypot(rows, columns)) + 1
-        turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
-        middle = turn(((columns - 1) / 2.0, (rows - 1) / 2.0))
-        turn = Affine(turn.matrix, (side - 1) / 2.0 - middle)
-        turned = cv2.warpAffine(picture, turn.opencv, (side, side), flags=cv2.INTER_CUBIC)
-        found = source.find(turned)
-        # The mean is far lower (test_consistency); a chin in shade has two edges to choose from.
-        assert apart_percent(found[0], face.mapped(turn)) < 3.0
-
-
-def test_a_mirrored_photo_gives_the_mirrored_face(
-    portraits: list[tuple[np.ndarray, Face]], source: MeshSource
-) -> None:
-    for picture, face in portraits:
-        (found,) = source.find(np.ascontiguousarray(picture[:, ::-1]))
-        mirror = Affine(np.diag([-1.0, 1.0]), np.array([picture.shape[1] - 1.0, 0.0]))
-        mirrored = Face(
-            mirror(face.outline)[::-1], mirror(face.eyes)[::-1], mirror(face.mouth)[::-1]
-        )
-        assert apart_percent(found, mirrored) < 1.0
-
-
-@pytest.mark.parametrize("scale", [0.5, 2.0])
-def test_a_resized_photo_gives_the_resized_face(
-    portraits: list[tuple[np.ndarray, Face]], source: MeshSource, scale: float
-) -> None:
-    for picture, face in portraits:
-        interpolation = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
-        resized = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=interpolation)
-        rows, columns = resized.shape[0] / picture.shape[0], resized.shape[1] / picture.shape[1]
-        (found,) = source.find(resized)
-        assert apart_percent(found, face.mapped(Affine.resize(columns, rows))) < 2.0
-
-
 @pytest.mark.parametrize("dtype", [np.uint16, np.float32])
 def test_deeper_pixels_give_the_same_face(
-    portraits: list[tuple[np.ndarray, Face]], source: MeshSource, dtype: type
+    portraits: list[Scene], source: MeshSource, dtype: type
 ) -> None:
     picture, face = portraits[0]
     deep = picture * np.uint16(257) if dtype is np.uint16 else picture.astype(np.float32) / 255.0
@@ -130,9 +58,7 @@ def test_deeper_pixels_give_the_same_face(
     np.testing.assert_allclose(found.points, face.points, atol=0.1)
 
 
-def test_faces_larger_than_the_frame_are_found(
-    portraits: list[tuple[np.ndarray, Face]], source: MeshSource
-) -> None:
+def test_faces_larger_than_the_frame_are_found(portraits: list[Scene], source: MeshSource) -> None:
     for picture, face in portraits:
         left, top, width, height = (int(value) for value in face.box)
         left, top = max(0, left + width // 50), max(0, top)
@@ -147,7 +73,7 @@ def test_faces_larger_than_the_frame_are_found(
 def test_every_visible_face_of_a_group_is_found_once(
     shared_data: Path, source: MeshSource, name: str
 ) -> None:
-    picture = read(shared_data / "groups" / name, 9000)
+    picture = picture_of(shared_data / "groups" / name)
     faces = source.find(picture)
     sizes = [face.interocular_px for face in faces]
     assert sizes == sorted(sizes, reverse=True)
@@ -161,14 +87,14 @@ def test_every_visible_face_of_a_group_is_found_once(
 def test_a_face_half_behind_another_is_the_least_sure(
     shared_data: Path, source: MeshSource
 ) -> None:
-    faces = source.find(read(shared_data / "groups" / "g2.jpg", 9000))
+    faces = source.find(picture_of(shared_data / "groups" / "g2.jpg"))
     scores = sorted(face.score for face in faces)
     assert LEAST_IN_COMPANY < scores[0] < LEAST_SCORE < scores[1]
 
 
 def test_a_statue_in_profile_is_no_face(shared_data: Path, source: MeshSource) -> None:
     # A choice, not a truth: of a profile the mesh invents the other half.
-    assert source.find(read(shared_data / "headshots" / "s128.jpg")) == []
+    assert source.find(picture_of(shared_data / "headshots" / "s128.jpg", 700)) == []
 
 
 def test_points_under_hair_or_a_hand_are_less_sure(shared_data: Path, source: MeshSource) -> None:
@@ -178,7 +104,7 @@ def test_points_under_hair_or_a_hand_are_less_sure(shared_data: Path, source: Me
         covered = entry["first"].get("hidden", {}).get("outline", [])
         if not covered:
             continue
-        picture = cv2.cvtColor(cv2.imread(str(shared_data / entry["file"])), cv2.COLOR_BGR2RGB)
+        picture = picture_of(shared_data / entry["file"])
         if "crop" in entry:
             left, top, width, height = entry["crop"]
             picture = np.ascontiguousarray(picture[top : top + height, left : left + width])
