@@ -57,6 +57,7 @@ def learnt(drawings: list[Example]) -> Model:
     return learn(drawings[:60], PLAN, lambda _: None)
 
 
+@pytest.mark.slow
 def test_training_again_gives_the_same_bytes(
     drawings: list[Example], learnt: Model, tmp_path: Path
 ) -> None:

@@ -140,14 +140,31 @@ def test_a_cut_is_upright_and_of_one_size(degrees: float) -> None:
     assert planes(strip).shape == (5, 41, len(ACROSS))
 
 
-def test_learning_is_repeatable_and_lowers_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(training, "_STEPS", 25)
+@pytest.fixture
+def examples(monkeypatch: pytest.MonkeyPatch) -> list[training.LabelledCut]:
     monkeypatch.setattr(training, "_BATCH", 4)
     examples = []
     for number, grown in enumerate((-3.0, 0.0, 4.0)):
         image, face, edge = drawn_face(grown)
         examples.append(training.labelled_cut(str(number), Pyramid(image), face, edge, (), 1.0))
         np.testing.assert_allclose(np.nanmean(examples[-1].moves), grown, atol=0.2)
+    return examples
+
+
+def test_learning_is_repeatable(
+    examples: list[training.LabelledCut], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(training, "_STEPS", 2)
+    learnt, again = training.learn(examples), training.learn(examples)
+    for one, other in zip(learnt, again, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.slow
+def test_learning_lowers_the_error(
+    examples: list[training.LabelledCut], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(training, "_STEPS", 25)
 
     def errors(parameters: list[np.ndarray]) -> float:
         apart = []
@@ -157,9 +174,7 @@ def test_learning_is_repeatable_and_lowers_the_error(monkeypatch: pytest.MonkeyP
             apart.append(np.nanmean(np.abs(moves - one.moves)))
         return float(np.mean(apart))
 
-    learnt, again = training.learn(examples), training.learn(examples)
-    for one, other in zip(learnt, again, strict=True):
-        np.testing.assert_array_equal(one, other)
+    learnt = training.learn(examples)
     still = np.mean([np.nanmean(np.abs(one.moves)) for one in examples])
     assert errors(learnt) < 0.8 * still
 

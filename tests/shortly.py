@@ -1,0 +1,18 @@
+"""Cases by the number: a few in the default run, all where slow tests run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeVar
+
+import pytest
+
+_Case = TypeVar("_Case")
+
+
+def few_of(cases: Iterable[_Case], few: int) -> list:
+    """Return cases for ``parametrize``, of which all but the first `few` are marked slow."""
+    return [
+        case if number < few else pytest.param(case, marks=pytest.mark.slow)
+        for number, case in enumerate(cases)
+    ]
