@@ -20,6 +20,7 @@ from kogao_app.document import State
 from kogao_app.orphans import orphans
 from kogao_app.points import Handle
 from kogao_app.projects import project_of
+from kogao_app.storage import Storage
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
@@ -135,17 +136,34 @@ def test_a_gesture_in_hand_is_not_kept_half_done(opened):
     np.testing.assert_array_equal(kept_chin, opened.state.faces[0].outline[10])
 
 
-@pytest.fixture
-def killed(photo, storage):
-    """Run a program that edits the photo, and kill it without a warning."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+@pytest.fixture(scope="module")
+def victim(tmp_path_factory):
+    """Run a program that edits a photo, and kill it without a warning: the photo, its recovery."""
+    folder = tmp_path_factory.mktemp("victim")
+    photo = folder / "portrait.png"
+    assert cv2.imwrite(str(photo), textured_photo()[..., ::-1])
+    homes = {f"XDG_{name}_HOME": str(folder / "home") for name in ("CONFIG", "DATA")}
+    environment = {**os.environ, **homes, "PYTHONPATH": str(Path(__file__).parents[1])}
     program = [sys.executable, "-c", textwrap.dedent(VICTIM), str(photo)]
-    victim = subprocess.Popen(program, env=environment, stdout=subprocess.PIPE, text=True)
-    assert victim.stdout.readline() == "kept\n"
-    victim.send_signal(signal.SIGKILL)
-    assert victim.wait(10) == -signal.SIGKILL
-    victim.stdout.close()
+    with subprocess.Popen(program, env=environment, stdout=subprocess.PIPE, text=True) as running:
+        said = running.stdout.readline()
+        running.kill()
+    assert (said, running.returncode) == ("kept\n", -signal.SIGKILL)
+    return photo, Storage.in_folder(folder / "home" / "kogao").recovery
+
+
+@pytest.fixture
+def killed(victim, photo, storage):
+    """What that program left, its lock included, as if it had edited the photo of this test."""
+    theirs, recovery = victim
+    assert theirs.read_bytes() == photo.read_bytes()
+    shutil.copytree(recovery, storage.recovery)
     (file,) = storage.recovery.glob("*.json")
+    assert file.with_suffix(".lock").exists()
+    values = json.loads(file.read_text(encoding="utf-8"))
+    assert values["photo"]["path"] == str(theirs)
+    values["photo"]["path"] = str(photo)
+    file.write_text(json.dumps(values), encoding="utf-8")
     return file
 
 
