@@ -79,7 +79,8 @@ def test_centres_are_numbered_on_their_line(drawn, shown):
     assert [word.text for word in svg.iter(f"{SVG}text")] == ["1", "2", "3", "4"]
     last = list(svg.iter(f"{SVG}g"))[-1]
     found = [[float(c.get("cx")), float(c.get("cy"))] for c in last]
-    np.testing.assert_allclose(found, center_candidates(shown.faces[0]), atol=0.006)
+    candidates = center_candidates(shown.faces[0])[: len(PAPER_CENTERS)]
+    np.testing.assert_allclose(found, candidates, atol=0.006)
 
 
 def test_masks_are_as_large_as_the_domains(drawn, shown):

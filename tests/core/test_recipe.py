@@ -10,7 +10,7 @@ import pytest
 
 from kogao_core import recipe as recipes
 from kogao_core.cli import program
-from kogao_core.recipe import LOSSLESS_PX, PAPER, SETTINGS, Recipe
+from kogao_core.recipe import CENTERS, LOSSLESS_PX, PAPER, SETTINGS, Recipe
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from kogao_core.recipe import LOSSLESS_PX, PAPER, SETTINGS, Recipe
         ("percent", "4"),
         ("percent", True),
         ("center", 0),
-        ("center", 5),
+        ("center", len(CENTERS) + 1),
         ("center", 2.5),
         ("lattice", 0),
         ("lattice", math.inf),
