@@ -37,8 +37,12 @@ class Cells:
 
     def mask(self, box: Box) -> Mask:
         """Return which pixels of `box` lie in an active cell, shape (height, width)."""
-        column = np.searchsorted(self.edges_px(0), np.arange(box.left, box.right), "right")
-        row = np.searchsorted(self.edges_px(1), np.arange(box.top, box.bottom), "right")
+        return self.at(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
+
+    def at(self, xs: npt.NDArray[np.int64], ys: npt.NDArray[np.int64]) -> Mask:
+        """Return which of the pixels ``ys x xs`` lie in an active cell."""
+        column = np.searchsorted(self.edges_px(0), xs, "right")
+        row = np.searchsorted(self.edges_px(1), ys, "right")
         return np.pad(self.active, 1)[np.ix_(row, column)]
 
 
@@ -240,44 +244,3 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
             np.hypot(displacement[0], displacement[1]) > threshold_px
         )
     return mask
-
-
-def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainName, int]:
-    """Count the pixels of the three domains (figures 14 and 15).
-
-    Parameters
-    ----------
-    field : Field
-        What moves.
-    image : Box
-        The whole image.
-    threshold_px : float
-        T.
-
-    Returns
-    -------
-    dict
-        Number of pixels by name of the domain.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.domain import pixel_counts
-    >>> from kogao_core.geometry import Box
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> counts = pixel_counts(field, Box.of(photo), threshold_px=1.0)
-    >>> list(counts), counts["image"]
-    (['image', 'control-points', 'threshold'], 172800)
-    >>> counts["image"] > counts["control-points"] > counts["threshold"]
-    True
-    """
-    reached = reduce(field, image, "control-points")
-    box = reached.bounds
-    return {
-        "image": image.area,
-        "control-points": int(reached.mask(box).sum()),
-        "threshold": int(threshold_mask(field, box, threshold_px).sum()),
-    }

@@ -7,6 +7,8 @@ guard, fade and protected places hold back.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kogao_core.field import Field, shown_at
@@ -39,20 +41,20 @@ def asked_percent(pairs: Pairs) -> float:
     return toward_center_percent(pairs, pairs.target_px)
 
 
-def achieved_percent(field: Field, pairs: Pairs) -> float:
+def achieved_percent(field: Field, pairs: Sequence[Pairs]) -> tuple[float, ...]:
     """Return `toward_center_percent` of the places where the result shows the landmarks.
 
     Parameters
     ----------
     field : Field
         Of all faces.
-    pairs : Pairs
-        Of one face.
+    pairs : sequence of Pairs
+        One for each face.
 
     Returns
     -------
-    float
-        %.
+    tuple of float
+        %, one for each face.
 
     Examples
     --------
@@ -62,10 +64,16 @@ def achieved_percent(field: Field, pairs: Pairs) -> float:
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = np.zeros((360, 480), np.uint8)
     >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
-    >>> round(achieved_percent(rendering.field, rendering.pairs[0]), 1)
-    6.0
+    >>> [round(percent, 1) for percent in achieved_percent(rendering.field, rendering.pairs)]
+    [6.0]
     """
-    return toward_center_percent(pairs, shown_at(field, pairs.source_px, pairs.target_px))
+    if not pairs:
+        return ()
+    sources = np.concatenate([p.source_px for p in pairs])
+    targets = np.concatenate([p.target_px for p in pairs])
+    ends = np.cumsum([len(p.source_px) for p in pairs])
+    moved = np.split(shown_at(field, sources, targets), ends[:-1])
+    return tuple(toward_center_percent(p, mine) for p, mine in zip(pairs, moved, strict=True))
 
 
 def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:

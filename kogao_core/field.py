@@ -62,7 +62,9 @@ class Field:
         points = np.asarray(points_px, np.float64)
         displacement: Array = np.zeros_like(points)
         for lattice in self.lattices:
-            displacement += lattice.at(points)
+            near = lattice.reaches(points)
+            if near.any():
+                displacement[near] += lattice.at(points[near])
         factor, _ = self.falloff.at(points)
         return (
             displacement
@@ -72,7 +74,10 @@ class Field:
         )
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
+        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px.
+
+        Coordinates ascend.
+        """
         displacement = self._spline(xs_px, ys_px)
         if self.is_plain:
             return displacement
@@ -105,7 +110,11 @@ class Field:
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         total: Array = np.zeros((2, len(ys), len(xs)))
         for lattice in self.lattices:
-            total += lattice.on_grid(xs, ys, dx=dx, dy=dy)
+            left, top, right, bottom = lattice.reach_px
+            columns = slice(*np.searchsorted(xs, [left, right]))
+            rows = slice(*np.searchsorted(ys, [top, bottom]))
+            if columns.start < columns.stop and rows.start < rows.stop:
+                total[:, rows, columns] += lattice.on_grid(xs[columns], ys[rows], dx=dx, dy=dy)
         return total
 
     def _faded_slopes(
@@ -230,18 +239,17 @@ def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
     """
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
-    points = np.concatenate([_misses(field, p.target_px, p.displacement_px) for p in pairs])
-    curves = [(_curve(p.target_px), _curve(p.displacement_px)) for p in pairs]
-    between = np.concatenate(
-        [_misses(field, target, displacement) for target, displacement in curves]
-    )
+    points = _misses(field, [(p.target_px, p.displacement_px) for p in pairs])
+    between = _misses(field, [(_curve(p.target_px), _curve(p.displacement_px)) for p in pairs])
     return Residual(
         float(points.mean()), float(points.max()), float(between.mean()), float(between.max())
     )
 
 
-def _misses(field: Field, target_px: Array, displacement_px: Array) -> Array:
-    return np.asarray(np.linalg.norm(field.at(target_px) - displacement_px, axis=1))
+def _misses(field: Field, wanted: Sequence[tuple[Array, Array]]) -> Array:
+    """Return how far the field is from what it should be at points: targets, displacements."""
+    targets, displacements = (np.concatenate(part) for part in zip(*wanted, strict=True))
+    return np.asarray(np.linalg.norm(field.at(targets) - displacements, axis=1))
 
 
 def _curve(points: Array, per_step: int = 8) -> Array:

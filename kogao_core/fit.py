@@ -232,11 +232,10 @@ class _Support:
 
     def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
         """Return the weight of each of `nodes` at each of the points that they reach."""
-        left, top, right, bottom = self.empty.reach_px
-        x, y = points_px.T
-        rows = np.flatnonzero((x > left) & (x < right) & (y > top) & (y < bottom))
-        bx = self.grid.matrix(x[rows], self.first[0], self.shape[1], 0)
-        by = self.grid.matrix(y[rows], self.first[1], self.shape[0], 1)
+        rows = np.flatnonzero(self.empty.reaches(points_px))
+        x, y = points_px[rows].T
+        bx = self.grid.matrix(x, self.first[0], self.shape[1], 0)
+        by = self.grid.matrix(y, self.first[1], self.shape[0], 1)
         return _Design(rows, by[:, nodes // self.shape[1]] * bx[:, nodes % self.shape[1]])
 
 

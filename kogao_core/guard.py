@@ -90,7 +90,7 @@ def _safe(field: Field) -> bool:
         return True
     if len(field.lattices) == 1:
         return False
-    return least_det(field) >= LEAST_MEASURED_DET
+    return least_det(field, LEAST_MEASURED_DET) >= LEAST_MEASURED_DET
 
 
 def _scaled(field: Field, shares: list[float]) -> Field:

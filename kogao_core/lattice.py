@@ -177,7 +177,7 @@ class Lattice:
         points = np.asarray(points_px, np.float64)
         bx = self.grid.matrix(points[:, 0], self.first[0], self.shape[1], 0)
         by = self.grid.matrix(points[:, 1], self.first[1], self.shape[0], 1)
-        return np.asarray(np.einsum("nj,ni,jic->nc", by, bx, self.phi, optimize=True))
+        return np.asarray((bx[:, None] @ np.tensordot(by, self.phi, 1))[:, 0])
 
     def on_grid(
         self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
@@ -258,6 +258,28 @@ class Lattice:
         return np.asarray(np.sqrt((x * x + y * y).max(axis=2)))
 
     @cached_property
+    def least_px(self) -> Array:
+        """Lower bound of each cell's displacement, (J + 3, I + 3), px; 0 where directions part."""
+        # All control points go at least so far one common way, and so does every mixture of them.
+        x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
+        toward_x, toward_y = x.mean(axis=2), y.mean(axis=2)
+        length = np.maximum(np.hypot(toward_x, toward_y), 1e-12)
+        toward_x, toward_y = (toward_x / length)[..., None], (toward_y / length)[..., None]
+        return np.asarray(np.maximum(0.0, (x * toward_x + y * toward_y).min(axis=2)))
+
+    @property
+    def slopes(self) -> tuple[Array, Array]:
+        """Bezier points of the derivatives along x and y in each cell, px per px."""
+        per_px = (ORDER - 1) / self.grid.spacing_px
+        return per_px * np.diff(self.bezier, axis=4), per_px * np.diff(self.bezier, axis=3)
+
+    @cached_property
+    def steepest(self) -> Array:
+        """Upper bound of the slope of each cell's displacement, (J + 3, I + 3), px per px."""
+        along_x, along_y = (np.abs(slope).max(axis=(3, 4)) for slope in self.slopes)
+        return np.asarray(np.sqrt((along_x**2 + along_y**2).sum(axis=2)))
+
+    @cached_property
     def reached(self) -> npt.NDArray[np.bool_]:
         """The cells that a non-zero control point reaches, shape (J + 3, I + 3)."""
         stored = np.pad(self.phi.any(axis=2), ORDER - 1)
@@ -270,11 +292,49 @@ class Lattice:
         return self.first[0] - 2, self.first[1] - 2
 
     @property
+    def cell_edges_px(self) -> tuple[Array, Array]:
+        """Where cells begin and the last one ends, along x and along y, px."""
+        (i, j), (rows, columns) = self.first_cell, self.reached.shape
+        return self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
+
+    @cached_property
     def reach_px(self) -> tuple[float, float, float, float]:
         """Rectangle (left, top, right, bottom) outside which the field is zero, px."""
         (i0, j0), (rows, columns) = self.first_cell, (n + ORDER - 1 for n in self.shape)
         h, (ox, oy) = self.grid.spacing_px, self.grid.origin_px
         return ox + h * i0, oy + h * j0, ox + h * (i0 + columns), oy + h * (j0 + rows)
+
+    def reaches(self, points_px: Array) -> npt.NDArray[np.bool_]:
+        """Return at which points of shape (N, 2) the field may be other than zero."""
+        left, top, right, bottom = self.reach_px
+        x, y = points_px.T
+        return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
+
+    def most_in(self, values: Array, spans_px: tuple[Array, Array]) -> Array:
+        """Return the largest of the cells' values in each of some rectangles; 0 outside all cells.
+
+        Parameters
+        ----------
+        values : array of shape (J + 3, I + 3)
+            One for each cell.
+        spans_px : arrays of shapes (2, columns) and (2, rows)
+            Where each column of rectangles begins and ends along x, and each row along y.
+
+        Returns
+        -------
+        array of shape (rows, columns)
+        """
+        rows, columns = values.shape
+        padded = np.zeros((rows + 3, columns + 3))
+        padded[1:-2, 1:-2] = values
+        for axis, cells in ((0, columns), (1, rows)):
+            found, _ = self.grid.locate(spans_px[axis], axis)
+            first, last = np.clip(found - self.first_cell[axis], -1, cells)
+            # Reduced between the two of each pair; what lies between pairs is dropped.
+            pairs = np.stack([first + 1, last + 2], axis=1).ravel()
+            padded = np.maximum.reduceat(padded, pairs, 0 if axis else 1)
+            padded = padded[::2] if axis else padded[:, ::2]
+        return padded
 
     def refined(self) -> Lattice:
         """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
@@ -307,13 +367,34 @@ def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
     """
     found: list[list[int]] = []
     for k, lattice in enumerate(lattices):
-        near = [group for group in found if any(_meet(lattice, lattices[i]) for i in group)]
+        near = [group for group in found if any(meet(lattice, lattices[i]) for i in group)]
         merged = sorted([k, *(index for group in near for index in group)])
         found = [group for group in found if group not in near] + [merged]
     return found
 
 
-def _meet(a: Lattice, b: Lattice) -> bool:
+def meet(a: Lattice, b: Lattice) -> bool:
+    """Return whether two lattices reach into each other.
+
+    Parameters
+    ----------
+    a, b : Lattice
+        Of two faces.
+
+    Returns
+    -------
+    bool
+        False where no point is moved by both.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.lattice import Grid, Lattice, meet
+    >>> grid, phi = Grid((0.0, 0.0), 10.0), np.ones((2, 2, 2))
+    >>> near, nearer, far = (Lattice(grid, first, phi) for first in ((0, 0), (3, 0), (20, 0)))
+    >>> meet(near, nearer), meet(near, far)
+    (True, False)
+    """
     (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
     return left < r2 and l2 < right and top < b2 and t2 < bottom
 

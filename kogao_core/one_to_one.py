@@ -20,10 +20,10 @@ from kogao_core.falloff import Falloff
 from kogao_core.field import Field
 from kogao_core.geometry import Array
 from kogao_core.lattice import Lattice, groups
+from kogao_core.samples import least_dets
 
 # Choi and Lee (2000): control points that move less than this many spacings can't fold a lattice.
 INJECTIVE_BOUND: Final = 0.48
-SAMPLES_PER_CELL: Final = 8
 _HALVINGS: Final = 2
 # Between samples det J can be a little smaller than at them, so measured fields keep a distance.
 LEAST_MEASURED_DET: Final = 0.05
@@ -90,7 +90,7 @@ def check_one_to_one(field: Field) -> OneToOne:
     """
     lowest, folded = 1.0, []
     for lattice in field.lattices:
-        det = _sampled_det(field, lattice)
+        det = least_dets(field, lattice, max(0.0, lowest))
         lowest = min(lowest, float(det.min()))
         h, (ox, oy) = lattice.grid.spacing_px, lattice.grid.origin_px
         i0, j0 = lattice.first_cell
@@ -103,13 +103,15 @@ def check_one_to_one(field: Field) -> OneToOne:
     return OneToOne(lowest, certified, tuple(folded), edges, settled)
 
 
-def least_det(field: Field) -> float:
-    """Return the smallest det J that `check_one_to_one` samples; 1 without a lattice.
+def least_det(field: Field, most: float = 1.0) -> float:
+    """Return the smallest det J that `check_one_to_one` samples, or `most` if that is smaller.
 
     Parameters
     ----------
     field : Field
         What a rendering goes by.
+    most : float
+        The less, the quicker: what is larger isn't looked for.
 
     Returns
     -------
@@ -126,19 +128,9 @@ def least_det(field: Field) -> float:
     >>> 0.5 < least_det(field) < 1.0
     True
     """
-    return min((float(_sampled_det(field, a).min()) for a in field.lattices), default=1.0)
-
-
-def _sampled_det(field: Field, lattice: Lattice) -> Array:
-    """Return the smallest sampled det J of each cell of `lattice`, shape of its cells."""
-    (i0, j0), (rows, columns) = lattice.first_cell, lattice.reached.shape
-    steps = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
-    h, (ox, oy) = lattice.grid.spacing_px, lattice.grid.origin_px
-    xs = ox + h * ((i0 + np.arange(columns))[:, None] + steps).ravel()
-    ys = oy + h * ((j0 + np.arange(rows))[:, None] + steps).ravel()
-    det = field.det_jacobian(xs, ys)
-    shape = (rows, SAMPLES_PER_CELL, columns, SAMPLES_PER_CELL)
-    return np.asarray(det.reshape(shape).min(axis=(1, 3)))
+    for lattice in field.lattices:
+        most = min(most, float(least_dets(field, lattice, most).min()))
+    return most
 
 
 def certify(field: Field) -> bool:
@@ -178,7 +170,7 @@ def _unproven(field: Field) -> Iterator[list[int]]:
         if len(group) == 1:
             proven = _lattice_is_safe(lattices[0])
         else:
-            proven = sum(_steepest(bezier_cells(a), a) for a in lattices) < 1.0
+            proven = sum(float(a.steepest.max()) for a in lattices) < 1.0
         if not proven:
             yield group
 
@@ -187,9 +179,8 @@ def _lattice_is_safe(lattice: Lattice) -> bool:
     short = INJECTIVE_BOUND * lattice.grid.spacing_px
     if float(lattice.magnitude_px.max()) < short:
         return True
-    cells = bezier_cells(lattice)
     # A displacement whose slope is below 1 can't fold; most cells are settled so.
-    return lower_bound(cells[_slope_bounds(cells, lattice) >= 1.0], lattice) > 0.0
+    return lower_bound(lattice, lattice.steepest >= 1.0) > 0.0
 
 
 def edges_are_safe(field: Field) -> bool:
@@ -290,7 +281,7 @@ def _falloffed_slope(lattice: Lattice, falloff: Falloff, stretch: float) -> floa
     side, corner = fine.grid.spacing_px, np.add(fine.first_cell, np.argwhere(near)[:, ::-1])
     centers = np.asarray(fine.grid.origin_px + side * (corner + 0.5))
     factor, steepest = falloff.bounds(centers, float(np.sqrt(0.5)) * side)
-    slopes = factor * stretch * _slope_bounds(fine.bezier[near], fine)
+    slopes = factor * stretch * fine.steepest[near]
     return float((slopes + steepest * fine.bound_px[near]).max(initial=0.0))
 
 
@@ -337,46 +328,25 @@ def fade_is_safe(field: Field) -> bool:
         return True
     for group in groups(field.lattices):
         fine = [field.lattices[k].refined().refined() for k in group]
-        cells = [bezier_cells(lattice) for lattice in fine]
-        if len(group) == 1:
-            cells = [_within(cells[0], 2.0 * field.fade_px)]
-        slope = sum(_steepest(bezier, a) for bezier, a in zip(cells, fine, strict=True))
+        short = fine[0].least_px <= 2.0 * field.fade_px if len(group) == 1 else True
+        slope = sum(float(a.steepest.max(initial=0.0, where=short)) for a in fine)
         if slope * _FADE_STRETCH >= 1.0:
             return False
     return True
 
 
-def _within(bezier: Array, length_px: float) -> Array:
-    """Return the cells in which the displacement may be shorter than `length_px`."""
-    # Elsewhere all control points go further one common way, and so does every mixture of them.
-    toward = bezier.mean(axis=(2, 3))
-    toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-12)
-    least = np.einsum("nc,ncji->nji", toward, bezier).min(axis=(1, 2))
-    return np.asarray(bezier[least <= length_px])
-
-
-def _steepest(bezier: Array, lattice: Lattice) -> float:
-    return float(_slope_bounds(bezier, lattice).max(initial=0.0))
-
-
-def _slope_bounds(bezier: Array, lattice: Lattice) -> Array:
-    """Bound the slope of the displacement in each cell, px per px."""
-    entries = [np.abs(slope).max(axis=(2, 3)) for slope in _slopes(bezier, lattice)]
-    return np.asarray(np.sqrt(sum((entry**2).sum(axis=1) for entry in entries)))
-
-
-def lower_bound(bezier: Array, lattice: Lattice) -> float:
-    """Return a number that no det J falls below in these cells.
+def lower_bound(lattice: Lattice, cells: npt.NDArray[np.bool_]) -> float:
+    """Return a number that no det J falls below in some cells of a lattice that stands alone.
 
     In each cell det J is a polynomial of degree 5 x 5; in Bernstein form it is nowhere smaller
     than its smallest coefficient. Cells that this doesn't settle are quartered.
 
     Parameters
     ----------
-    bezier : array of shape (N, 2, 4, 4)
-        Cells, from `bezier_cells`.
     lattice : Lattice
-        Whose cells.
+        Of one face.
+    cells : bool array of shape (J + 3, I + 3)
+        Which of its cells.
 
     Returns
     -------
@@ -387,15 +357,15 @@ def lower_bound(bezier: Array, lattice: Lattice) -> float:
     --------
     >>> import numpy as np
     >>> import kogao_core as kogao
-    >>> from kogao_core.one_to_one import bezier_cells, least_det, lower_bound
+    >>> from kogao_core.one_to_one import least_det, lower_bound
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = np.zeros((360, 480), np.uint8)
     >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
     >>> (lattice,) = field.lattices
-    >>> 0.0 < lower_bound(bezier_cells(lattice), lattice) <= least_det(field)
+    >>> 0.0 < lower_bound(lattice, lattice.reached) <= least_det(field)
     True
     """
-    coefficients = _det_bernstein(bezier, lattice)
+    coefficients = _det_bernstein(*(slope[cells] for slope in lattice.slopes))
     bound = coefficients.min(axis=(1, 2))
     settled = float(bound[bound > 0.0].min(initial=1.0))
     for _ in range(_HALVINGS):
@@ -405,45 +375,11 @@ def lower_bound(bezier: Array, lattice: Lattice) -> float:
     return min(settled, float(bound.min(initial=1.0)))
 
 
-def _det_bernstein(bezier: Array, lattice: Lattice) -> Array:
+def _det_bernstein(along_x: Array, along_y: Array) -> Array:
     """Return the Bernstein coefficients of det J in cells, shape (cells, 6, 6), rows along y."""
-    along_x, along_y = _slopes(bezier, lattice)
     return np.asarray(
         _product(1.0 + along_x[:, 0], 1.0 + along_y[:, 1]) - _product(along_x[:, 1], along_y[:, 0])
     )
-
-
-def bezier_cells(lattice: Lattice) -> Array:
-    """Return the displacement's Bezier points in every cell that isn't zero, (N, 2, 4, 4).
-
-    Parameters
-    ----------
-    lattice : Lattice
-        Of one face.
-
-    Returns
-    -------
-    array of shape (N, 2, 4, 4)
-        px: cells, component, rows along y.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.one_to_one import bezier_cells
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> bezier_cells(field.lattices[0]).shape[1:]
-    (2, 4, 4)
-    """
-    return np.asarray(lattice.bezier[lattice.reached])
-
-
-def _slopes(bezier: Array, lattice: Lattice) -> tuple[Array, Array]:
-    """Return the Bezier coefficients of the derivatives along x and y, px per px."""
-    slope = 3.0 / lattice.grid.spacing_px
-    return slope * np.diff(bezier, axis=3), slope * np.diff(bezier, axis=2)
 
 
 def _product(a: Array, b: Array) -> Array:

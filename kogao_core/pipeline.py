@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from kogao_core import domain as domains
+from kogao_core.counts import pixel_counts
 from kogao_core.dose import achieved_percent
 from kogao_core.face import Face
 from kogao_core.falloff import falloff_of
@@ -74,12 +75,14 @@ class Rendering:
     @cached_property
     def one_to_one(self) -> OneToOne:
         """Smallest det J and folded cells, measured on first use."""
-        return check_one_to_one(self.field)
+        with one_blas_thread():
+            return check_one_to_one(self.field)
 
     @cached_property
     def residual(self) -> Residual:
         """How far landmarks end from their targets."""
-        return residual(self.field, self.pairs)
+        with one_blas_thread():
+            return residual(self.field, self.pairs)
 
     @property
     def threshold_px(self) -> float:
@@ -89,12 +92,14 @@ class Rendering:
     @cached_property
     def achieved(self) -> tuple[float, ...]:
         """How far the landmarks of each face come towards its centre, % of D (`dose`)."""
-        return tuple(achieved_percent(self.field, pairs) for pairs in self.pairs)
+        with one_blas_thread():
+            return achieved_percent(self.field, self.pairs)
 
     @cached_property
     def pixel_counts(self) -> dict[DomainName, int]:
         """Pixels of the three domains of section 4, counted on first use."""
-        return domains.pixel_counts(self.field, self.domain.image, self.threshold_px)
+        with one_blas_thread():
+            return pixel_counts(self.field, self.domain.image, self.threshold_px)
 
     def _repr_png_(self) -> bytes:
         """Return the result as a notebook shows it."""

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from kogao_core.domain import pixel_counts, threshold_of
+from kogao_core.counts import pixel_counts
+from kogao_core.domain import threshold_of
 from kogao_core.experiments.setting_times import SettingTime
 from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import (

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
 )
 
-from kogao_core.domain import pixel_counts
+from kogao_core.counts import pixel_counts
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 
 

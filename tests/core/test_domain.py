@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.domain import fade_of, pixel_counts, reduce, threshold_mask
+from kogao_core.counts import pixel_counts
+from kogao_core.domain import fade_of, reduce, threshold_mask
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.geometry import Box
@@ -71,6 +72,18 @@ def test_counts_shrink_in_the_papers_order():
     mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
     assert counts["control-points"] == mask.sum()
     assert counts["threshold"] == (displacement_everywhere(field) > LOSSLESS_PX).sum()
+
+
+@pytest.mark.parametrize("lattice", [0.1, 0.5, 1.0, 4.0])
+def test_counts_of_faces_side_by_side_are_those_of_the_masks(lattice):
+    places = [(90.0, 120.0), (190.0, 150.0), (250.0, 90.0), (470.0, 340.0)]
+    faces = [oval_face(center=place, size=0.35) for place in places]
+    field = field_of(Recipe(percent=9, lattice=lattice), faces)
+    reached = reduce(field, IMAGE, "control-points").mask(IMAGE)
+    for threshold_px in (LOSSLESS_PX, 0.7, 3.0):
+        counts = pixel_counts(field, IMAGE, threshold_px)
+        assert counts["control-points"] == reached.sum()
+        assert counts["threshold"] == (displacement_everywhere(field) > threshold_px).sum()
 
 
 def test_bounds_hold_the_mask_tightly():

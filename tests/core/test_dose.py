@@ -35,7 +35,7 @@ def solved(field, pairs):
 def test_achieved_is_what_a_root_finder_says(lattice, percent):
     found = rendering(lattice=lattice, percent=percent)
     (pairs,) = found.pairs
-    assert found.achieved == (achieved_percent(found.field, pairs),)
+    assert found.achieved == achieved_percent(found.field, [pairs])
     assert found.achieved[0] == pytest.approx(solved(found.field, pairs), abs=1e-4)
 
 

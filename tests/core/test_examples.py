@@ -20,8 +20,9 @@ MODULES = sorted(
 )
 # The paper's modules: whoever reads the paper beside them finds a number to try in each function.
 PAPER = (
-    *("geometry", "recipe", "face", "targets", "lattice", "fit", "field", "dose", "one_to_one"),
-    *("guard", "protection", "domain", "warp", "pipeline", "project", "sidecar"),
+    *("geometry", "recipe", "face", "targets", "lattice", "fit", "field", "dose", "samples"),
+    *("one_to_one", "guard", "protection", "domain", "counts", "warp"),
+    *("pipeline", "project", "sidecar"),
     *("naturalness", "bezier", "falloff", "bend", "limits", "differences"),
     *("batch.planning", "photo.reading", "photo.writing"),
 )

@@ -10,10 +10,10 @@ from kogao_core.fit import fit
 from kogao_core.lattice import Grid, Lattice
 from kogao_core.one_to_one import (
     INJECTIVE_BOUND,
-    bezier_cells,
     certify,
     check_one_to_one,
     fade_is_safe,
+    least_det,
     lower_bound,
 )
 from kogao_core.recipe import Recipe
@@ -55,7 +55,7 @@ def test_lower_bound_is_below_every_determinant_and_not_far(seed):
     phi = rng.normal(0.0, rng.uniform(0.5, 4.0), (4, 5, 2))
     lattice = Lattice(Grid((3.0, 5.0), 10.0), (0, 0), phi)
     det = dense_det(lattice)
-    bound = lower_bound(bezier_cells(lattice), lattice)
+    bound = lower_bound(lattice, lattice.reached)
     assert bound <= det.min() + 1e-9
     assert (bound > 0.0) == (det.min() > 0.0) or det.min() < 0.15, "the bound is too loose to use"
 
@@ -94,6 +94,28 @@ def test_overlapping_fields_are_certified_only_while_gentle():
     assert not certify(field_of(Recipe(percent=15), left, right))
     far = oval_face(center=(900.0, 170.0))
     assert certify(field_of(Recipe(), left, far))
+
+
+@pytest.mark.parametrize("apart", [0.3, 0.7, 0.9, 1.0])
+@pytest.mark.parametrize(("percent", "lattice"), [(4, 1), (9, 0.5), (15, 0.3)])
+def test_faces_that_overlap_report_what_every_sample_says(apart, percent, lattice):
+    places = [(150.0, 170.0), (150.0 + 200.0 * apart, 170.0), (160.0, 170.0 + 240.0 * apart)]
+    field = field_of(Recipe(percent=percent, lattice=lattice), *map(oval_at, places))
+    lowest, folded = 1.0, 0
+    for lattice_ in field.lattices:
+        (left, top, _, _), h = lattice_.reach_px, lattice_.grid.spacing_px
+        rows, columns = lattice_.reached.shape
+        xs, ys = (a + h / 8 * (np.arange(8 * n) + 0.5) for a, n in ((left, columns), (top, rows)))
+        det = field.det_jacobian(xs, ys).reshape(rows, 8, columns, 8).min(axis=(1, 3))
+        lowest, folded = min(lowest, det.min()), folded + np.count_nonzero(det <= 0.0)
+    report = check_one_to_one(field)
+    assert report.min_det == pytest.approx(lowest, abs=1e-12)
+    assert len(report.folded_cells) == folded
+    assert least_det(field, 0.5) == pytest.approx(min(lowest, 0.5), abs=1e-12)
+
+
+def oval_at(place):
+    return oval_face(center=place, size=0.6)
 
 
 def test_identity_reports_one():
