@@ -73,17 +73,36 @@ def test_the_index_of_decisions_is_complete():
     assert re.findall(r"^\| \d.*$", read(DECISIONS / "README.md"), re.MULTILINE) == lines
 
 
+def absent(text):
+    """Return the files and tests that a text names, each file ahead of its tests, and that lack."""
+    missing, file = [], None
+    for path, test, more in re.findall(r"`(?:([\w./-]+\.py)(?:::(\w+))?|::(\w+))", text):
+        file = ROOT / path if "/" in path else file
+        name = test or more
+        if not file.is_file() or (name and f"def {name}(" not in read(file)):
+            missing.append(f"{path}::{name}")
+    return missing
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_decision_names_tests_that_are_there(page):
     held = read(page).partition("**Held by**")[2]
     assert held
-    missing, file = [], None
-    for path, test, more in re.findall(r"`(?:(tests/[\w/]+\.py)(?:::(\w+))?|::(\w+))", held):
-        file = ROOT / path if path else file
-        name = test or more
-        if not file.is_file() or (name and f"def {name}(" not in read(file)):
-            missing.append(f"{path}::{name}")
-    assert missing == []
+    assert absent(held) == []
+
+
+def test_how_to_add_to_it_names_files_and_tests_that_are_there():
+    page = read(ROOT / "docs" / "extending.md")
+    assert "::test_" in page
+    assert absent(page) == []
+
+
+def test_every_module_of_the_core_is_in_its_map():
+    rooms = re.search(r"^kogao_core/.*?(?=^app/)", read(ROOT / "ARCHITECTURE.md"), re.S | re.M)[0]
+    inside = [path for path in (ROOT / "kogao_core").iterdir() if path.name[0] != "_"]
+    modules = {path.name for path in inside if path.suffix == ".py"}
+    packages = {f"{path.name}/" for path in inside if path.is_dir()}
+    assert modules | packages == set(re.findall(r"^  (\w+(?:\.py|/))", rooms, re.MULTILINE))
 
 
 @by_name
