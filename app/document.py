@@ -17,7 +17,8 @@ from kogao_core.geometry import Box
 from kogao_core.photo import Photo
 from kogao_core.project import Mode, Sheet
 from kogao_core.protection import NOTHING, Protection
-from kogao_core.recipe import FACE_FIELDS, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import FACE_FIELDS
 from kogao_core.targets import Pairs, aim
 
 from .commands import ReplaceState

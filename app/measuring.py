@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from kogao_core.display import reduced
 from kogao_core.experiments import (
     distortion,
     distortion_report,
@@ -15,12 +16,12 @@ from kogao_core.experiments import (
     timing,
     timing_report,
 )
-from kogao_core.experiments.imagefiles import reduced
 from kogao_core.experiments.methods import comparing, methods_report
 from kogao_core.experiments.page import files
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.subjects import Progress
 from kogao_core.geometry import Image
+from kogao_core.settings import DOMAINS
 
 from .experiments import ExperimentName, Outcome, Task
 from .i18n import tr
@@ -71,11 +72,7 @@ def _domains(task: Task, progress: Progress) -> _Found:
     photo = domains.measure(
         task.subject, task.recipe, repeats=_REPEATS["domains"], progress=progress
     )
-    names = {
-        "image": tr("Whole image"),
-        "control-points": tr("Control points"),
-        "threshold": tr("Threshold"),
-    }
+    names = {domain.name: tr(domain.title) for domain in DOMAINS}
     masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
     result = domains.DomainsResult((photo,), task.recipe)
     return _Found(result, pictures={tr("Domains"): masks})

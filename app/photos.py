@@ -6,8 +6,8 @@ import time
 from pathlib import Path
 
 from kogao_core import assets
+from kogao_core.display import rgb8
 from kogao_core.face import Face, LandmarkSource
-from kogao_core.landmarks.pixels import rgb8
 from kogao_core.photo import Photo, read, write
 from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
 from kogao_core.pipeline import render

@@ -12,7 +12,6 @@ from typing import Final
 import click
 
 from kogao_core.cli import EPILOG, PROGRAM, program
-from kogao_core.recipe import SETTINGS
 
 PAGE: Final = Path(__file__).with_name("command-line.md")
 _HEAD: Final = """# The command line
@@ -66,9 +65,6 @@ def _sections(command: click.Command, context: click.Context) -> Iterator[str]:
 
 def _row(option: click.Option, context: click.Context) -> str:
     declared, meaning = option.get_help_record(context) or ("", "")
-    setting = SETTINGS.get(option.name or "")
-    if setting is not None and setting.within is not None and ".." not in meaning:
-        meaning = "{}, {:g} to {:g}.".format(meaning.rstrip("."), *setting.within)
     declared, meaning = (" ".join(cell.replace("|", r"\|").split()) for cell in (declared, meaning))
     return f"| `{declared}` | {meaning} |"
 

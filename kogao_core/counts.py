@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, assert_never
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from kogao_core.domain import Cells
 from kogao_core.field import Field
 from kogao_core.geometry import Array, Box
 from kogao_core.lattice import ORDER, Lattice, basis, groups
-from kogao_core.recipe import DomainName
+from kogao_core.settings import DOMAINS, DomainName
 
 _TILE_PX: Final = 16  # squares that are counted whole, left out whole, or looked at
 _LARGEST_CELL_PX: Final = 48  # smaller cells bound the displacement more tightly
@@ -52,11 +52,21 @@ def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainNa
     True
     """
     apart = [[field.lattices[k] for k in group] for group in groups(field.lattices)]
-    return {
-        "image": image.area,
-        "control-points": sum(_reached(group, image) for group in apart),
-        "threshold": sum(_moving(group, image, threshold_px) for group in apart),
-    }
+    return {one.name: _count(one.name, apart, image, threshold_px) for one in DOMAINS}
+
+
+def _count(
+    name: DomainName, apart: Sequence[Sequence[Lattice]], image: Box, threshold_px: float
+) -> int:
+    match name:
+        case "image":
+            return image.area
+        case "control-points":
+            return sum(_reached(group, image) for group in apart)
+        case "threshold":
+            return sum(_moving(group, image, threshold_px) for group in apart)
+        case unknown:
+            assert_never(unknown)
 
 
 def _reached(lattices: Sequence[Lattice], image: Box) -> int:

@@ -1,19 +1,70 @@
-"""Pixels of any depth as a small picture, such as a notebook shows."""
+"""Pixels of any depth as people see them: 8-bit RGB, reduced, and as the bytes of files."""
 
 from __future__ import annotations
 
+import base64
 from typing import Final
 
 import cv2
+import numpy as np
+import numpy.typing as npt
 
 from kogao_core.geometry import Image
-from kogao_core.landmarks.pixels import rgb8
 
-LONGEST_SIDE_PX: Final = 1024
+NOTEBOOK_PX: Final = 1024  # longest sides
+REPORT_PX: Final = 640
+_QUALITY: Final = 90
+
+Rgb8 = npt.NDArray[np.uint8]
 
 
-def png(image: Image, longest_px: int = LONGEST_SIDE_PX) -> bytes:
-    """Return an image as the bytes of an 8-bit PNG file; a larger one is reduced.
+def rgb8(image: Image) -> Rgb8:
+    """Return `image` as 8-bit RGB.
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        Grey, grey + alpha, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
+
+    Returns
+    -------
+    uint8 array of shape (H, W, 3); `image` itself where it already is one.
+
+    Raises
+    ------
+    ValueError
+        If the shape or the type is none of these.
+    """
+    if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
+        raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
+    return _three_channels(_eight_bits(image))
+
+
+def _eight_bits(image: Image) -> Rgb8:
+    if image.dtype == np.uint8:
+        return np.asarray(image, np.uint8)
+    if image.dtype == np.uint16:
+        return np.asarray(cv2.convertScaleAbs(image, alpha=1.0 / 257.0), np.uint8).reshape(
+            image.shape
+        )
+    if image.dtype == np.float32:
+        inside = np.clip(np.nan_to_num(image), 0.0, 1.0)
+        return np.asarray(cv2.convertScaleAbs(inside, alpha=255.0), np.uint8).reshape(image.shape)
+    raise ValueError(f"expected uint8, uint16 or float32 pixels, got {image.dtype}")
+
+
+def _three_channels(image: Rgb8) -> Rgb8:
+    channels = 1 if image.ndim == 2 else image.shape[2]
+    if channels == 3:
+        return image
+    if channels == 4:
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGBA2RGB), np.uint8)
+    grey = image if image.ndim == 2 else np.ascontiguousarray(image[..., 0])
+    return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), np.uint8)
+
+
+def preview(image: Image, longest_px: int = NOTEBOOK_PX) -> bytes:
+    """Return an image of any depth as the bytes of an 8-bit PNG file; a larger one is reduced.
 
     Parameters
     ----------
@@ -29,14 +80,35 @@ def png(image: Image, longest_px: int = LONGEST_SIDE_PX) -> bytes:
     Examples
     --------
     >>> import numpy as np
-    >>> from kogao_core.display import png
-    >>> png(np.zeros((30, 40, 3), np.float32))[1:4]
+    >>> from kogao_core.display import preview
+    >>> preview(np.zeros((30, 40, 3), np.float32))[1:4]
     b'PNG'
     """
-    height, width = image.shape[:2]
-    scale = min(1.0, longest_px / max(height, width))
-    small = rgb8(image)
-    if scale < 1.0:
-        size = max(1, round(scale * width)), max(1, round(scale * height))
-        small = cv2.resize(small, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-    return cv2.imencode(".png", cv2.cvtColor(small, cv2.COLOR_RGB2BGR))[1].tobytes()
+    return png(reduced(rgb8(image), longest_px))
+
+
+def reduced(pixels: Image, longest_px: int = REPORT_PX) -> Image:
+    """Return a picture made smaller, if need be, to `longest_px` along its longer side."""
+    shrink = longest_px / max(pixels.shape[:2])
+    if shrink >= 1.0:
+        return pixels
+    size = [max(1, round(side * shrink)) for side in pixels.shape[1::-1]]
+    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA))
+
+
+def png(pixels: Image) -> bytes:
+    """Return a grey or RGB picture as the bytes of a PNG file."""
+    return _file(pixels, ".png")
+
+
+def data_uri(pixels: Image, *, exact: bool) -> str:
+    """Return a grey or RGB picture as a data URI: its very pixels (PNG), or JPEG."""
+    jpeg = cv2.IMWRITE_JPEG_QUALITY, _QUALITY
+    data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
+    return f"data:image/{'png' if exact else 'jpeg'};base64,{base64.b64encode(data).decode()}"
+
+
+def _file(pixels: Image, kind: str, *options: int) -> bytes:
+    bgr = pixels if pixels.ndim == 2 else cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
+    _, data = cv2.imencode(kind, bgr, options)
+    return data.tobytes()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, assert_never
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +11,10 @@ import numpy.typing as npt
 from kogao_core.field import Field
 from kogao_core.geometry import Box
 from kogao_core.lattice import Lattice
-from kogao_core.recipe import LOSSLESS_PX, DomainName, Recipe
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.settings import DomainName
 
 Mask = npt.NDArray[np.bool_]
-NAMES: Final[tuple[DomainName, ...]] = ("image", "control-points", "threshold")
 _LARGEST_CELL_PX: Final = 96  # smaller cells are bounded more tightly
 _STRIP_PX: Final = 256  # rows evaluated at a time: bounds the memory of a mask
 
@@ -189,12 +189,16 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     >>> reduce(field, image, "image").bounds == image
     True
     """
-    if name != "threshold":
-        return Domain(name, image, tuple(Cells(a, a.reached) for a in field.lattices))
-    # Neighbours' displacements add up, so each face may only use up its share of the threshold;
-    # a little less, because single precision may round a displacement up.
-    least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
-    cells = tuple(_moving(lattice, image, least_px) for lattice in field.lattices)
+    match name:
+        case "image" | "control-points":
+            cells = tuple(Cells(lattice, lattice.reached) for lattice in field.lattices)
+        case "threshold":
+            # Neighbours' displacements add up, so each face may only use up its share of the
+            # threshold; a little less, because single precision may round a displacement up.
+            least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
+            cells = tuple(_moving(lattice, image, least_px) for lattice in field.lattices)
+        case unknown:
+            assert_never(unknown)
     return Domain(name, image, cells)
 
 
@@ -244,3 +248,44 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
             np.hypot(displacement[0], displacement[1]) > threshold_px
         )
     return mask
+
+
+def mask_of(field: Field, box: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Mask:
+    """Return which pixels of `box` belong to a domain of section 4.
+
+    Parameters
+    ----------
+    field : Field
+        What moves.
+    box : Box
+        Where to look.
+    name : {"image", "control-points", "threshold"}
+        Which domain.
+    threshold_px : float
+        T.
+
+    Returns
+    -------
+    bool array of shape (height, width)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import mask_of
+    >>> from kogao_core.geometry import Box
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> bool(mask_of(field, Box.of(photo), "image").all())
+    True
+    """
+    match name:
+        case "image":
+            return np.ones((box.height, box.width), bool)
+        case "control-points":
+            return reduce(field, box, name).mask(box)
+        case "threshold":
+            return threshold_mask(field, box, threshold_px)
+        case unknown:
+            assert_never(unknown)

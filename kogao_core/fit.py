@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, assert_never
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.settings import FITS, Fit
 from kogao_core.targets import Pairs
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
@@ -87,8 +88,14 @@ def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
     >>> round(spacing_px(pairs, face.anchor, recipe), 2)
     18.07
     """
-    unit = anchor.spacing_px if recipe.lattice_unit == "spacing" else pairs.warp_distance_px
-    return max(MIN_SPACING_PX, LEAST_SPACINGS * anchor.spacing_px, recipe.lattice * unit)
+    match recipe.lattice_unit:
+        case "spacing":
+            unit_px = anchor.spacing_px
+        case "warp":
+            unit_px = pairs.warp_distance_px
+        case unknown:
+            assert_never(unknown)
+    return max(MIN_SPACING_PX, LEAST_SPACINGS * anchor.spacing_px, recipe.lattice * unit_px)
 
 
 def fit(
@@ -145,9 +152,10 @@ def fit(
     if not any(pair.displacement_px.any() for pair in pairs):
         return tuple(empty)
     fitted: dict[int, Lattice] = {}
-    for name, solve in _FITS.items():
-        mine = [k for k, recipe in enumerate(recipes) if recipe.fit == name]
-        fitted |= zip(mine, solve([problems[k] for k in mine]), strict=True)
+    for one in FITS:
+        mine = [k for k, recipe in enumerate(recipes) if recipe.fit == one.name]
+        solved = _solver(one.name).solve([problems[k] for k in mine])
+        fitted |= zip(mine, solved, strict=True)
     return tuple(_on_quanta(fitted[k]) for k in range(len(problems)))
 
 
@@ -160,9 +168,8 @@ def _check_control_points(
 ) -> None:
     total = 0.0
     for pair, anchor, recipe, grid in zip(pairs, anchors, recipes, grids, strict=True):
-        finest = grid.spacing_px
-        if recipe.fit == "multilevel":
-            finest = max(LEAST_SPACINGS * anchor.spacing_px, finest / 2.0**MULTILEVEL_STEPS)
+        finest = grid.spacing_px / 2.0 ** _solver(recipe.fit).halvings
+        finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
         if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
             finest /= _FINER_PROOF
         columns, rows = (np.ptp(pair.target_px, axis=0) / finest + ORDER).tolist()
@@ -445,8 +452,21 @@ def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], li
     return lambda problems: [one(problem) for problem in problems]
 
 
-_FITS: Final[dict[str, Callable[[Sequence[Problem]], list[Lattice]]]] = {
-    "approximation": _each(approximate),
-    "exact": exact,
-    "multilevel": _each(multilevel),
-}
+@dataclass(frozen=True, slots=True)
+class _Solver:
+    """What fits the lattices of a photo's faces, and how often it halves their spacing at most."""
+
+    solve: Callable[[Sequence[Problem]], list[Lattice]]
+    halvings: int = 0
+
+
+def _solver(name: Fit) -> _Solver:
+    match name:
+        case "approximation":
+            return _Solver(_each(approximate))
+        case "exact":
+            return _Solver(exact)
+        case "multilevel":
+            return _Solver(_each(multilevel), MULTILEVEL_STEPS)
+        case unknown:
+            assert_never(unknown)

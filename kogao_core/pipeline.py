@@ -19,7 +19,8 @@ from kogao_core.guard import hold_back
 from kogao_core.limits import check_corners
 from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.protection import NOTHING, Protection
-from kogao_core.recipe import DomainName, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import DomainName
 from kogao_core.targets import Pairs, aim
 from kogao_core.threads import one_blas_thread
 from kogao_core.timing import Stopwatch
@@ -103,9 +104,9 @@ class Rendering:
 
     def _repr_png_(self) -> bytes:
         """Return the result as a notebook shows it."""
-        from kogao_core.display import png
+        from kogao_core.display import preview
 
-        return png(self.pixels)
+        return preview(self.pixels)
 
 
 def render(

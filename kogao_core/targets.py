@@ -8,7 +8,8 @@ import numpy as np
 
 from kogao_core.face import Face
 from kogao_core.geometry import Array
-from kogao_core.recipe import CENTERS, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import CENTERS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +65,7 @@ def center_candidates(face: Face) -> Array:
            [240. , 156.6],
            [240. , 144.1]])
     """
-    fractions = np.array(CENTERS)[:, None]
+    fractions = np.array([candidate.fraction for candidate in CENTERS])[:, None]
     return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
 
 

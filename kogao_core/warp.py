@@ -7,7 +7,7 @@ never on which other blocks are worked on: a partial update equals a full one bi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final
+from typing import Final, assert_never
 
 import cv2
 import numpy as np
@@ -17,7 +17,7 @@ from kogao_core.domain import Cells, Domain, Mask
 from kogao_core.field import Field, fade
 from kogao_core.geometry import Box, Image
 from kogao_core.lattice import ORDER, Grid, Lattice, basis
-from kogao_core.recipe import Interpolation
+from kogao_core.settings import Interpolation
 from kogao_core.threads import default_threads, share_out
 
 BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
@@ -33,11 +33,6 @@ _MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a dis
 _KERNEL_REACH_PX: Final = 8
 # OpenBLAS multiplies rows x depth x columns of this many with more than one thread.
 _ONE_BLAS_THREAD: Final = 2**18 - 1
-_FLAGS: Final[dict[Interpolation, int]] = {
-    "bilinear": cv2.INTER_LINEAR,
-    "cubic": cv2.INTER_CUBIC,
-    "lanczos4": cv2.INTER_LANCZOS4,
-}
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
 
@@ -91,7 +86,7 @@ class Canvas:
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
         active = self._blocks(domain)
-        job = _Job(self, field, _FLAGS[interpolation], self._job)
+        job = _Job(self, field, _flag(interpolation), self._job)
         stale, todo = self._warped & ~active, active
         if self._job is not None and job.resembles(self._job):
             todo = active & ~(self._warped & ~self._touched(_changes(self._job.field, field)))
@@ -132,6 +127,18 @@ class Canvas:
                     left, right = right, min(end, (right // self.strip_px + 1) * self.strip_px)
                     boxes.append(Box(left, top, min(right, image.right), bottom))
         return boxes
+
+
+def _flag(interpolation: Interpolation) -> int:
+    match interpolation:
+        case "bilinear":
+            return cv2.INTER_LINEAR
+        case "cubic":
+            return cv2.INTER_CUBIC
+        case "lanczos4":
+            return cv2.INTER_LANCZOS4
+        case unknown:
+            assert_never(unknown)
 
 
 def _changes(before: Field, after: Field) -> list[Cells]:

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication
 
 from kogao_core.recipe import Recipe
+from kogao_core.settings import SETTINGS
 
 from ..document import Document
 from ..i18n import tr
@@ -119,14 +120,4 @@ class Choices(QObject):
 
 def gesture_name(field: str) -> str:
     """Return what undo calls a change of a field of the recipe."""
-    return {
-        "percent": tr("Warp distance"),
-        "center": tr("Centre"),
-        "lattice": tr("Lattice"),
-        "lattice_unit": tr("Lattice"),
-        "threshold_px": tr("Threshold"),
-        "fit": tr("Fit"),
-        "domain": tr("Domain"),
-        "interpolation": tr("Interpolation"),
-        "guard": tr("Guard"),
-    }[field]
+    return tr(SETTINGS[field].title)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import chain, repeat
+from typing import Final
+
 from kogao_core.landmarks import CHOICES, Measured
 
 from ..i18n import tr
 from .spec import Spec
+
+_KEYS: Final = ("F5", "F6", "F7")  # of the landmark sources, in turn
 
 
 def specs() -> tuple[Spec, ...]:
@@ -51,21 +56,17 @@ def specs() -> tuple[Spec, ...]:
 
 
 def _sources(menu: str) -> list[Spec]:
-    # A source without words of its own goes by its title.
-    titles = {
-        "mesh": (tr("Landmarks by the m&esh"), "F5"),
-        "aam": (tr("Landmarks by the &AAM"), "F6"),
-    }
     return [
         *(
             Spec(
                 f"landmarks-{choice.name}",
                 menu,
-                *titles.get(choice.name, (tr("Landmarks by {title}", title=choice.title), "")),
+                tr("Landmarks by the &{title}", title=tr(choice.title)),
+                key,
                 _figures(choice.measured),
                 checked=False,
             )
-            for choice in CHOICES
+            for choice, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False)
         ),
         Spec(
             "landmarks-file",

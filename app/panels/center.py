@@ -5,10 +5,11 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QHBoxLayout, QToolButton, QWidget
 
-from kogao_core.recipe import CENTERS
+from kogao_core.settings import CENTERS, cited
 
 from ..i18n import tr
 from ..theme import GRID_PX
+from . import fields
 from .controls import heading
 
 
@@ -25,7 +26,7 @@ class CenterChoice(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        name = heading(tr("&Centre"))
+        name = heading(fields.label("center"))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(GRID_PX)
@@ -56,6 +57,8 @@ class CenterChoice(QWidget):
 
 
 def _center_tip(number: int) -> str:
-    tenths = 10.0 * CENTERS[number - 1]
+    candidate = CENTERS[number - 1]
+    tenths = 10.0 * candidate.fraction
     share = f"{tenths:g} : {10.0 - tenths:g}"
-    return tr("Distance to the eyes : to the mouth = {share} (figure 7a)", share=share)
+    words = tr("Distance to the eyes : to the mouth = {share}", share=share)
+    return cited(words, tr(candidate.where))

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from kogao_core.settings import SETTINGS, Alternative, cited
+
 from ..document import DEFAULT
 from ..i18n import tr
 from .controls import Scale
 
+_STEPS: Final = 100
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
 
@@ -46,54 +49,58 @@ def _threshold_text(value: float) -> str:
     return tr("{v:.2f} px, lossless", v=value) if lossless else tr("{v:.2f} px", v=value)
 
 
+def scale(field: str) -> Scale:
+    """Return the slider of a number of the recipe: over all its range, unless it has its own."""
+    if field in _SCALES:
+        return _SCALES[field]()
+    setting = SETTINGS[field]
+    low, high = setting.within or (0.0, 1.0)
+    step = 1.0 if setting.is_whole else (high - low) / _STEPS
+    return Scale(
+        0,
+        round((high - low) / step),
+        10,
+        lambda n: low + n * step,
+        lambda v: round((v - low) / step),
+        lambda v: tr("{v:.4g} {unit}", v=v, unit=setting.unit).rstrip(),
+    )
+
+
+def label(field: str) -> str:
+    """Return what a field is called, with its mnemonic."""
+    title = tr(SETTINGS[field].title)
+    return title.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else title
+
+
 def tip(field: str) -> str:
     """Return what a field of the recipe does, and where the paper has it."""
-    return {
-        "percent": tr(
-            "How far landmarks move, in % of D, their distance to the centre (section 3.2)"
-        ),
-        "lattice": tr(
-            "Spacing of the control lattice: small is local, large is smooth (section 3.3)"
-        ),
-        "threshold_px": tr("Pixels that would move less stay as they are (section 4.2)"),
-        "fit": tr(
-            "How the lattice takes up the landmarks' moves: on every target, or near them as in "
-            "equations 3 and 4 (sections 2.1, 2.2)"
-        ),
-        "domain": tr(
-            "Which pixels are worked on; all three give the same picture, the smaller is quicker "
-            "(sections 4.1, 4.2)"
-        ),
-        "interpolation": tr(
-            "How a pixel is read between pixels: Lanczos keeps most detail, bilinear is quickest"
-        ),
-    }[field]
+    setting = SETTINGS[field]
+    return cited(tr(setting.help), tr(setting.where))
 
 
-def options(field: str) -> list[tuple[str, str]]:
-    """Return the choices of a field: what they are called, and their values."""
-    return {"fit": _fits, "domain": _domains, "interpolation": _kernels}[field]()
-
-
-def _fits() -> list[tuple[str, str]]:
+def options(field: str) -> list[tuple[str, str, str]]:
+    """Return the choices of a field: what they are called, where they are from, their values."""
     return [
-        (tr("Exact: on every target"), "exact"),
-        (tr("Approximation: the paper's"), "approximation"),
-        (tr("Multilevel: refined steps"), "multilevel"),
+        (tr("{title}: {help}", title=tr(one.title), help=tr(one.help)), help_of(one), one.name)
+        for one in SETTINGS[field].alternatives
     ]
 
 
-def _domains() -> list[tuple[str, str]]:
-    return [
-        (tr("Whole image"), "image"),
-        (tr("Control points"), "control-points"),
-        (tr("Threshold"), "threshold"),
-    ]
+def help_of(one: Alternative[str]) -> str:
+    """Return what one of the choices is, and where the paper has it."""
+    return cited(tr(one.help), tr(one.where))
 
 
-def _kernels() -> list[tuple[str, str]]:
-    return [
-        (tr("Bilinear"), "bilinear"),
-        (tr("Cubic"), "cubic"),
-        (tr("Lanczos 4"), "lanczos4"),
-    ]
+_SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
+# The keys that lead to a field's control, together with Alt.
+_LETTERS: Final = {
+    "percent": "W",
+    "center": "C",
+    "lattice": "L",
+    "lattice_unit": "u",
+    "fit": "i",
+    "domain": "m",
+    "threshold_px": "r",
+    "interpolation": "n",
+    "guard": "G",
+}

@@ -9,13 +9,13 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from kogao_core.domain import NAMES
 from kogao_core.pipeline import Rendering
-from kogao_core.recipe import DomainName
+from kogao_core.settings import DOMAINS, DomainName
 
 from ..i18n import tr
 from ..overlays import swatches
 from ..theme import GRID_PX
+from . import fields
 from .controls import column_of, heading, muted_label
 
 _BAR_PX: Final = 8
@@ -91,19 +91,20 @@ class _Domains(QWidget):
         super().__init__()
         grid = _table(self, tr("Domains"), muted_label())
         self._rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
-        titles = (tr("Whole image"), tr("Control points"), tr("Threshold"))
-        for row, (name, title) in enumerate(zip(NAMES, titles, strict=True)):
+        for row, domain in enumerate(DOMAINS):
             mark = QLabel()
-            mark.setPixmap(swatches.pixmap(name, self.devicePixelRatioF()))
+            mark.setPixmap(swatches.pixmap(domain.name, self.devicePixelRatioF()))
+            title = muted_label(tr(domain.title))
+            title.setToolTip(fields.help_of(domain))
             pixels, share, saved = _number(), _number(), _number()
             saved.setProperty("muted", "true")
-            for column, cell in enumerate((mark, muted_label(title), pixels, share, saved)):
+            for column, cell in enumerate((mark, title, pixels, share, saved)):
                 grid.addWidget(cell, row, column)
-            self._rows[name] = (pixels, share, saved)
+            self._rows[domain.name] = (pixels, share, saved)
         grid.setColumnStretch(1, 1)
         grid.setColumnMinimumWidth(3, 64)
         grid.setColumnMinimumWidth(4, 88)
-        grid.setRowStretch(len(NAMES), 1)
+        grid.setRowStretch(len(DOMAINS), 1)
 
     def show_counts(self, counts: Mapping[DomainName, int]) -> None:
         """Show how many pixels each domain has, and how much of the whole it saves."""

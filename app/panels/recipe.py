@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
+from kogao_core.settings import SETTINGS, Setting
 
 from ..document import DEFAULT, State
 from ..i18n import tr
@@ -17,11 +18,12 @@ from ..surfaces import Frame
 from ..theme import GRID_PX
 from . import fields
 from .center import CenterChoice
-from .controls import Fold, Scale, ValueSlider, column_of, muted_label
+from .controls import Fold, ValueSlider, column_of, muted_label
 from .gauge import NaturalnessGauge
 from .owner import OwnerLine
 
 _NONE: Final = "–"  # noqa: RUF001
+_ALWAYS_SHOWN: Final = ("percent", "center", "lattice")  # the others fold away
 
 
 class RecipePanel(QWidget):
@@ -43,29 +45,17 @@ class RecipePanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.percent = self._slider(
-            "percent", tr("&Warp distance"), fields.percent(), fields.tip("percent"), 1
-        )
-        self.lattice = self._slider(
-            "lattice", tr("&Lattice"), fields.lattice(), fields.tip("lattice"), 2
-        )
-        self.threshold = self._slider(
-            "threshold_px", tr("Th&reshold"), fields.threshold(), fields.tip("threshold_px"), 0
-        )
+        self.sliders: dict[str, ValueSlider] = {}
+        self.choices: dict[str, QComboBox] = {}
+        self.switches: dict[str, QCheckBox] = {}
+        self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
-        self.guard = QCheckBox(tr("&Guard: hold back what would fold"))
-        self.guard.toggled.connect(lambda on: self._choose("guard", on))
         self.one_to_one, self.residual = muted_label(), muted_label()
         self._readings = "", ""
         for label in (self.one_to_one, self.residual):
             label.setWordWrap(True)
             label.setToolTip(tr("≈: until the picture is there in full"))
-        self.choices = {
-            "fit": self._choice("fit", tr("Fit")),
-            "domain": self._choice("domain", tr("Domain")),
-            "interpolation": self._choice("interpolation", tr("Interpolation")),
-        }
         self.fold = Fold(tr("Fit, thresh&old…"), self._details())
         self.owner = OwnerLine()
         self.owner.follow.connect(self.follow)
@@ -88,15 +78,15 @@ class RecipePanel(QWidget):
         recipe = state.recipe_of(chosen)
         self.owner.show_state(state, chosen)
         self.gauge.show_state(state)
-        self.percent.show_value(recipe.percent)
-        self.lattice.show_value(recipe.lattice)
-        self.threshold.show_value(recipe.threshold_px)
+        for field, slider in self.sliders.items():
+            slider.show_value(getattr(recipe, field))
         self.centre.show_number(int(recipe.center))
         for field, box in self.choices.items():
             with QSignalBlocker(box):
                 box.setCurrentIndex(box.findData(getattr(recipe, field)))
-        with QSignalBlocker(self.guard):
-            self.guard.setChecked(recipe.guard)
+        for field, switch in self.switches.items():
+            with QSignalBlocker(switch):
+                switch.setChecked(getattr(recipe, field))
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: Frame) -> None:
@@ -129,7 +119,7 @@ class RecipePanel(QWidget):
 
     def abort(self) -> None:
         """Let go of every slider, as Escape does."""
-        for slider in (self.percent, self.lattice, self.threshold):
+        for slider in self.sliders.values():
             slider.slider.abort()
 
     def _show_distances(self, state: State, chosen: int | None) -> None:
@@ -153,25 +143,36 @@ class RecipePanel(QWidget):
             )
         )
 
-    def _slider(
-        self, field: str, title: str, scale: Scale, tip: str, note_lines: int
-    ) -> ValueSlider:
-        slider = ValueSlider(title, scale, tip, note_lines)
+    def _slider(self, field: str, note_lines: int = 0) -> ValueSlider:
+        slider = ValueSlider(
+            fields.label(field), fields.scale(field), fields.tip(field), note_lines
+        )
         slider.edited.connect(lambda value: self.edited.emit(field, value))
         slider.rested.connect(self.rested)
         slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
+        self.sliders[field] = slider
         return slider
 
-    def _choice(self, field: str, title: str) -> QComboBox:
+    def _choice(self, field: str) -> QComboBox:
         box = QComboBox()
-        box.setAccessibleName(title)
+        box.setAccessibleName(tr(SETTINGS[field].title))
         box.setToolTip(fields.tip(field))
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        for text, value in fields.options(field):
+        for place, (text, tip, value) in enumerate(fields.options(field)):
             box.addItem(text, value)
+            box.setItemData(place, tip, Qt.ItemDataRole.ToolTipRole)
         box.currentIndexChanged.connect(lambda: self._choose(field, box.currentData()))
+        self.choices[field] = box
         return box
+
+    def _switch(self, field: str) -> QCheckBox:
+        text = tr("{title}: {help}", title=fields.label(field), help=fields.tip(field))
+        switch = QCheckBox(text)
+        switch.setToolTip(fields.tip(field))
+        switch.toggled.connect(lambda on: self._choose(field, on))
+        self.switches[field] = switch
+        return switch
 
     def _choose(self, field: str, value: object) -> None:
         self.edited.emit(field, value)
@@ -181,15 +182,23 @@ class RecipePanel(QWidget):
         details = QWidget()
         form = QFormLayout()
         form.setSpacing(2 * GRID_PX)
-        form.addRow(tr("F&it"), self.choices["fit"])
+        folded = [one for one in SETTINGS.values() if one.name not in _ALWAYS_SHOWN]
+        for setting in (one for one in folded if one.per_face):
+            self._add(setting, form)
         form.addRow(muted_label(tr("These hold for the whole photo:")))
-        form.addRow(tr("Do&main"), self.choices["domain"])
-        form.addRow(tr("I&nterpolation"), self.choices["interpolation"])
-        column = column_of(details, spacing=3 * GRID_PX)
-        column.addLayout(form)
-        column.addWidget(self.threshold)
-        column.addWidget(self.guard)
+        for setting in (one for one in folded if not one.per_face):
+            self._add(setting, form)
+        column_of(details).addLayout(form)
         return details
+
+    def _add(self, setting: Setting, form: QFormLayout) -> None:
+        """Add the control of a field: a slider, a box or a switch, as its kind is."""
+        if setting.within is not None:
+            form.addRow(self._slider(setting.name))
+        elif setting.alternatives:
+            form.addRow(fields.label(setting.name), self._choice(setting.name))
+        else:
+            form.addRow(self._switch(setting.name))
 
 
 def _range(percents: Sequence[float]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -31,12 +30,7 @@ _KINDS: Final = ("png", "svg")
     "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
     metavar="PX", help="Width of each figure.",
 )  # fmt: skip
-@click.option("--percent", type=float, help="Warp distance in % of D [4].")
-@click.option(
-    "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="A saved recipe (JSON) [the paper's].",
-)  # fmt: skip
-@options.chooses_faces
+@options.chooses_as_the_paper
 @common.forces
 def command(
     inputs: Sequence[Path],
@@ -56,7 +50,7 @@ def command(
     Landmarks and targets (4, 5), centre candidates (7), lattice (2), domains (14, 15), before and
     after (16), cut to the paper's 4 : 3 round the faces.
     """
-    recipe = _recipe(recipe_file, percent)
+    recipe = options.paper_recipe_of(recipe_file, percent)
     photos = common.input_paths(inputs, sample)
     stems = [photo.stem for photo in photos]
     twice = {stem for stem in stems if stems.count(stem) > 1}
@@ -77,15 +71,6 @@ def command(
         else:
             click.echo(f"{photo}: {', '.join(path.name for path in written)}")
     return code
-
-
-def _recipe(file: Path | None, percent: float | None) -> Recipe:
-    from kogao_core.recipe import PAPER
-
-    if file is not None:
-        return options.recipe_of(file, {"percent": percent})
-    with common.stopping(ValueError, common.USAGE):
-        return PAPER if percent is None else dataclasses.replace(PAPER, percent=percent)
 
 
 def _drawings(

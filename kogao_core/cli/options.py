@@ -12,7 +12,8 @@ import click
 
 from kogao_core import strict
 from kogao_core.cli import common
-from kogao_core.recipe import SETTINGS, Recipe, Setting
+from kogao_core.recipe import PAPER, Recipe
+from kogao_core.settings import SETTINGS, Setting
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -55,8 +56,16 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
         kind = int if setting.is_whole else float
         given = {"type": click.Choice(setting.choices) if setting.choices else kind}
         declared, given["metavar"] = f"--{name}", unit
-    help_text = f"{setting.help} [{setting.default_text or default_text}]."
+    help_text = f"{_help(setting)} [{setting.default_text or default_text}]."
     return click.option(declared, setting.name, help=help_text, **given)
+
+
+def _help(setting: Setting) -> str:
+    """Return what a field does, and what may be given."""
+    if setting.within is not None:
+        return "{}, {:g}..{:g}".format(setting.full_help, *setting.within)
+    offered = ", ".join(f"{one.name} ({one.help})" for one in setting.alternatives)
+    return f"{setting.full_help}: {offered}" if offered else setting.full_help
 
 
 _OPTIONS: Final = (
@@ -137,6 +146,34 @@ def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosu
         with common.stopping(CannotDisclose, common.USAGE):
             check_label(label, font)
     return Disclosure(record, label or "", font)
+
+
+_PAPERS: Final = (
+    click.option("--percent", type=float, help=f"{_help(SETTINGS['percent'])} [4]."),
+    click.option(
+        "--recipe",
+        "recipe_file",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="A saved recipe (JSON) [the paper's].",
+    ),
+    chooses_faces,
+)
+
+
+def chooses_as_the_paper(command: _Command) -> _Command:
+    """Add ``--percent``, ``--recipe`` and ``--face`` to a command that repeats the paper's work."""
+    for option in reversed(_PAPERS):
+        command = option(command)
+    return command
+
+
+def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
+    """Return the recipe in `file`, or the paper's, at the percentage that was given."""
+    if file is not None:
+        return recipe_of(file, {"percent": percent})
+    with common.stopping(ValueError, common.USAGE):
+        return PAPER if percent is None else dataclasses.replace(PAPER, percent=percent)
 
 
 def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:

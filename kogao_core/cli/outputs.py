@@ -83,7 +83,7 @@ class Outputs:
     def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
         """Write pictures, grey or RGB with their files' names, where a folder was asked for."""
         from kogao_core import atomic
-        from kogao_core.experiments.imagefiles import png
+        from kogao_core.display import png
 
         if self._folder is None:
             return

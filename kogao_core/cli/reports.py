@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -18,26 +17,16 @@ if TYPE_CHECKING:
     from kogao_core.experiments.subjects import Subject
     from kogao_core.face import LandmarkSource
     from kogao_core.geometry import Image
-    from kogao_core.recipe import Recipe
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 _OPTIONS: Final = (
-    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=common.PHOTO),
-    click.option("--sample", is_flag=True, help="Use the built-in portrait."),
-    click.option("--percent", type=float, help="Warp distance in % of D [4]."),
-    click.option(
-        "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
-        help="A saved recipe (JSON) [the paper's].",
-    ),
-    options.chooses_faces,
+    options.chooses_as_the_paper,
     outputs.writes_files,
     click.option(
         "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False),
         metavar="DIR", help="Write all of these, and pictures, into a folder; made if need be.",
     ),
-    common.limits_megapixels,
-    common.chooses_landmarks,
 )  # fmt: skip
 
 
@@ -45,7 +34,7 @@ def takes_photos(command: _Command) -> _Command:
     """Add the arguments of every experiment; the command hands them to `Work`."""
     for option in reversed(_OPTIONS):
         command = option(command)
-    return command
+    return common.takes_photos(command)
 
 
 class Work:
@@ -61,8 +50,8 @@ class Work:
 
     def __init__(self, name: str, given: Mapping[str, Any]) -> None:
         self._given = given
-        self.recipe = _recipe(given["recipe_file"], given["percent"])
-        self._paths = _photos(given["inputs"], given["sample"])
+        self.recipe = options.paper_recipe_of(given["recipe_file"], given["percent"])
+        self._paths = common.input_paths(given["inputs"], given["sample"])
         self._outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
         self.left_out: list[str] = []
         self._code = 0
@@ -141,41 +130,12 @@ class Work:
         return self._code
 
 
-def _recipe(file: Path | None, percent: float | None) -> Recipe:
-    from kogao_core.recipe import PAPER
-
-    choices = {"percent": percent}
-    if file is not None:
-        return options.recipe_of(file, choices)
-    with common.stopping(ValueError, common.USAGE):
-        return PAPER if percent is None else dataclasses.replace(PAPER, percent=percent)
-
-
 def _files(name: str, given: Mapping[str, Any]) -> dict[str, Path]:
     folder: Path | None = given["folder"]
     files = outputs.asked_for(given)
     if folder is None:
         return files
     return {kind: files.get(kind, folder / f"{name}.{kind}") for kind in outputs.KINDS}
-
-
-def _photos(inputs: tuple[Path, ...], sample: bool) -> list[Path]:
-    from kogao_core.photo import READABLE
-
-    if bool(inputs) == sample:
-        raise common.Stop("name photos or folders of photos, or use --sample", common.USAGE)
-    if sample:
-        return [common.input_path(None, sample)]
-    paths: list[Path] = []
-    for path in inputs:
-        if not path.is_dir():
-            paths.append(path)
-            continue
-        within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
-        if not within:
-            raise common.Stop(f"there is no photo in {path}", common.USAGE)
-        paths += within
-    return paths
 
 
 def _show(line: str) -> None:

@@ -45,7 +45,7 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
 
 
 @command.command("make")
-@click.argument("photos", nargs=-1, required=True, type=common.PHOTO)
+@common.takes_photos
 @click.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
     help="A new folder for the raters; the key is written beside it.",
@@ -60,10 +60,9 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
     help="Ask for grades from 0 to 100 at the end.",
 )  # fmt: skip
 @click.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
-@common.chooses_landmarks
-@common.limits_megapixels
 def make(
-    photos: Sequence[Path],
+    inputs: Sequence[Path],
+    sample: bool,
     folder: Path,
     lattices: tuple[float, ...],
     control: bool,
@@ -72,11 +71,12 @@ def make(
     landmarks: str | None,
     max_megapixels: float,
 ) -> None:
-    """Make a study of the largest face in each of PHOTOS."""
+    """Make a study of the largest face in each photo."""
     from kogao_core.experiments.study import making, plan
     from kogao_core.experiments.study.variants import variants
     from kogao_core.recipe import PAPER
 
+    photos = common.input_paths(inputs, sample)
     with common.stopping(making.RefusedFolder, common.USAGE):
         making.check_folder(folder)
     kinds = variants(PAPER, lattices, control=control, satisfaction=satisfaction)

@@ -9,14 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.domain import NAMES, Mask, reduce, threshold_mask
-from kogao_core.experiments.imagefiles import reduced
+from kogao_core.display import reduced, rgb8
+from kogao_core.domain import Mask, mask_of
 from kogao_core.experiments.spread import Spread, in_turns
-from kogao_core.experiments.subjects import Progress, Subject, no_progress, rgb8
+from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.field import Field
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.pipeline import Rendering, render
-from kogao_core.recipe import LOSSLESS_PX, DomainName, Recipe
+from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.settings import DOMAINS, DomainName
 
 THRESHOLDS: Final = (0.0, LOSSLESS_PX, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0)  # px
 _LEVELS: Final = 255.0
@@ -86,7 +87,7 @@ class Domains:
     shown : dict of str to array
         The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
     masks : dict of str to array of shape (H, W)
-        Pixels to work on by control-point selection (4.1), and by the lossless threshold (4.2).
+        Pixels to work on in each but the whole image, with the lossless threshold.
     """
 
     photo: str
@@ -136,7 +137,8 @@ def measure(
         Called with how many steps are done, and of how many.
     """
     whole = _render(subject, recipe, "control-points")
-    masks = _masks(whole)
+    image = whole.domain.image
+    masks = {one.name: mask_of(whole.field, image, one.name) for one in DOMAINS}
     compared = _Compared(subject, whole, masks["control-points"])
     steps = []
     for done, threshold_px in enumerate(thresholds, start=1):
@@ -144,20 +146,12 @@ def measure(
         progress(done, len(thresholds) + 1)
     computing = _times(subject, recipe, repeats)
     progress(len(thresholds) + 1, len(thresholds) + 1)
-    every: dict[DomainName, Mask] = {"image": np.ones_like(masks["threshold"]), **masks}
     return Domains(
         subject.name, *subject.size, len(subject.faces),
-        {name: int(every[name].sum()) for name in NAMES}, computing, tuple(steps),
-        {name: _shown(subject, every[name]) for name in NAMES}, masks,
+        {name: int(mask.sum()) for name, mask in masks.items()}, computing, tuple(steps),
+        {name: _shown(subject, mask) for name, mask in masks.items()},
+        {name: mask for name, mask in masks.items() if name != "image"},
     )  # fmt: skip
-
-
-def _masks(whole: Rendering) -> dict[DomainName, Mask]:
-    image = whole.domain.image
-    return {
-        "control-points": reduce(whole.field, image, "control-points").mask(image),
-        "threshold": threshold_mask(whole.field, image),
-    }
 
 
 def _shown(subject: Subject, mask: Mask) -> Image:
@@ -172,8 +166,8 @@ def _render(
 
 
 def _times(subject: Subject, recipe: Recipe, repeats: int) -> dict[DomainName, Spread]:
-    times: dict[DomainName, list[float]] = {name: [] for name in NAMES}
-    for name, counts in in_turns(NAMES, repeats, 1):
+    times: dict[DomainName, list[float]] = {one.name: [] for one in DOMAINS}
+    for name, counts in in_turns([one.name for one in DOMAINS], repeats, 1):
         rendering = _render(subject, recipe, name)
         if counts:
             times[name].append(sum(rendering.timings_ms.values()))

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.domain import NAMES, Mask
+from kogao_core.domain import Mask
 from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.domains import Domains, DomainsResult, Error, ThresholdErrors
 from kogao_core.experiments.report import (
@@ -24,18 +24,14 @@ from kogao_core.experiments.report import (
 )
 from kogao_core.experiments.spread import Spread
 from kogao_core.geometry import Image
-from kogao_core.recipe import DomainName
+from kogao_core.settings import DOMAINS, DomainName
 
 _TITLE: Final = "Figures 14 and 15: the reduced domain"
 _LEAD: Final = (
     "Which pixels does the warp have to work on, and what does it cost the picture when pixels "
     "that move only a little are left where they are?"
 )
-_TITLES: Final[dict[DomainName, str]] = {
-    "image": "conventional: the whole image",
-    "control-points": "control-point selection (4.1)",
-    "threshold": "threshold of 1/64 px (4.2), which changes no byte",
-}
+_NAMES: Final = [one.name for one in DOMAINS]
 
 
 def report(result: DomainsResult) -> Report:
@@ -48,7 +44,8 @@ def report(result: DomainsResult) -> Report:
         Row(_curves(result), wide=True),
         _errors(result),
         Heading("The domains"),
-        "What is worked on shows the photo; white pixels keep their bytes.",
+        "What is worked on shows the photo; white pixels keep their bytes. The threshold is "
+        "1/64 px, which changes no byte.",
     ]
     for photo in result.photos:
         parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
@@ -56,8 +53,8 @@ def report(result: DomainsResult) -> Report:
 
 
 def _bars(result: DomainsResult) -> list[Chart]:
-    shares = [[_share(photo, name) for photo in result.photos] for name in NAMES]
-    times = [[photo.computing_ms[name] for photo in result.photos] for name in NAMES]
+    shares = [[_share(photo, name) for photo in result.photos] for name in _NAMES]
+    times = [[photo.computing_ms[name] for photo in result.photos] for name in _NAMES]
     spreads = [one[0] if len(one) == 1 else Spread.of([s.median for s in one]) for one in times]
     pixels = Series("pixels worked on", list(map(statistics.median, shares)))
     computing = Series(
@@ -66,20 +63,20 @@ def _bars(result: DomainsResult) -> list[Chart]:
     of = "" if len(result.photos) == 1 else f", {len(result.photos)} photos"
     return [
         Chart(
-            "Pixels to be worked on", NAMES, "% of the image", [pixels], bars=True,
+            "Pixels to be worked on", _NAMES, "% of the image", [pixels], bars=True,
             caption=f"Pixels of each domain: median{of}.",
         ),
         Chart(
-            "Computing time", NAMES, "ms", [computing], bars=True,
+            "Computing time", _NAMES, "ms", [computing], bars=True,
             caption=f"From landmarks to pixels: median and quartiles{of}.",
         ),
     ]  # fmt: skip
 
 
 def _counts(result: DomainsResult) -> Table:
-    rows = [_count_row(photo, name) for photo in result.photos for name in NAMES]
+    rows = [_count_row(photo, name) for photo in result.photos for name in _NAMES]
     if len(result.photos) > 1:
-        rows = [_median_row(result, name) for name in NAMES] + rows
+        rows = [_median_row(result, name) for name in _NAMES] + rows
     return Table(
         "Pixels to be worked on",
         ("photo", "domain", "pixels", "% of image", "% saved", "computing, ms"),
@@ -253,5 +250,6 @@ def _curves(result: DomainsResult) -> list[Chart]:
 
 def _figure(photo: Domains, name: DomainName) -> Picture:
     share = f"{_share(photo, name):.1f} % of the image"
-    caption = f"{_TITLES[name]}: {photo.counts[name]} pixels, {share}"
+    which = next(one.description for one in DOMAINS if one.name == name)
+    caption = f"{which}: {photo.counts[name]} pixels, {share}"
     return Picture(photo.shown[name], caption, f"{photo.photo}, {caption}")

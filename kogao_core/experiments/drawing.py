@@ -9,7 +9,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.experiments.imagefiles import data_uri, png
+from kogao_core.display import data_uri, png
 from kogao_core.geometry import Array, Image
 
 _HALO: Final = "#ffffff"

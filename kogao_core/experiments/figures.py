@@ -9,16 +9,17 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.domain import reduce, threshold_mask
+from kogao_core.display import rgb8
+from kogao_core.domain import mask_of
 from kogao_core.experiments.drawing import Dots, Drawing, Mark, Strokes, Word
 from kogao_core.experiments.subjects import Subject, at_paper_size
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array, Box, Image
-from kogao_core.landmarks.pixels import rgb8
 from kogao_core.lattice import Lattice
 from kogao_core.naturalness import DISTANCES
 from kogao_core.pipeline import Rendering, render
-from kogao_core.recipe import PAPER_CENTERS, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import DOMAINS, PAPER_CENTERS
 from kogao_core.targets import aim, center_candidates
 
 LANDMARK: Final = "#56b4e9"
@@ -155,10 +156,8 @@ def _control_points(one: Lattice, dot: float) -> list[Mark]:
 def domains(shown: Subject, rendering: Rendering) -> Drawing:
     """Draw the conventional domain, that of control points, and the threshold's (14 and 15)."""
     image = Box.of(shown.pixels)
-    whole = np.ones((image.height, image.width), bool)
-    reached = reduce(rendering.field, image, "control-points").mask(image)
-    moving = threshold_mask(rendering.field, image, rendering.recipe.threshold_px)
-    panels = [_mask(mask) for mask in (whole, reached, moving)]
+    threshold_px = rendering.recipe.threshold_px
+    panels = [_mask(mask_of(rendering.field, image, one.name, threshold_px)) for one in DOMAINS]
     return dataclasses.replace(_side_by_side("domains", panels), exact=True)
 
 

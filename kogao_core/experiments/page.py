@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import resources
 from xml.etree.ElementTree import Element
 
+from kogao_core.display import data_uri, reduced
 from kogao_core.experiments.charts import Chart, svg
-from kogao_core.experiments.imagefiles import data_uri, reduced
 from kogao_core.experiments.markup import element, html
 from kogao_core.experiments.report import Heading, Made, Part, Picture, Report, Row, Table
 

@@ -18,6 +18,7 @@ from kogao_core.experiments.charts import Chart
 from kogao_core.experiments.machine import machine
 from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
+from kogao_core.settings import LATTICE_UNITS
 
 NONE: Final = "\N{EN DASH}"
 # A sign may stand before it; a dash stands for a number that is missing.
@@ -196,7 +197,7 @@ def _tables(parts: Sequence[Part]) -> Iterator[Table]:
 
 def recipe_in_words(recipe: Recipe) -> str:
     """Return what decides a warp, such as "4 % of D towards centre 2, exact fit, ..."."""
-    unit = "landmark spacings" if recipe.lattice_unit == "spacing" else "warp distances"
+    unit = next(u.title.lower() for u in LATTICE_UNITS if u.name == recipe.lattice_unit)
     return (
         f"{recipe.percent:g} % of D towards centre {recipe.center:g}, {recipe.fit} fit, lattice "
         f"R = {recipe.lattice:g} {unit}, {recipe.interpolation}"

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array, Image
+from kogao_core.geometry import Affine, Image
 from kogao_core.recipe import Recipe
 from kogao_core.targets import aim
 
@@ -87,17 +87,3 @@ def at_paper_size(subject: Subject) -> Subject:
 def set_by_hand(faces: Sequence[Face], recipe: Recipe) -> tuple[Face, ...]:
     """Return the faces with every target where `aim` would put it, but held as set by hand."""
     return tuple(dataclasses.replace(f, targets=aim(f, recipe).target_px) for f in faces)
-
-
-def rgb8(pixels: Image) -> Image:
-    """Return a picture for the eye: RGB, uint8, whatever depth and channels it has."""
-    depth = 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
-    levels = pixels if pixels.dtype == np.uint8 else _levels(pixels / depth)
-    if levels.ndim == 2 or levels.shape[2] < 3:
-        grey = levels if levels.ndim == 2 else levels[..., 0]
-        levels = np.dstack([grey] * 3)
-    return np.ascontiguousarray(levels[..., :3])
-
-
-def _levels(unit: Array) -> Image:
-    return np.asarray(np.round(255.0 * np.clip(unit, 0.0, 1.0)), np.uint8)

@@ -23,7 +23,8 @@ from kogao_core.face import Face, LandmarkSource
 from kogao_core.field import Field
 from kogao_core.geometry import Box
 from kogao_core.pipeline import render
-from kogao_core.recipe import DomainName, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import DomainName
 
 Size = Literal["960x720", "own"]
 SIZES: Final[tuple[Size, ...]] = ("960x720", "own")

@@ -7,56 +7,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from kogao_core.display import Rgb8, rgb8
 from kogao_core.geometry import Affine, Box, Image
-
-Rgb8 = npt.NDArray[np.uint8]
-
-
-def rgb8(image: Image) -> Rgb8:
-    """Return `image` as 8-bit RGB.
-
-    Parameters
-    ----------
-    image : array of shape (H, W) or (H, W, C)
-        Grey, grey + alpha, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
-
-    Returns
-    -------
-    uint8 array of shape (H, W, 3); `image` itself where it already is one.
-
-    Raises
-    ------
-    ValueError
-        If the shape or the type is none of these.
-    """
-    if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
-        raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
-    return _three_channels(_eight_bits(image))
-
-
-def _eight_bits(image: Image) -> Rgb8:
-    if image.dtype == np.uint8:
-        return np.asarray(image, np.uint8)
-    if image.dtype == np.uint16:
-        return np.asarray(cv2.convertScaleAbs(image, alpha=1.0 / 257.0), np.uint8).reshape(
-            image.shape
-        )
-    if image.dtype == np.float32:
-        inside = np.clip(np.nan_to_num(image), 0.0, 1.0)
-        return np.asarray(cv2.convertScaleAbs(inside, alpha=255.0), np.uint8).reshape(image.shape)
-    raise ValueError(f"expected uint8, uint16 or float32 pixels, got {image.dtype}")
-
-
-def _three_channels(image: Rgb8) -> Rgb8:
-    channels = 1 if image.ndim == 2 else image.shape[2]
-    if channels == 3:
-        return image
-    if channels == 4:
-        return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGBA2RGB), np.uint8)
-    grey = image if image.ndim == 2 else np.ascontiguousarray(image[..., 0])
-    return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), np.uint8)
 
 
 class Pyramid:

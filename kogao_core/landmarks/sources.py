@@ -46,7 +46,7 @@ class Choice:
     name : str
         What to ask for: ``--landmarks NAME``.
     title : str
-        What people call it.
+        What people call it, without an article.
     make : callable
         Returns the source; models are read at its first use.
     needs_networks : bool
@@ -64,8 +64,8 @@ class Choice:
 
 # The first that is complete here is what is used unless another is asked for.
 CHOICES: Final = (
-    Choice("mesh", "the mesh", MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
-    Choice("aam", "the AAM", AamSource, False, Measured(1.7, 3.5, typical_ms=65.0)),
+    Choice("mesh", "mesh", MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
+    Choice("aam", "AAM", AamSource, False, Measured(1.7, 3.5, typical_ms=65.0)),
 )
 
 

@@ -128,6 +128,21 @@ class Photo:
         return 1 if self.pixels.ndim == 2 else int(self.pixels.shape[2])
 
     @property
+    def is_as_read(self) -> bool:
+        """Whether its file is still the version that was read."""
+        try:
+            # Saving over it earlier would have left other bytes there.
+            return self.stamp is not None and Stamp.of(self.path.stat()) == self.stamp
+        except OSError:
+            return False
+
+    @property
     def bits(self) -> int:
         """Bits per channel: 8, 16 or 32 (float)."""
         return 8 * int(self.pixels.dtype.itemsize)
+
+    def _repr_png_(self) -> bytes:
+        """Return the photo as a notebook shows it."""
+        from kogao_core.display import preview
+
+        return preview(self.pixels)

@@ -12,12 +12,12 @@ import numpy as np
 
 from kogao_core.atomic import NotAFile, check_target, put
 from kogao_core.geometry import Image
-from kogao_core.photo import formats, kinds, tiff
+from kogao_core.photo import formats, kinds
 from kogao_core.photo.encoding import encode
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
-from kogao_core.photo.model import Photo, Stamp
+from kogao_core.photo.model import Photo
 
 
 def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
@@ -75,10 +75,11 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         if _is_unchanged(photo, pixels, form):
             data, note = photo.path.read_bytes(), ""
         else:
-            data, blocks = _encoded(photo, pixels, path, form), ""
-            if form == "JPEG" and photo.format == "JPEG":
-                data, blocks = _with_blocks_kept(photo, pixels, data, path)
-            note = _worth_knowing(photo, pixels, form, blocks)
+            data, kept = _encoded(photo, pixels, path, form), ""
+            keep = formats.BY_NAME[form].keep
+            if keep is not None and form == photo.format:
+                data, kept = keep(photo, pixels, data, path)
+            note = _worth_knowing(photo, pixels, form, kept)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
             note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
         # The last look is just before the file appears: someone may have been quicker.
@@ -224,19 +225,11 @@ def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
         return False
     if pixels.dtype != photo.pixels.dtype or not np.array_equal(pixels, photo.pixels):
         return False
-    return _source_is_there(photo)
+    return photo.is_as_read
 
 
-def _source_is_there(photo: Photo) -> bool:
-    try:
-        # Saving over the source earlier would have left other bytes there.
-        return photo.stamp is not None and Stamp.of(photo.path.stat()) == photo.stamp
-    except OSError:
-        return False
-
-
-def _worth_knowing(photo: Photo, pixels: Image, form: Format, blocks: str) -> str:
-    """Return what a changed photo has lost on its way, and what became of its blocks."""
+def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str) -> str:
+    """Return what a changed photo has lost on its way, and what of its file was kept."""
     held = {
         kinds.IPTC: photo.photoshop,
         kinds.RESOLUTION: photo.dpi,
@@ -248,11 +241,8 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, blocks: str) -> st
     grey = ""
     if photo.icc_profile and target.becomes_colour(pixels):
         grey = "grey became RGB, without its colour profile"
-    exif = ""
-    if form == "TIFF" and photo.exif and tiff.entries_of(photo.exif) is None:
-        exif = "the EXIF block is damaged, and TIFF can't hold it as it is: it is left out"
     spread = _spread(photo, pixels)
-    return "; ".join(filter(None, [*photo.notes, lost, exif, grey, spread, blocks]))
+    return "; ".join(filter(None, [*photo.notes, lost, target.lacks(photo), grey, spread, kept]))
 
 
 def _spread(photo: Photo, pixels: Image) -> str:
@@ -266,34 +256,6 @@ def _spread(photo: Photo, pixels: Image) -> str:
     if after <= before:
         return ""
     return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
-
-
-def _with_blocks_kept(photo: Photo, pixels: Image, encoded: bytes, path: Path) -> tuple[bytes, str]:
-    from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
-
-    reason = ""
-    if photo.orientation != 1:
-        reason = "the photo was turned upright"
-    elif photo.jpeg is None:
-        reason = "its colours were converted to RGB"
-    elif not photo.jpeg.tables:
-        reason = "it was lossless"
-    elif pixels.shape != photo.pixels.shape:
-        reason = "its size or its colours have changed"
-    elif not _source_is_there(photo):
-        reason = f"{photo.path} has changed since it was read"
-    else:
-        try:
-            folder = Path(os.path.realpath(path)).parent
-            kept = keep_blocks(photo.path, photo.pixels, pixels, encoded, folder)
-        except CannotKeepBlocks as why:
-            reason = str(why)
-        else:
-            note = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
-            more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
-            damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
-            return kept.data, note + more + damage
-    return encoded, f"every block of the JPEG was compressed again: {reason}"
 
 
 def _encoded(photo: Photo, pixels: Image, path: Path, form: Format) -> bytes:

@@ -101,7 +101,7 @@ def test_what_only_the_photo_can_choose_stays_the_photos(two):
     choose(two, 2)
     panel = two.window.recipe
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
-    panel.guard.click()
+    panel.switches["guard"].click()
     assert two.state.recipe.guard is False
     assert two.state.faces[1].recipe is None
 

@@ -194,9 +194,9 @@ def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
     QTest.keyClick(panel.lattice.slider, KEYS.Key_End)
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
     panel.choices["fit"].setFocus()
-    QTest.keyClick(panel.choices["fit"], KEYS.Key_Down)
-    QTest.keyClick(panel.threshold.slider, KEYS.Key_End)
-    panel.guard.click()
+    QTest.keyClick(panel.choices["fit"], KEYS.Key_Up)
+    QTest.keyClick(panel.sliders["threshold_px"].slider, KEYS.Key_End)
+    panel.switches["guard"].click()
     opened.settle()
     wanted = Recipe(center=4, lattice=4.0, fit="approximation", threshold_px=2.0, guard=False)
     assert opened.state.recipe == wanted

@@ -2,13 +2,13 @@
 
 import pytest
 from kogao_app.controllers import choices
+from kogao_app.menus import face
 from kogao_app.panels import fields
 from kogao_app.panels.recipe import RecipePanel
+from PySide6.QtCore import QCoreApplication, QTranslator
 
-from kogao_core.recipe import CENTERS, SETTINGS
-
-# For recipes from elsewhere; the lattice's note shows the spacing in both units.
-WITHOUT_A_CONTROL = {"lattice_unit"}
+from kogao_core.landmarks import CHOICES
+from kogao_core.settings import CENTERS, SETTINGS
 
 
 @pytest.fixture
@@ -19,9 +19,46 @@ def panel(qtbot):
 
 
 def test_every_field_has_a_control_and_a_name_for_undo(panel):
-    sliders = {"percent", "lattice", "threshold_px"}
-    assert {*panel.choices, *sliders, "center", "guard"} | WITHOUT_A_CONTROL == set(SETTINGS)
+    controls = [*panel.sliders, *panel.choices, *panel.switches, "center"]
+    assert sorted(controls) == sorted(SETTINGS)
     assert all(choices.gesture_name(field) for field in SETTINGS)
+
+
+def test_every_control_has_a_key_of_its_own_and_tells_what_it_does(panel):
+    labels = [fields.label(field) for field in SETTINGS]
+    assert all(label.count("&") == 1 for label in labels)
+    keys = [label[label.index("&") + 1].lower() for label in labels]
+    assert len(set(keys)) == len(keys)
+    sliders = {field: slider.slider for field, slider in panel.sliders.items()}
+    for field, control in {**sliders, **panel.choices, **panel.switches}.items():
+        assert SETTINGS[field].help in control.toolTip()
+        assert SETTINGS[field].where in control.toolTip()
+
+
+class Marked(QTranslator):
+    """A translation that shows what has passed through it."""
+
+    def translate(self, context, text, disambiguation=None, n=-1):  # noqa: ARG002
+        return f"«{text}»" if text else ""
+
+
+def test_declared_words_are_translated(qtbot):
+    marked = Marked()
+    QCoreApplication.installTranslator(marked)
+    try:
+        panel = RecipePanel()
+        qtbot.addWidget(panel)
+        for field, setting in SETTINGS.items():
+            assert choices.gesture_name(field) == f"«{setting.title}»"
+            assert f"«{setting.help}»" in fields.tip(field)
+        for field, box in panel.choices.items():
+            for place, one in enumerate(SETTINGS[field].alternatives):
+                assert f"«{one.title}»" in box.itemText(place)
+                assert f"«{one.help}»" in box.itemText(place)
+        texts = [spec.text for spec in face.specs()]
+        assert all(any(f"«{choice.title}»" in text for text in texts) for choice in CHOICES)
+    finally:
+        QCoreApplication.removeTranslator(marked)
 
 
 def test_every_choice_has_an_entry_with_words_in_its_box(panel):
@@ -34,12 +71,8 @@ def test_every_choice_has_an_entry_with_words_in_its_box(panel):
 
 
 def test_sliders_and_buttons_stay_within_the_ranges(panel):
-    scales = {
-        "percent": fields.percent(),
-        "lattice": fields.lattice(),
-        "threshold_px": fields.threshold(),
-    }
-    for field, scale in scales.items():
+    for field in panel.sliders:
+        scale = fields.scale(field)
         low, high = SETTINGS[field].within
         assert low <= scale.value(scale.low) < scale.value(scale.high) <= high
     assert len(panel.centre.buttons) == len(CENTERS) == SETTINGS["center"].within[1]

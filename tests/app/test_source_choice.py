@@ -25,12 +25,13 @@ def test_the_choices_stand_in_the_menu_with_their_figures(opened):
 
 
 def test_a_source_without_words_or_figures_stands_in_the_menu_too(monkeypatch, start):
-    made = sources.Choice("mean", "the mean face", lambda: None, needs_networks=False)
+    made = sources.Choice("mean", "mean face", lambda: None, needs_networks=False)
     monkeypatch.setattr(face, "CHOICES", (*CHOICES, made))
     monkeypatch.setattr(landmarks, "CHOICES", (*CHOICES, made))
     driver = start()
     action = driver.window.actions_by_name["landmarks-mean"]
-    assert action.text() == "Landmarks by the mean face"
+    assert action.text() == "Landmarks by the &mean face"
+    assert action.shortcut().toString() == "F7"
     assert "wasn't measured" in action.toolTip()
 
 

@@ -58,7 +58,7 @@ def test_folded_cells_are_drawn_and_counted(opened):
     QTest.keyClick(panel.percent.slider, Qt.Key.Key_End)
     opened.settle()
     assert "held back" in panel.one_to_one.text()
-    panel.guard.click()
+    panel.switches["guard"].click()
     opened.settle()
     cells = len(opened.editor.scene.frame.rendering.one_to_one.folded_cells)
     assert cells > 0

@@ -31,10 +31,11 @@ from kogao_core.fit import fit
 from kogao_core.guard import hold_back
 from kogao_core.one_to_one import check_one_to_one
 from kogao_core.recipe import Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.targets import aim
 from kogao_core.threads import one_blas_thread
 
-FITS = ("approximation", "exact", "multilevel")
+FITS = SETTINGS["fit"].choices
 SAMPLES_PER_CELL = 11
 MOST_SAMPLES = 250  # along an axis: bounds the time of tiny lattices
 MEASURED_LOOKS = 8  # where the report has samples alone and no proof

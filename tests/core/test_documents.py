@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kogao_core.recipe import SETTINGS
+from kogao_core.settings import SETTINGS
 
 ROOT = Path(__file__).parents[2]
 DECISIONS = ROOT / "docs" / "decisions"
@@ -127,5 +127,6 @@ def test_the_page_of_the_command_line_has_every_field_of_a_recipe():
         assert len(found) >= 2, option  # warp and batch
         assert all(choice in found[0][0] for choice in setting.choices)
         if setting.within is not None:
-            low, high = map("{:g}".format, setting.within)
-            assert f"{low} to {high}" in found[0][1] or f"{low}..{high}" in found[0][1]
+            assert "{:g}..{:g}".format(*setting.within) in found[0][1]
+        for one in setting.alternatives:
+            assert f"{one.name} ({one.help})" in found[0][1]

@@ -17,6 +17,7 @@ from kogao_core.experiments.subjects import Subject
 from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import render
 from kogao_core.recipe import PAPER, Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.targets import Pairs
 
 WIDTH, HEIGHT = 320, 240
@@ -65,7 +66,7 @@ def test_points_rows_and_pixels_agree(method):
     assert (result != PHOTO).any()
 
 
-@pytest.mark.parametrize("fit", ["approximation", "exact", "multilevel"])
+@pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_our_methods_are_the_pipelines(fit):
     (method,) = [one for one in METHODS if one.name == fit]
     recipe = Recipe(fit=fit, interpolation="bilinear", guard=False)

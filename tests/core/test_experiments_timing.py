@@ -10,7 +10,7 @@ from scenes import oval_face, textured_photo
 from kogao_core.experiments import timing, timing_report
 from kogao_core.experiments.setting_times import SettingTime
 from kogao_core.experiments.spread import Spread, in_turns, rounded, take_turns
-from kogao_core.experiments.subjects import Subject, at_paper_size, rgb8, set_by_hand
+from kogao_core.experiments.subjects import Subject, at_paper_size, set_by_hand
 from kogao_core.pipeline import render
 from kogao_core.recipe import PAPER
 
@@ -151,12 +151,3 @@ def test_records_hold_the_medians(timings):
         assert record["setting_median_ms"] is None or one.procedure in ("akt", "dual")
     totals = [record["paper_total_s"] for record in timing_report.report(result).records]
     assert totals == pytest.approx([25.896, 23.576, 7.102, 4.722] * 2)
-
-
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_pictures_for_the_eye(dtype):
-    photo = textured_photo(40, 30, 3, dtype)
-    seen = rgb8(photo)
-    assert (seen.dtype, seen.shape) == (np.uint8, (30, 40, 3))
-    assert np.abs(seen.astype(int) - textured_photo(40, 30)).max() <= 1
-    assert rgb8(photo[..., 0]).shape == (30, 40, 3)

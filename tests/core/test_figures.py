@@ -15,7 +15,8 @@ from kogao_core.experiments.drawing import Dots, Drawing, Strokes, Word
 from kogao_core.experiments.figures import LANDMARK, figures, pictured
 from kogao_core.experiments.subjects import Subject
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER, PAPER_CENTERS
+from kogao_core.recipe import PAPER
+from kogao_core.settings import PAPER_CENTERS, Center
 from kogao_core.targets import center_candidates
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -50,7 +51,7 @@ def test_every_figure_is_there_at_the_width_asked_for(drawn):
 
 
 def test_figure_7_shows_the_papers_centres_and_no_other(subject, monkeypatch):
-    monkeypatch.setattr(targets, "CENTERS", (*PAPER_CENTERS, 0.3))
+    monkeypatch.setattr(targets, "CENTERS", (*PAPER_CENTERS, Center(0.3)))
     drawing = next(d for d in figures(subject, PAPER, WIDTH) if d.name == "centers")
     words = [mark.text for mark in drawing.marks if isinstance(mark, Word)]
     assert words == ["1", "2", "3", "4"]

@@ -1,7 +1,5 @@
 """Sections 2.1, 2.2 and 3.3: the three fits."""
 
-from typing import get_args
-
 import numpy as np
 import pytest
 from scenes import oval_face
@@ -10,7 +8,8 @@ from kogao_core.field import Field, residual
 from kogao_core.fit import QUANTUM_PX, Problem, approximate, fit, spacing_px
 from kogao_core.lattice import Grid, basis
 from kogao_core.one_to_one import check_one_to_one
-from kogao_core.recipe import Fit, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.targets import aim
 
 
@@ -54,7 +53,7 @@ def test_shared_control_points_minimise_equation_4():
             assert best <= error(phi - 1e-3, row, column) + 1e-12
 
 
-@pytest.mark.parametrize("name", get_args(Fit))
+@pytest.mark.parametrize("name", SETTINGS["fit"].choices)
 def test_every_fit_brings_the_landmarks_nearly_to_their_targets(name):
     field, pairs = solve(oval_face(), Recipe(percent=6.0, fit=name))
     assert residual(field, [pairs]).max_px < 0.25 * pairs.warp_distance_px

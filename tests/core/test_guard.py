@@ -11,6 +11,7 @@ from kogao_core.fit import fit
 from kogao_core.guard import hold_back
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.targets import aim
 
 FOLDING = Recipe(percent=12, lattice=0.25)
@@ -110,7 +111,7 @@ def test_no_random_drag_renders_a_fold(seed):
         index = int(rng.integers(21))
         spot = face.outline[index] + rng.normal(0, rng.uniform(2, 60), 2)
         face = face.with_target(index, spot) if rng.random() < 0.5 else moved(face, index, spot)
-    fits = ("approximation", "exact", "multilevel")
+    fits = SETTINGS["fit"].choices
     recipe = Recipe(
         percent=rng.uniform(0, 15),
         center=int(rng.integers(1, 5)),

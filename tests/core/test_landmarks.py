@@ -10,10 +10,11 @@ import pytest
 from shortly import few_of
 
 from kogao_core import assets
+from kogao_core.display import rgb8
 from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource, search
 from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
-from kogao_core.landmarks.pixels import Pyramid, rgb8
+from kogao_core.landmarks.pixels import Pyramid
 
 
 def ramp(rows: int, columns: int) -> np.ndarray:

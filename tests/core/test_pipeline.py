@@ -10,6 +10,7 @@ from scenes import oval_face, textured_photo
 from kogao_core.geometry import Affine
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.timing import Stopwatch
 from kogao_core.warp import Canvas
 
@@ -57,7 +58,7 @@ HALF_TURN = Affine(-np.eye(2), np.array([WIDTH - 1.0, HEIGHT - 1.0]))
 QUARTER_TURN = Affine(np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([HEIGHT - 1.0, 0.0]))
 
 
-@pytest.mark.parametrize("fit", ["approximation", "exact", "multilevel"])
+@pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 @pytest.mark.parametrize(
     ("transform", "turn"),
     [

@@ -12,6 +12,7 @@ from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import render
 from kogao_core.protection import NOTHING, Protection, Stroke
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.warp import Canvas
 
 WIDTH, HEIGHT = 960, 720
@@ -31,7 +32,7 @@ def photo_of(line):
     return photo
 
 
-@pytest.mark.parametrize("fit", ["approximation", "exact", "multilevel"])
+@pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_a_protected_door_frame_bends_less_than_a_pixel(fit):
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     line, recipe = door_frame(face), Recipe(percent=8, fit=fit)

@@ -76,6 +76,12 @@ def test_a_notebook_shows_a_rendering(dtype, channels):
     assert np.abs(shown - 255.0 * result).max() <= 1.0
 
 
+def test_a_notebook_shows_a_photo():
+    photo = kogao.read(kogao.sample())
+    shown = cv2.imdecode(np.frombuffer(photo._repr_png_(), np.uint8), cv2.IMREAD_COLOR_RGB)
+    assert (shown == photo.pixels).all()
+
+
 def test_a_large_rendering_is_shown_reduced():
     rendering = kogao.render(textured_photo(2500, 900), [], kogao.Recipe())
     shown = cv2.imdecode(np.frombuffer(rendering._repr_png_(), np.uint8), cv2.IMREAD_COLOR)

@@ -10,7 +10,8 @@ import pytest
 
 from kogao_core import recipe as recipes
 from kogao_core.cli import program
-from kogao_core.recipe import CENTERS, LOSSLESS_PX, PAPER, SETTINGS, Recipe
+from kogao_core.recipe import LOSSLESS_PX, PAPER, Recipe
+from kogao_core.settings import CENTERS, SETTINGS
 
 
 @pytest.mark.parametrize(

@@ -33,11 +33,10 @@ def test_names_give_their_sources():
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
-def test_help_and_documents_name_every_source(choice):
+def test_help_and_the_document_name_every_source(choice):
     said = CliRunner().invoke(program, ["detect", "--help"]).output
     assert choice.name in said[said.index("--landmarks SOURCE") :].split("[")[0]
-    folder = Path(__file__).parents[2]
-    measured = (folder / "docs" / "landmarks.md").read_text(encoding="utf-8")
+    measured = (Path(__file__).parents[2] / "docs" / "landmarks.md").read_text(encoding="utf-8")
     assert choice.measured is None or f"\n| {choice.name} | " in measured
 
 

@@ -13,9 +13,10 @@ from test_lattice import literal_eq_1
 from kogao_core import pipeline, warp
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.settings import SETTINGS
 from kogao_core.warp import SPAN_PX, Canvas
 
-INTERPOLATIONS = ("bilinear", "cubic", "lanczos4")
+INTERPOLATIONS = SETTINGS["interpolation"].choices
 
 
 def literal_bilinear(photo, lattice, x, y):
@@ -81,7 +82,7 @@ def test_the_three_domains_give_the_same_bytes(interpolation):
     photo, faces = textured_photo(1200, 700), [oval_face(1200, 700)]
     whole, cells, lossless = (
         render(photo, faces, Recipe(interpolation=interpolation, domain=domain)).pixels
-        for domain in ("image", "control-points", "threshold")
+        for domain in SETTINGS["domain"].choices
     )
     np.testing.assert_array_equal(whole, cells)
     np.testing.assert_array_equal(whole, lossless)
@@ -153,7 +154,7 @@ def failing_in(where, run):
     return broken_run
 
 
-@pytest.mark.parametrize("fit", ["approximation", "multilevel", "exact"])
+@pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_a_dragged_landmark_redoes_few_tiles_and_gives_the_same_bits(fit):
     photo = textured_photo(3000, 2000)
     canvas, face, recipe = Canvas(photo), oval_face(3000, 2000, size=0.7), Recipe(fit=fit)

@@ -7,8 +7,8 @@ import pytest
 
 from kogao_core.cli import common, program
 
-# Many photos into a folder, where the sample would only be in the way; and FOLDERS of ratings.
-TAKES_NO_SAMPLE = {"batch", "make"}
+# Many photos into a folder, where the sample would only be in the way.
+TAKES_NO_SAMPLE = {"batch"}
 
 
 def leaves(command, name=""):
@@ -137,4 +137,18 @@ def test_many_photos_are_files_folders_or_the_sample(cli, small_portrait, tmp_pa
     ):
         code, _, err = cli(*command, *given, "-o", tmp_path / "none")
         assert (code, words in err) == (2, True)
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_study_is_made_of_files_folders_or_the_sample(cli, weights, small_portrait, tmp_path):
+    assert weights.is_dir()
+    (tmp_path / "in" / "below").mkdir(parents=True)
+    (tmp_path / "in" / "below" / "me.jpg").write_bytes(small_portrait.read_bytes())
+    make, brief = ("experiment", "study", "make"), ("--lattices", "1", "--no-satisfaction")
+    for given, name in ((tmp_path / "in", "folder"), ("--sample", "sample")):
+        code, said, _ = cli(*make, given, "-o", tmp_path / name, *brief)
+        assert (code, "pictures of 1 face;" in said) == (0, True)
+    for given in ((), (small_portrait, "--sample")):
+        code, _, err = cli(*make, *given, "-o", tmp_path / "none", *brief)
+        assert (code, "or use --sample" in err) == (2, True)
     assert not (tmp_path / "none").exists()

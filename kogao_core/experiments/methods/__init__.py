@@ -10,11 +10,10 @@ from kogao_core.experiments.methods.liquify import Liquify
 from kogao_core.experiments.methods.mesh import PiecewiseAffine
 from kogao_core.experiments.methods.moving import MovingLeastSquares
 from kogao_core.experiments.methods.scattered import Radial, ThinPlate
+from kogao_core.settings import FITS
 
 METHODS: Final[tuple[Method, ...]] = (
-    BSpline("approximation", "B-spline approximation", "the paper; [7], [9]", "approximation"),
-    BSpline("exact", "B-spline, exact", "this program", "exact"),
-    BSpline("multilevel", "B-spline, multilevel", "[8], [10], [12]", "multilevel"),
+    *(BSpline(fit.name, f"B-spline, {fit.name}", fit.reference) for fit in FITS),
     ThinPlate(),
     Radial(),
     PiecewiseAffine(),

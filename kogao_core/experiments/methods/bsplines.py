@@ -12,7 +12,7 @@ from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.geometry import Array, Box, Image
-from kogao_core.recipe import Fit
+from kogao_core.settings import Fit
 from kogao_core.warp import Canvas
 
 
@@ -39,17 +39,16 @@ class FieldWarp(Warp):
 
 @dataclass(frozen=True, slots=True)
 class BSpline:
-    """One of the three fits of the control lattice."""
+    """One of the fits of the control lattice."""
 
-    name: str
+    name: Fit
     title: str
     reference: str
-    how: Fit
     library: str = "Kogao"
     needs: str = ""
 
     def fit(self, task: WarpTask) -> Warp:
         """Fit one lattice to each face."""
-        recipe = dataclasses.replace(task.recipe, fit=self.how)
+        recipe = dataclasses.replace(task.recipe, fit=self.name)
         anchors = [face.anchor for face in task.faces]
         return FieldWarp(Field(fit(task.pairs, anchors, [recipe] * len(anchors))))

@@ -12,10 +12,10 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.experiments.imagefiles import reduced
+from kogao_core.display import reduced, rgb8
 from kogao_core.experiments.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.experiments.spread import Spread, in_turns
-from kogao_core.experiments.subjects import Progress, Subject, no_progress, rgb8
+from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 

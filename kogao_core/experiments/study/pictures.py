@@ -14,11 +14,11 @@ from PIL import Image as Pillow
 from PIL import ImageCms
 
 from kogao_core.atomic import put
+from kogao_core.display import rgb8
 from kogao_core.experiments.study.origin import PictureFigures
 from kogao_core.experiments.subjects import Subject, at_paper_size
 from kogao_core.face import Face
 from kogao_core.geometry import Image
-from kogao_core.landmarks.pixels import rgb8
 from kogao_core.photo import Photo
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe

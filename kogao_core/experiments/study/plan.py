@@ -19,7 +19,8 @@ from typing import Any, Final, get_args
 from kogao_core.atomic import put
 from kogao_core.experiments.study.origin import Origin, PhotoRecord, PictureFigures
 from kogao_core.experiments.study.variants import Kind, Variant
-from kogao_core.recipe import PAPER_CENTERS, Recipe
+from kogao_core.recipe import Recipe
+from kogao_core.settings import PAPER_CENTERS
 from kogao_core.strict import BadFile, Node, parse
 
 STUDY_FILE: Final = "study.json"

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kogao_core.naturalness import DISTANCES
-from kogao_core.recipe import PAPER, PAPER_CENTERS, Recipe
+from kogao_core.recipe import PAPER, Recipe
+from kogao_core.settings import PAPER_CENTERS
 
 Kind = Literal["table1", "figure11", "control", "satisfaction"]
 # The choice the paper comes to in section 3.2; figure 11 varies the lattice at it.

@@ -106,6 +106,10 @@ def _nothing_inside(_: Photo, __: IO[bytes]) -> Iterator[Extra]:
     return iter(())
 
 
+def _nothing_lacks(_: Photo) -> str:
+    return ""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FileFormat:
     """A file format: all that reading, writing, messages and documents say of it.
@@ -137,6 +141,12 @@ class FileFormat:
         Yields what follows the end of the picture in the bytes of a file.
     note : Kind, optional
         What a maker's note in its EXIF is; None, where `inside` tells.
+    lacks : callable
+        Given a photo; says what of its metadata is too damaged for this format, or nothing.
+    keep : callable, optional
+        Given a photo of this format, new pixels, a file of them and where it goes; returns that
+        file with as much of the photo's own as may stay, and what that is in words. None, where
+        all is encoded anew.
     """
 
     name: SourceFormat
@@ -152,6 +162,8 @@ class FileFormat:
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]] = _nothing_inside
     behind: Callable[[bytes], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
+    lacks: Callable[[Photo], str] = _nothing_lacks
+    keep: Callable[[Photo, Image, bytes, Path], tuple[bytes, str]] | None = None
 
     def __post_init__(self) -> None:
         if bool(self.layouts) != (self.encode is not None):

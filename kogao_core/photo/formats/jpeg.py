@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import struct
 from collections.abc import Iterator
+from pathlib import Path
 from typing import IO, Final
 
 import numpy as np
@@ -62,6 +64,35 @@ def _behind(data: bytes) -> Iterator[Extra]:
     yield from trailers.found(data, end)
 
 
+def _keep(photo: Photo, pixels: Image, encoded: bytes, path: Path) -> tuple[bytes, str]:
+    """Keep every block in which no pixel changed."""
+    from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks  # it loads a large library
+
+    reason = ""
+    if photo.orientation != 1:
+        reason = "the photo was turned upright"
+    elif photo.jpeg is None:
+        reason = "its colours were converted to RGB"
+    elif not photo.jpeg.tables:
+        reason = "it was lossless"
+    elif pixels.shape != photo.pixels.shape:
+        reason = "its size or its colours have changed"
+    elif not photo.is_as_read:
+        reason = f"{photo.path} has changed since it was read"
+    else:
+        try:
+            folder = Path(os.path.realpath(path)).parent
+            kept = keep_blocks(photo.path, photo.pixels, pixels, encoded, folder)
+        except CannotKeepBlocks as why:
+            reason = str(why)
+        else:
+            note = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
+            more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
+            damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
+            return kept.data, note + more + damage
+    return encoded, f"every block of the JPEG was compressed again: {reason}"
+
+
 JPEG: Final = FileFormat(
     name="JPEG",
     title="JPEG",
@@ -80,4 +111,5 @@ JPEG: Final = FileFormat(
     moved=frozenset({kinds.MOVED_NOTE}),
     inside=_inside,
     behind=_behind,
+    keep=_keep,
 )

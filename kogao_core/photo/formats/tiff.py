@@ -63,6 +63,12 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels)
 
 
+def _lacks(photo: Photo) -> str:
+    if not photo.exif or tiff.entries_of(photo.exif) is not None:
+        return ""
+    return "the EXIF block is damaged, and TIFF can't hold it as it is: it is left out"
+
+
 def _behind(data: bytes) -> Iterator[Extra]:
     return trailers.found(data, tiff_extras.end(data))
 
@@ -85,4 +91,5 @@ TIFF: Final = FileFormat(
     inside=_inside,
     behind=_behind,
     note=None,
+    lacks=_lacks,
 )

@@ -1,0 +1,251 @@
+"""What there is to set and to choose from, declared once; all else follows from it.
+
+The words are for people: the editor translates them, the command line and reports show them as
+they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final, Generic, Literal, TypeVar
+
+from kogao_core.wording import shown
+
+Fit = Literal["approximation", "exact", "multilevel"]
+DomainName = Literal["image", "control-points", "threshold"]
+Interpolation = Literal["bilinear", "cubic", "lanczos4"]
+LatticeUnit = Literal["spacing", "warp"]
+Name = TypeVar("Name", bound=str, covariant=True)
+
+
+def cited(words: str, where: str) -> str:
+    """Return words with the place in the paper behind them, if there is one."""
+    return f"{words} ({where})" if where else words
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative(Generic[Name]):
+    """One of the things that a field of the recipe may be.
+
+    Parameters
+    ----------
+    name : str
+        In files and on the command line.
+    title : str
+        What people call it.
+    help : str
+        What it is, in a few words.
+    where : str
+        Where the paper has it; empty, where it hasn't.
+    reference : str
+        Who described it; numbers are those of the paper's list.
+    """
+
+    name: Name
+    title: str
+    help: str
+    where: str = ""
+    reference: str = ""
+
+    @property
+    def description(self) -> str:
+        """What it is called, what it is, and where the paper has it."""
+        return cited(f"{self.title}, {self.help}", self.where)
+
+
+@dataclass(frozen=True, slots=True)
+class Center:
+    """A centre candidate.
+
+    Parameters
+    ----------
+    fraction : float
+        How far along the way from the eyes to the mouth it lies.
+    where : str
+        Where the paper has it; empty, where it hasn't.
+    """
+
+    fraction: float
+    where: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What there is to say of a field of the recipe, once for all who read, check or show it.
+
+    Parameters
+    ----------
+    name : str
+        The field.
+    title : str
+        What people call it.
+    help : str
+        What it does, in one line.
+    where : str
+        Where the paper has it; empty, where it hasn't.
+    within : tuple of float, optional
+        Smallest and largest value of a number.
+    is_whole : bool
+        Whether only whole numbers will do.
+    alternatives : tuple of Alternative
+        What there is to choose from; a field without range and alternatives is true or false.
+    unit : str
+        Of a number.
+    per_face : bool
+        Whether each face may choose for itself; the rest is the photo's.
+    option : str
+        What it is called on the command line; the name with hyphens, if not given.
+    default_text : str
+        The default in words, where it says little as it is.
+    """
+
+    name: str
+    title: str
+    help: str
+    where: str = ""
+    within: tuple[float, float] | None = None
+    is_whole: bool = False
+    alternatives: tuple[Alternative[Any], ...] = ()
+    unit: str = ""
+    per_face: bool = False
+    option: str = ""
+    default_text: str = ""
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The names of what there is to choose from."""
+        return tuple(one.name for one in self.alternatives)
+
+    @property
+    def full_help(self) -> str:
+        """What it does, and where the paper has it."""
+        return cited(self.help, self.where)
+
+    def check(self, value: object) -> None:
+        """Check a value.
+
+        Raises
+        ------
+        ValueError
+            If it is none for this field; the message names the field, its range and the value.
+        """
+        if self.within is not None:
+            self._check_number(value, *self.within)
+        elif self.alternatives:
+            if value not in self.choices:
+                allowed = ", ".join(self.choices)
+                raise ValueError(f"{self.name} must be one of {allowed}, got {shown(value)}")
+        elif not isinstance(value, bool):
+            raise ValueError(f"{self.name} must be true or false, got {shown(value)}")
+
+    def _check_number(self, value: object, low: float, high: float) -> None:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"{self.name} must be a number, got {shown(value)}")
+        if not low <= value <= high:
+            raise ValueError(f"{self.name} must be within {low:g}..{high:g}, got {shown(value)}")
+        if self.is_whole and value != int(value):
+            raise ValueError(
+                f"{self.name} must be a whole number {low:g}..{high:g}, got {shown(value)}"
+            )
+
+
+# What solves each is in `fit`.
+FITS: Final[tuple[Alternative[Fit], ...]] = (
+    Alternative(
+        "approximation", "Approximation", "the paper's", "section 2.1", "the paper; [7], [9]"
+    ),
+    Alternative("exact", "Exact", "on every target", reference="this program"),
+    Alternative("multilevel", "Multilevel", "refined steps", "section 3.3", "[8], [10], [12]"),
+)
+DOMAINS: Final[tuple[Alternative[DomainName], ...]] = (
+    Alternative("image", "Whole image", "every pixel"),
+    Alternative("control-points", "Control points", "cells in their reach", "section 4.1"),
+    Alternative("threshold", "Threshold", "pixels that move", "section 4.2"),
+)
+INTERPOLATIONS: Final[tuple[Alternative[Interpolation], ...]] = (
+    Alternative("bilinear", "Bilinear", "quickest"),
+    Alternative("cubic", "Cubic", "sharper"),
+    Alternative("lanczos4", "Lanczos 4", "keeps most detail"),
+)
+LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
+    Alternative("spacing", "Landmark spacings", "fixed", "section 3.3"),
+    Alternative("warp", "Warp distances", "grow with %", "section 3.3"),
+)
+# Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
+# last one is the tip of the nose.
+PAPER_CENTERS: Final = tuple(Center(share, "figure 7a") for share in (1.0, 0.8, 0.6, 0.47))
+# What there is to choose from; experiments ask for the paper's, which stay when this grows.
+CENTERS: Final = PAPER_CENTERS
+
+# In the order of the recipe's fields.
+_ALL: Final = (
+    Setting(
+        "percent",
+        "Warp distance",
+        "How far landmarks move, in % of D, their distance to the centre",
+        "section 3.2",
+        within=(0.0, 15.0),
+        unit="% of D",
+        per_face=True,
+    ),
+    Setting(
+        "center",
+        "Centre",
+        "Which candidate between the eyes and the mouth landmarks move to",
+        "section 3.2",
+        within=(1, len(CENTERS)),
+        is_whole=True,
+        per_face=True,
+    ),
+    Setting(
+        "lattice",
+        "Lattice",
+        "Spacing R of the control lattice: small is local, large is smooth",
+        "section 3.3",
+        within=(0.1, 8.0),
+        per_face=True,
+    ),
+    Setting(
+        "lattice_unit",
+        "Lattice unit",
+        "What R counts",
+        "section 3.3",
+        alternatives=LATTICE_UNITS,
+        per_face=True,
+    ),
+    Setting(
+        "fit",
+        "Fit",
+        "How the lattice takes up the landmarks' moves",
+        "sections 2.1, 2.2",
+        alternatives=FITS,
+        per_face=True,
+    ),
+    Setting(
+        "domain",
+        "Domain",
+        "Which pixels are worked on; the picture is the same, the smaller is quicker",
+        "sections 4.1, 4.2",
+        alternatives=DOMAINS,
+    ),
+    Setting(
+        "threshold_px",
+        "Threshold",
+        "Pixels that would move less stay as they are",
+        "section 4.2",
+        within=(0.0, 16.0),
+        unit="px",
+        option="threshold",
+        default_text="1/64: no byte is lost",
+    ),
+    Setting(
+        "interpolation",
+        "Interpolation",
+        "How a pixel is read between pixels",
+        alternatives=INTERPOLATIONS,
+    ),
+    Setting("guard", "Guard", "Hold back what would fold"),
+)
+SETTINGS: Final = {setting.name: setting for setting in _ALL}
+# What each face may choose for itself.
+FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)

@@ -1,0 +1,92 @@
+"""What there is to choose from is declared once: words, options, solvers and documents follow."""
+
+import re
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scenes import oval_face, textured_photo
+
+from kogao_core import settings
+from kogao_core.cli import program
+from kogao_core.counts import pixel_counts
+from kogao_core.domain import mask_of
+from kogao_core.experiments.methods import METHODS
+from kogao_core.geometry import Box
+from kogao_core.pipeline import render
+from kogao_core.recipe import PAPER, Recipe
+from kogao_core.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS, SETTINGS
+from kogao_core.targets import center_candidates
+
+EXPERIMENTS = Path(__file__).parents[2] / "docs" / "experiments.md"
+WHERE = re.compile(r"(sections? \d\.\d(, \d\.\d)*|figure \d+[ab]?)?")
+CHOSEN = [(s.name, one) for s in SETTINGS.values() for one in s.alternatives]
+
+
+@pytest.mark.parametrize(
+    ("declared", "kind"),
+    [
+        (FITS, settings.Fit),
+        (DOMAINS, settings.DomainName),
+        (settings.INTERPOLATIONS, settings.Interpolation),
+        (settings.LATTICE_UNITS, settings.LatticeUnit),
+    ],
+)
+def test_each_name_of_the_type_is_declared_in_its_order(declared, kind):
+    assert tuple(one.name for one in declared) == get_args(kind)
+
+
+def test_all_have_words_and_a_place_in_the_paper_or_none():
+    for setting in SETTINGS.values():
+        titles = [one.title for one in setting.alternatives]
+        assert len(set(titles)) == len(titles)
+        for one in (setting, *setting.alternatives):
+            assert one.title[0].isupper()
+            assert one.help
+            assert not one.help.endswith(".")
+            assert WHERE.fullmatch(one.where)
+    assert all(WHERE.fullmatch(center.where) for center in CENTERS)
+    assert all(fit.reference for fit in FITS)
+
+
+@pytest.mark.parametrize(("field", "one"), CHOSEN, ids=lambda it: getattr(it, "name", it))
+def test_help_says_what_each_choice_is(field, one):
+    said = " ".join(CliRunner().invoke(program, ["warp", "--help"]).output.split())
+    option = said[said.index(f"--{field.replace('_', '-')} ") :]
+    assert f"{one.name} ({one.help})" in option[: option.index("].")]
+
+
+@pytest.mark.parametrize(("field", "one"), CHOSEN, ids=lambda it: getattr(it, "name", it))
+def test_each_choice_warps(field, one):
+    photo, face = textured_photo(), oval_face()
+    rendering = render(photo, [face], Recipe(**{field: one.name}))
+    assert (rendering.pixels != photo).any()
+    assert rendering.achieved[0] == pytest.approx(4.0, abs=0.6)
+
+
+def test_every_domain_has_its_mask_and_its_count():
+    photo = textured_photo()
+    field, image = render(photo, [oval_face()], PAPER).field, Box.of(photo)
+    counts = pixel_counts(field, image, 0.5)
+    assert list(counts) == [one.name for one in DOMAINS]
+    for name, count in counts.items():
+        assert count == mask_of(field, image, name, 0.5).sum() > 0
+
+
+def test_the_papers_centres_come_first_and_each_lies_between_eyes_and_mouth():
+    assert CENTERS[: len(PAPER_CENTERS)] == PAPER_CENTERS
+    assert all(center.where == "figure 7a" for center in PAPER_CENTERS)
+    face = oval_face()
+    down = (center_candidates(face) - face.eye_center) @ (face.mouth_center - face.eye_center)
+    share = down / ((face.mouth_center - face.eye_center) ** 2).sum()
+    np.testing.assert_allclose(share, [center.fraction for center in CENTERS])
+    assert all(0.0 <= center.fraction <= 1.0 for center in CENTERS)
+
+
+def test_methods_and_their_table_name_every_fit():
+    table = EXPERIMENTS.read_text(encoding="utf-8")
+    for fit in FITS:
+        method = next(method for method in METHODS if method.name == fit.name)
+        assert f"| {method.title} | {fit.reference} | {method.library} |" in table
