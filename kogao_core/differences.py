@@ -1,4 +1,4 @@
-"""How two sets of points on one photo differ: marked by hand against found by the machine."""
+"""How two sets of points on one photo differ: marked by hand, and found."""
 
 from __future__ import annotations
 

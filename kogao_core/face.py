@@ -72,7 +72,7 @@ class Face:
         This face's own warp distance, centre, lattice and fit; the photo's when absent.
     confidence : array of shape (N + 6,), optional
         How sure each of `points` is, 0 to 1: low where hair or a hand hides the face, 1 for a point
-        placed by hand. Absent where the source doesn't tell.
+        placed by hand. Absent where the source has none.
 
     Raises
     ------

@@ -33,7 +33,7 @@ MOST_LANDMARKS: Final = 50_000
 
 
 class OutOfBounds(ValueError):
-    """Something lies far from the photo, or too much is asked for; the message says what."""
+    """Something lies far from the photo, or too much is asked for; the message names it."""
 
 
 def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> None:

@@ -30,7 +30,7 @@ UNNATURAL: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Naturalness:
-    """What Table 1 says about a warp.
+    """A warp judged by table 1.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def percent_of(pairs: Pairs) -> float:
 
 
 def worst(faces: Sequence[tuple[Pairs, int]]) -> Naturalness | None:
-    """Return what Table 1 says about the face with the largest warp distance; None without faces.
+    """Judge the face with the largest warp distance by table 1; None without faces.
 
     Parameters
     ----------

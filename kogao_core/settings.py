@@ -71,7 +71,7 @@ class Center:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What there is to say of a field of the recipe, once for all who read, check or show it.
+    """A field of the recipe, declared once for all that read, check or show it.
 
     Parameters
     ----------

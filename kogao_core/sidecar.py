@@ -76,11 +76,11 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     Parameters
     ----------
     project : Project
-        Its path is told to nobody and never opened: the photo at hand is the one to work on.
+        Its path is never opened: the photo at hand is the one to work on.
     pixels : array of shape (H, W) or (H, W, C)
         The photo, upright.
     sha256 : str, optional
-        Hash of the photo's file, see `project.sha256_of`; without it, no note tells whether this is
+        Hash of the photo's file, see `project.sha256_of`; without it, no note says whether this is
         the very file.
 
     Returns

@@ -18,7 +18,7 @@ _Task = TypeVar("_Task")
 
 
 def default_threads() -> int:
-    """Return how many threads resample when nobody says: the processors, up to 4."""
+    """Return how many threads resample by default: the processors, up to 4."""
     return min(MOST_THREADS, os.cpu_count() or 1)
 
 

@@ -26,7 +26,7 @@ SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
 _SMALL_IMAGE_PX: Final = 2_000_000
 SPAN_PX: Final = 256  # columns whose map is one matrix product
 # Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
-# own, which get in the way of ours.
+# own, which compete with ours.
 _CALL_PX: Final = 2**16
 _THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
 _MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer

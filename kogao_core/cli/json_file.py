@@ -17,7 +17,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
-    """Refuse a photo's name: whoever leaves F out would lose the photo that follows."""
+    """Refuse a photo's name: with F left out, the photo that follows would be taken for it."""
     if file is None or file == STDOUT:
         return file
     from kogao_core.photo import READABLE

@@ -1,4 +1,4 @@
-"""``kogao-cli licenses``: whose work this program stands on, and on what terms."""
+"""``kogao-cli licenses``: the licences of the program and of what it uses."""
 
 from __future__ import annotations
 

@@ -89,12 +89,12 @@ class Work:
         _show("")
 
     def name_absent(self, sentence: str) -> None:
-        """Say what is missing here, on stderr and in the report."""
+        """Note what is missing here, on stderr and in the report."""
         self.left_out.append(sentence)
         common.print_message(sentence)
 
     def leave_out(self, sentence: str) -> None:
-        """Say what a photo can't be used for; the others go on, and the exit code tells."""
+        """Note a photo that can't be used, and set the exit code; the others go on."""
         self._code = common.SOME_FAILED
         self.name_absent(sentence)
 

@@ -1,4 +1,4 @@
-"""What `kogao-cli warp` says about its work, for people and as JSON."""
+"""The summary that `kogao-cli warp` prints, as text and as JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small charts as SVG, told apart by marks, dashes and words as well as by colour."""
+"""Small charts as SVG whose lines differ by marks, dashes and words as well as by colour."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Table:
 
     @property
     def numeric(self) -> list[bool]:
-        """Whether each column holds numbers, which stand to the right."""
+        """Whether each column holds numbers, which are aligned to the right."""
         columns = zip(*self.rows, strict=True)
         found = [all(map(_NUMBER.match, column)) for column in columns]
         return found or [False] * len(self.header)

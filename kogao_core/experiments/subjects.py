@@ -22,7 +22,7 @@ PAPER_SIZE: Final = (960, 720)  # px, long and short side (section 5)
 
 
 def no_progress(_: int, __: int) -> None:
-    """Tell nobody how far an experiment is."""
+    """Do nothing with how far an experiment is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Subject:
 
     @property
     def stem(self) -> str:
-        """What its files begin with: the name, without what file systems take amiss."""
+        """The start of its files' names: the name, with - for all but letters, digits and _."""
         return re.sub(r"[^\w-]+", "-", self.name).strip("-")
 
     @property

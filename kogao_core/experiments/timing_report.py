@@ -1,4 +1,4 @@
-"""Table 2 as a report: bars, tables, records; the paper's figures stand beside."""
+"""Table 2 as a report: bars, tables, records; beside the paper's figures."""
 
 from __future__ import annotations
 

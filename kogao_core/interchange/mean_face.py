@@ -1,4 +1,4 @@
-"""A mean face in the mark-ups of 68 and 189 points, to stand in for points that nobody knows."""
+"""A mean face in the mark-ups of 68 and 189 points, for the points that our 27 don't have."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def format_of(path: Path) -> Format:
 
 
 def read(path: Path, mapping: Template | None = None) -> list[Face]:
-    """Read the faces of a file of landmarks; its ending tells the format.
+    """Read the faces of a file of landmarks; its format follows from its ending.
 
     Parameters
     ----------

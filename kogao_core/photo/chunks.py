@@ -128,7 +128,7 @@ def _says_srgb(name: bytes, chunk: bytes) -> bool:
 
 
 def shape(aspect: tuple[int, int]) -> bytes:
-    """Return a chunk that tells the shape of pixels: so many along x and y in the same length."""
+    """Return a `pHYs` chunk with the shape of pixels: so many along x and y in the same length."""
     body = b"pHYs" + struct.pack(">IIB", *aspect, 0)
     return struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
 

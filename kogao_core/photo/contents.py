@@ -98,7 +98,7 @@ def density(image: Pillow.Image) -> dict[str, Any]:
 
 
 def _is_guessed(image: Pillow.Image) -> bool:
-    """Tell whether nothing says how fine a JPEG is; Pillow takes 72 dpi for granted then."""
+    """Tell whether a JPEG holds no resolution, so that Pillow's 72 dpi is a guess."""
     if image.format == "PNG" or image.info.get("jfif_unit") in (1, 2):
         return False
     try:

@@ -102,7 +102,7 @@ class _Places(xmp.Walk):
             _refuse("it holds no rdf:RDF")
 
     def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
-        """Take down an attribute that tells the source type or a history."""
+        """Note an attribute that holds the source type or a history."""
         if path == xmp.DESCRIPTION:
             self.about = self.about or attributes.get(_ABOUT, "")
             if _SOURCE_TYPE in attributes:

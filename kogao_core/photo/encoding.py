@@ -11,7 +11,7 @@ from kogao_core.photo.model import Photo
 
 
 def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
-    """Return a file with new pixels and the photo's metadata, telling that it is upright.
+    """Return a file with new pixels and the photo's metadata, whose orientation is upright.
 
     Parameters
     ----------

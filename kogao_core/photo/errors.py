@@ -1,4 +1,4 @@
-"""What can go wrong with a file; each message is one sentence that says what to do next."""
+"""What can go wrong with a file; each message is one sentence with what to do next."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def found(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     Parameters
     ----------
     photo : Photo
-        What was read of it; a decoder may have told of extras already.
+        What was read of it; a decoder may have found extras already.
     file : file
         Open, anywhere.
 

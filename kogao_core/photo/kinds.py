@@ -1,4 +1,4 @@
-"""The kinds of things that a file holds beside its pixels; `formats` says what becomes of each.
+"""The kinds of things that a file holds beside its pixels; `formats` decides what becomes of each.
 
 Together they are the table of `docs/fidelity.md`. The readers of all formats name what they find
 by these kinds, and `write` says what an output doesn't keep.
@@ -35,7 +35,7 @@ class Kind:
 
 @dataclass(frozen=True, slots=True)
 class Extra:
-    """Something that a file holds: its kind, and words that tell it more exactly."""
+    """Something that a file holds: its kind, and a more exact name."""
 
     kind: Kind
     more: str = ""

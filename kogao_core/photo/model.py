@@ -27,7 +27,7 @@ class JpegCoding:
     progressive : bool
         Whether the scans are progressive.
     jfif : bytes
-        Version, unit and density as its JFIF segment tells them, seven bytes; empty without one.
+        Version, unit and density of its JFIF segment, seven bytes; empty without one.
     """
 
     tables: tuple[tuple[int, ...], ...]
@@ -38,7 +38,7 @@ class JpegCoding:
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """What tells a file from a later version of it: size in bytes and time of change in ns."""
+    """What differs in a later version of a file: size in bytes and time of change in ns."""
 
     size: int
     changed_ns: int
@@ -71,7 +71,7 @@ class Photo:
     dpi : tuple of float, optional
         Print resolution (x, y).
     aspect : tuple of int, optional
-        Pixels along x and y in the same length, where that is told without a resolution.
+        Pixels along x and y in the same length, where that is given without a resolution.
     orientation : int
         EXIF orientation 1 to 8 of the file; `pixels` are already turned by it.
     jpeg : JpegCoding, optional
@@ -83,7 +83,7 @@ class Photo:
     notes : tuple of str
         What reading changed.
     extras : tuple of Extra
-        What else is in the file; `kinds` tells what becomes of it.
+        What else is in the file; see `kinds`.
 
     Examples
     --------

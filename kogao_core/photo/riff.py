@@ -20,7 +20,7 @@ _HEAD_BYTES: Final = 8
 
 
 def _chunks(file: IO[bytes]) -> Iterator[tuple[bytes, int]]:
-    """Yield name and size of each chunk, up to the end that the file's head tells."""
+    """Yield name and size of each chunk, up to the end that the file's header gives."""
     file.seek(0)
     end = riff_end(file.read(12))
     while file.tell() < end and len(head := file.read(_HEAD_BYTES)) == _HEAD_BYTES:

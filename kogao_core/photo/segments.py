@@ -116,7 +116,7 @@ def inserted(jpeg: bytes, more: tuple[bytes, ...]) -> bytes:
 
 
 def with_jfif(jpeg: bytes, header: bytes) -> bytes:
-    """Return a JPEG file whose JFIF segment, if any, tells version, unit and density anew.
+    """Return a JPEG file with another version, unit and density in its JFIF segment, if any.
 
     Parameters
     ----------

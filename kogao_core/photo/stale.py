@@ -1,4 +1,4 @@
-"""What an XMP packet tells of other parts of its file, which a changed photo doesn't have.
+"""Properties of an XMP packet that describe parts of its file which a changed photo lacks.
 
 Only these properties go; every other byte of the packet stays.
 """
@@ -41,13 +41,13 @@ class _Stale(xmp.Walk):
         super().__init__(packet, len(xmp.DESCRIPTION) + 1)
 
     def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
-        """Take down attributes."""
+        """Note stale attributes."""
         if path == xmp.DESCRIPTION:
             for name, span in zip(attributes, xmp.attribute_spans(self.packet, at), strict=True):
                 self._judge(name, span)
 
     def ends(self, path: xmp.NamePath, span: xmp.Span) -> None:
-        """Take down elements."""
+        """Note stale elements."""
         if path[:-1] == xmp.DESCRIPTION:
             self._judge(path[-1], span)
 
@@ -62,7 +62,7 @@ class _Stale(xmp.Walk):
 
 
 def found(packet: bytes) -> tuple[Kind, ...]:
-    """Return what an XMP packet says that its file holds; nothing if it can't be read."""
+    """Return the kinds that an XMP packet describes; none if it can't be read."""
     try:
         return tuple(_Stale(packet.rstrip(b"\0"), is_extended=True).kinds)
     except xmp.BadXmp:
@@ -70,7 +70,7 @@ def found(packet: bytes) -> tuple[Kind, ...]:
 
 
 def without(packet: bytes, *, is_extended: bool) -> bytes:
-    """Return a packet that tells nothing of parts that a changed photo doesn't have.
+    """Return a packet without the properties of parts that a changed photo doesn't have.
 
     Parameters
     ----------

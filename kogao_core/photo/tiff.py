@@ -1,4 +1,4 @@
-"""The directory of a TIFF file: what it says, and how to say more in one that OpenCV wrote."""
+"""The directory of a TIFF file, read, and added to where OpenCV wrote the file."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class TiffTags:
             )
 
     def check_layout(self, path: Path) -> None:
-        """Refuse deep layouts that OpenCV decodes wrongly, without a word, or not at all.
+        """Refuse deep layouts that OpenCV decodes wrongly, silently or not at all.
 
         Raises
         ------
@@ -223,7 +223,7 @@ class TiffTags:
 
     @property
     def exif(self) -> bytes | None:
-        """What the directory says about the picture, as a block like a JPEG's."""
+        """The directory's entries about the picture, as a block like a JPEG's."""
         block = Pillow.Exif()
         for tag, value in _picture_tags(self.tags):
             block[tag] = value
@@ -322,7 +322,7 @@ def with_metadata(
 
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
-    """Return what a directory can say of an EXIF block; None where nobody can read or write it."""
+    """Return the entries that a directory can take from an EXIF block; None where it is damaged."""
     if exif is None:
         return None
     block, directory = Pillow.Exif(), TiffImagePlugin.ImageFileDirectory_v2()

@@ -21,7 +21,7 @@ from kogao_core.photo.model import Photo
 
 
 def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
-    """Write new pixels with the photo's metadata; the name's ending tells the format.
+    """Write new pixels with the photo's metadata, in the format of the name's ending.
 
     The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP,
     IPTC and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
@@ -229,7 +229,7 @@ def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
 
 
 def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str) -> str:
-    """Return what a changed photo has lost on its way, and what of its file was kept."""
+    """Return the notes on a changed photo: what it lost, and what of its file was kept."""
     held = {
         kinds.IPTC: photo.photoshop,
         kinds.RESOLUTION: photo.dpi,

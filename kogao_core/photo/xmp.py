@@ -25,7 +25,7 @@ class BadXmp(ValueError):
 
 
 class Walk:
-    """A walk through a packet; subclasses take down what they look for.
+    """A walk through a packet; subclasses note what they look for.
 
     Names are ``namespace local``, ways the names from ``rdf:RDF`` down. A way is empty below the
     depth asked for: a hostile packet may be nested a million deep. Spans go from the first byte of
@@ -53,10 +53,10 @@ class Walk:
             raise BadXmp(str(error)) from None
 
     def starts(self, path: NamePath, attributes: dict[str, str], at: int) -> None:
-        """Take down a start tag."""
+        """Handle a start tag."""
 
     def ends(self, path: NamePath, span: Span) -> None:
-        """Take down an element."""
+        """Handle the end of an element."""
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
         at = self._parser.CurrentByteIndex

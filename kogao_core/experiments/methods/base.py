@@ -1,4 +1,4 @@
-"""What every warp answers to, so that they can stand side by side on the same points."""
+"""The interface of every warp, so that all can be compared on the same points."""
 
 from __future__ import annotations
 

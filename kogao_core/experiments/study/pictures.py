@@ -91,6 +91,6 @@ def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
 
 
 def same_time(paths: Iterable[Path]) -> None:
-    """Give files one time of change, which tells nothing."""
+    """Give files one time of change, so that their order isn't known from it."""
     for path in paths:
         os.utime(path, (_CHANGED_S, _CHANGED_S))

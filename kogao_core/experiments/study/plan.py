@@ -136,7 +136,7 @@ def key_path(folder: Path) -> Path:
 
 
 def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str:
-    """Return a name that says nothing without the seed and can't be turned back into it.
+    """Return a name that means nothing without the seed, which can't be computed from it.
 
     Parameters
     ----------

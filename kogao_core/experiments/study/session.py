@@ -32,7 +32,7 @@ class Display:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One line: what was said of a picture, or that it was taken back.
+    """One line of a log: an answer about a picture, or that the last one was taken back.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class Session:
 
     @property
     def answered(self) -> list[Record]:
-        """Answers that stand, in the order given."""
+        """Answers that weren't taken back, in the order given."""
         return list(self._answers.values())
 
     @property

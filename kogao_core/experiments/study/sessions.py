@@ -31,7 +31,7 @@ else:
 
 
 class Behind(Exception):
-    """The session went on elsewhere; `session` is how it stands."""
+    """The session went on elsewhere; `session` is its state."""
 
     def __init__(self, session: dict[str, Any]) -> None:
         super().__init__("the session went on in another window")
@@ -83,7 +83,7 @@ class Sessions:
         return found
 
     def open(self, rater: str) -> dict[str, Any]:
-        """Begin a session, or go on with the one of this code; return how it stands.
+        """Begin a session, or go on with the one of this code; return its state.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Sessions:
             return _state_of(self._open[rater][0].session)
 
     def add(self, rater: str, record: Record) -> dict[str, Any]:
-        """Put a record on the disk and let it count; return how the session stands.
+        """Put a record on the disk and count it.
 
         Raises
         ------

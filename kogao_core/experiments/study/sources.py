@@ -1,4 +1,4 @@
-"""Where a study's pictures come from, and which of its answers aren't counted or need a word."""
+"""Where a study's pictures come from, and notes on answers that aren't counted."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def notes(tally: Tally) -> list[str]:
 
 
 def document_of(key: Key) -> dict[str, object]:
-    """Return what a key says but for its pictures, as plain JSON values."""
+    """Return a key without its pictures, as plain JSON values."""
     whole = key.to_dict()
     return {name: whole[name] for name in ("study", "seed", "recipe", "origin", "subjects")}
 

@@ -1,4 +1,4 @@
-"""What may be said about a share of answers, and about grades."""
+"""Intervals of a share of answers, and of grades."""
 
 from __future__ import annotations
 

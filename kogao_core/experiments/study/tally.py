@@ -36,7 +36,7 @@ class Tally:
     subjects, raters, torn : int
         How many photos, people (a code counts once a study) and torn lines.
     measured : mapping of Variant to PictureFigures
-        Means over the subjects; without variants that a key doesn't tell of.
+        Means over the subjects; without variants that a key doesn't have.
     keys : list of Key
         The studies.
     unfinished : list of Session

@@ -157,7 +157,7 @@ class Model:
 
     @cached_property
     def nearness(self) -> Floats:
-        """How much each place of the finest scale says of each landmark; rows (V, P) sum to 1."""
+        """Weight of each place of the finest scale for each landmark; rows (V, P) sum to 1."""
         apart = self.shape.mean[:, None] - self.scales[-1].places
         weights = np.exp(-((np.linalg.norm(apart, axis=-1) / _NEAR) ** 2))
         return np.asarray(weights / weights.sum(axis=1, keepdims=True), np.float32)

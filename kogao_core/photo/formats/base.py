@@ -1,4 +1,4 @@
-"""What there is to say of a file format, in one value."""
+"""A file format as one value."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Reader:
-    """How a file is told by its content and name, and what decodes it.
+    """How a file is recognised by its content and name, and what decodes it.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Reader:
     decode : callable
         Given a `Source`; returns its `Photo`.
     is_by_name : bool
-        Whether the name alone tells; such readers are asked first.
+        Whether the name alone decides; such readers are asked first.
     """
 
     recognises: Callable[[IO[bytes], Path], bool]
@@ -112,12 +112,12 @@ def _nothing_lacks(_: Photo) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileFormat:
-    """A file format: all that reading, writing, messages and documents say of it.
+    """A file format: all that reading, writing, messages and documents need.
 
     Parameters
     ----------
     name : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
-        As `Photo.format` tells it; Pillow's, where Pillow reads it.
+        As in `Photo.format`; Pillow's, where Pillow reads it.
     title : str
         As people say it.
     suffixes : tuple of str
@@ -134,13 +134,13 @@ class FileFormat:
     kept, moved : sets of Kind
         What a changed photo brings along, and what lies elsewhere in it; all else is left out.
     reader : Reader, optional
-        None, where Pillow tells it from others and decodes it.
+        None, where Pillow recognises and decodes it.
     inside : callable
         Yields what an open file of the photo holds beside pixels and metadata blocks.
     behind : callable, optional
         Yields what follows the end of the picture in the bytes of a file.
     note : Kind, optional
-        What a maker's note in its EXIF is; None, where `inside` tells.
+        What a maker's note in its EXIF is; None, where `inside` yields it.
     lacks : callable
         Given a photo; says what of its metadata is too damaged for this format, or nothing.
     keep : callable, optional

@@ -1,4 +1,4 @@
-"""What Pillow reads: the formats that it tells apart and decodes."""
+"""The formats that Pillow recognises and decodes."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def _decode(source: Source) -> Photo:
 
 
 def _opened(source: Source) -> Any:
-    """Return what libheif says of a file; its pixels are decoded when they are asked for."""
+    """Return a file as libheif opens it; its pixels are decoded when they are asked for."""
     try:
         import pi_heif
     except ImportError:
