@@ -11,8 +11,13 @@ _Case = TypeVar("_Case")
 
 
 def few_of(cases: Iterable[_Case], few: int) -> list:
-    """Return cases for ``parametrize``, of which all but the first `few` are marked slow."""
+    """Return cases for ``parametrize``, of which all but the first `few` are marked slow.
+
+    A tuple holds a value for each of several parameters.
+    """
     return [
-        case if number < few else pytest.param(case, marks=pytest.mark.slow)
+        case
+        if number < few
+        else pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow)
         for number, case in enumerate(cases)
     ]

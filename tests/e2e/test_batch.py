@@ -15,6 +15,7 @@ import beside
 import numpy as np
 import pytest
 from PIL import Image
+from shortly import few_of
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
@@ -190,24 +191,28 @@ def test_a_stopped_batch_hands_out_no_more(monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-def test_a_killed_batch_leaves_whole_files_and_goes_on(small_portrait, tmp_path):
+@pytest.mark.parametrize("kills", few_of([[2], [1, 4, 8]], 1))
+def test_a_killed_batch_leaves_whole_files_and_goes_on(small_portrait, tmp_path, kills):
     inputs, out = tmp_path / "in", tmp_path / "out"
     inputs.mkdir()
     for k in range(12):
         shutil.copy(small_portrait, inputs / f"{k}.jpg")
-    before = small_portrait.read_bytes()
+    before, report = small_portrait.read_bytes(), out / "kogao-batch.jsonl"
     program = [sys.executable, "-c", "from kogao_core.cli import main; main()"]
     command = [*program, "batch", str(inputs), "-o", str(out), "-j", "1"]
-    for wait in (1.2, 2.0):
+    for count in kills:
         process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
-        time.sleep(wait)
+        while not report.exists() or len(lines(out)) < count:
+            assert process.poll() is None, "it has ended by itself: this test shows nothing"
+            time.sleep(0.01)
         os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        assert process.wait() == -signal.SIGKILL
         assert all(path.read_bytes() == before for path in inputs.iterdir())
-        for path in out.glob("*.jpg") if out.exists() else []:
+        for path in out.glob("*.jpg"):
             assert photo.read(path).pixels.shape == (300, 300, 3)
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    assert int(re.search(r"(\d+) skipped", done.stderr)[1]) >= kills[-1]
     assert len(list(out.glob("*.jpg"))) == 12
 
 
@@ -258,6 +263,21 @@ def test_a_cluster_without_workers_is_not_waited_for(capsys, small_portrait, tmp
     assert len(err.splitlines()) == 1
 
 
+def test_a_cluster_writes_the_bytes_of_one_process(small_portrait, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
+    with distributed.LocalCluster(
+        n_workers=1, processes=False, dashboard_address=None, silence_logs="CRITICAL"
+    ) as cluster:
+        tasks = batch.plan([small_portrait], tmp_path / "out", Recipe())
+        (outcome,) = batch.run(tasks, batch.Workers.dask(cluster.scheduler_address))
+    assert outcome.status == "done"
+    (alone,) = batch.plan([small_portrait], tmp_path / "alone", Recipe())
+    assert batch.work(alone).status == "done"
+    name = small_portrait.name
+    assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+
+
+@pytest.mark.slow
 def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portrait, tmp_path):
     distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
     inputs, out = tmp_path / "in", tmp_path / "out"

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from shortly import few_of
 
 TRIALS = Path(__file__).parents[1] / "benchmarks"
 
@@ -22,9 +23,11 @@ def run(name, *options):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 @pytest.mark.usefixtures("portrait")
-def test_programs_killed_while_saving_harm_nothing():
-    came_to = run("kills", "--kills", "20", "--photos", "6")
-    assert (came_to["killed while saving"], came_to["killed in a batch"]) == (18, 2)
+@pytest.mark.parametrize(("kills", "in_batches"), few_of([(4, 0), (20, 2)], 1))
+def test_programs_killed_while_saving_harm_nothing(kills, in_batches):
+    came_to = run("kills", "--kills", str(kills), "--photos", "6")
+    assert came_to["killed while saving"] == kills - in_batches
+    assert came_to.get("killed in a batch", 0) == in_batches
     assert came_to["harmed"] == 0
 
 
@@ -34,15 +37,23 @@ def test_programs_killed_while_saving_harm_nothing():
 )
 @pytest.mark.usefixtures("portrait")
 @pytest.mark.parametrize(
-    ("trial", "inputs"), [("hostile", 300), ("hostile_texts", 150), ("hostile_editor", 24)]
+    ("trial", "inputs"),
+    few_of(
+        [
+            *(("hostile", 60), ("hostile_texts", 30), ("hostile_editor", 6)),
+            *(("hostile", 300), ("hostile_texts", 150), ("hostile_editor", 24)),
+        ],
+        3,
+    ),
 )
 def test_damaged_files_are_taken_or_refused_in_a_sentence(trial, inputs):
     came_to = run(trial, "--inputs", str(inputs), "--seed", "7", "--json", "-")
     assert sum(came_to["sums"].values()) == inputs
-    assert came_to["sums"]["done"] > inputs / 30
+    assert came_to["sums"]["done"] >= inputs / 30
     assert came_to["wrong"] == {}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("portrait")
 def test_a_batch_does_all_sound_photos_and_names_the_damaged_ones():
     came_to = run("thousand", "--photos", "20", "--jobs", "2")

@@ -1,0 +1,145 @@
+"""How long the window leaves its events waiting: ``python tests/benchmarks/stalls.py``.
+
+A watchdog ticks every 2 ms on the GUI thread, without a screen, while a large photo is opened,
+searched for faces, warped and saved, and while a batch runs. Each act is done several times and
+judged by its best, for a busy machine delays some, a block all; ends with 1 where the longest wait
+is above 100 ms. ``--megapixels P`` takes another photo than one of 24, ``--json OUT`` writes the
+figures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import cv2
+import numpy as np
+from kogao_app.controllers.batch import Order
+from kogao_app.editor import Editor
+from kogao_app.storage import Storage
+from PySide6.QtCore import QEventLoop, Qt, QTimer
+from PySide6.QtWidgets import QApplication
+from scenes import KnownFaces, oval_face, textured_photo
+
+from kogao_core.face import Face
+from kogao_core.recipe import Recipe
+
+LONGEST_MS = 100.0
+ATTEMPTS = 6
+BLOCK_S = 0.15
+
+
+class Watchdog:
+    """Measures how long the GUI thread leaves its events waiting."""
+
+    def __init__(self) -> None:
+        self.longest_ms = 0.0
+        self._last = time.perf_counter()
+        self._timer = QTimer(interval=2, timerType=Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self._tick)
+        self._timer.start()
+
+    def _tick(self) -> None:
+        now = time.perf_counter()
+        self.longest_ms = max(self.longest_ms, 1e3 * (now - self._last))
+        self._last = now
+
+    def stop(self) -> float:
+        self._tick()
+        self._timer.stop()
+        return self.longest_ms
+
+
+class Slow(KnownFaces):
+    """A source that computes for a while, as the networks do."""
+
+    def find(self, rgb: np.ndarray) -> list[Face]:
+        for _ in range(6):
+            cv2.GaussianBlur(rgb, (0, 0), 9)
+        return super().find(rgb)
+
+
+def wait(busy: Callable[[], bool]) -> None:
+    """Handle events until something is over."""
+    loop, look = QEventLoop(), QTimer(interval=5)
+    look.timeout.connect(lambda: None if busy() else loop.quit())
+    look.start()
+    loop.exec()
+
+
+def stall_ms(act: Callable[[], object], busy: Callable[[], bool]) -> float:
+    """Return the shortest of several longest waits; the first that is short enough ends them."""
+    stalls = []
+    for _ in range(ATTEMPTS):
+        watchdog = Watchdog()
+        act()
+        wait(busy)
+        stalls.append(watchdog.stop())
+        if stalls[-1] <= LONGEST_MS:
+            break
+    return min(stalls)
+
+
+def stalls(app: QApplication, folder: Path, megapixels: float) -> dict[str, float]:
+    """Return the longest wait of each act, ms."""
+    height = round(np.sqrt(megapixels * 1e6 / 3 * 2))
+    width = round(height * 3 / 2)
+    coarse = np.random.default_rng(3).integers(0, 255, (height // 8, width // 8, 3), np.uint8)
+    cv2.imwrite(str(folder / "large.jpg"), cv2.resize(coarse, (width, height)))
+    (folder / "in").mkdir()
+    for k in range(2):
+        cv2.imwrite(str(folder / "in" / f"{k}.jpg"), textured_photo(1200, 900, seed=k))
+    source = Slow(oval_face(width, height, size=0.5))
+    editor = Editor(app, source, Storage.in_folder(folder / "home"))
+    editor.window.resize(1280, 800)
+    editor.window.show()
+    order = Order((folder / "in",), folder / "out", Recipe(), again=True)
+    slider = editor.window.recipe.percent.slider
+    acts = {
+        "opening and finding faces": lambda: editor.files.open(folder / "large.jpg"),
+        "finding faces": editor.files.find,
+        "rendering": lambda: slider.setValue(slider.value() + slider.pageStep()),
+        "saving": lambda: editor.files.save(folder / "copy.jpg"),
+    }
+    found = {name: stall_ms(act, lambda: editor.busy) for name, act in acts.items()}
+    batch = editor.batch.batch
+    found["a batch"] = stall_ms(lambda: batch.start(order), lambda: batch.busy)
+    assert editor.document.state.faces
+    assert (folder / "copy.jpg").is_file()
+    assert order.report.is_file()
+    editor.close()
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--megapixels", type=float, default=24.0)
+    parser.add_argument("--json", type=Path, metavar="OUT")
+    options = parser.parse_args()
+    app = QApplication([])
+    seen = stall_ms(lambda: time.sleep(BLOCK_S), lambda: False)
+    if seen < 1e3 * BLOCK_S:
+        sys.exit(f"the watchdog saw {seen:.0f} ms of a block of {BLOCK_S:g} s: it shows nothing")
+    with tempfile.TemporaryDirectory() as name:
+        found = stalls(app, Path(name), options.megapixels)
+    print(f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}")
+    for act, ms in found.items():
+        print(f"{act:28}{ms:8.1f} ms")
+    if options.json:
+        options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    sys.exit(max(found.values()) > LONGEST_MS)
+
+
+if __name__ == "__main__":
+    main()

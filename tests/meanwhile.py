@@ -1,0 +1,50 @@
+"""Whether the window goes on while something else works."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Iterator
+
+from PySide6.QtCore import QTimer
+
+PATIENCE_S = 20.0
+
+
+class Meanwhile:
+    """Holds work up until the window has handled an event that came after the work began.
+
+    Where the GUI thread does the work itself, or waits for it, no event is handled: after a while
+    the work goes on, and its name is among the `stalled`.
+    """
+
+    def __init__(self) -> None:
+        self.answered: set[str] = set()
+        self.stalled: set[str] = set()
+        self._beat = threading.Event()
+        self._timer = QTimer(interval=1)
+        self._timer.timeout.connect(self._beat.set)
+        self._timer.start()
+
+    def hold(self, name: str) -> None:
+        """Wait for the window."""
+        self._beat.clear()
+        (self.answered if self._beat.wait(PATIENCE_S) else self.stalled).add(name)
+
+    def led(self, name: str, call: Callable) -> Callable:
+        """Return `call` as it is done after the window has answered."""
+
+        def later(*args, **more):
+            self.hold(name)
+            return call(*args, **more)
+
+        return later
+
+    def followed(self, name: str, call: Callable[..., Iterable]) -> Callable[..., Iterator]:
+        """Return a `call` whose every item comes after the window has answered."""
+
+        def one_by_one(*args, **more):
+            for item in call(*args, **more):
+                self.hold(name)
+                yield item
+
+        return one_by_one
