@@ -97,3 +97,14 @@ def test_the_core_knows_neither_the_editor_nor_qt_nor_how_models_are_made():
     assert not roots & {"app", "kogao_app", "PySide6", "pyqtgraph", "shiboken6"}
     others = {other for found in graph().values() for other in found}
     assert not [name for name in others if name.startswith(("resources", "kogao_resources.train"))]
+
+
+def test_the_name_of_a_class_means_one_thing():
+    places = {}
+    for folder in (CORE, "resources"):
+        for path in (ROOT / folder).rglob("*.py"):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            for node in ast.walk(tree):
+                if isinstance(node, ast.ClassDef):
+                    places.setdefault(node.name, []).append(path.name)
+    assert {name: paths for name, paths in places.items() if len(paths) > 1} == {}
