@@ -77,16 +77,16 @@ def damaged(rng: np.random.Generator, only: list[str]) -> tuple[str, bytes]:
     return name, data
 
 
-def case(rng: np.random.Generator, only: list[str]) -> trials.Case:
+def case(rng: np.random.Generator, only: list[str]) -> trials.Trial:
     """Return a damaged photo and what to do with it."""
     kind, data = damaged(rng, only)
     photo = "photo.dng" if kind == "dng" else "photo"
     limits = ["--max-megapixels", "50", "--json"]
     if rng.random() < SEARCHED:
-        return trials.Case(kind, ["detect", photo, *limits], {photo: data}, codes=(0, 2, 3, 4))
+        return trials.Trial(kind, ["detect", photo, *limits], {photo: data}, codes=(0, 2, 3, 4))
     out = f"out{SUFFIXES[rng.integers(len(SUFFIXES))]}"
     more = MORE[rng.integers(len(MORE))] if rng.random() < 0.3 else []
-    return trials.Case(
+    return trials.Trial(
         kind,
         ["warp", photo, "-o", out, "--points", "points.json", *limits, *more],
         {photo: data, "points.json": POINTS},

@@ -119,8 +119,8 @@ def test_a_session_by_keys_to_the_report(study, address, browse):
         (None, 57, False),
     ]
     held = log(study)
-    assert {one.view.shown for one in held.records if one.view} == {(960, 720)}
-    assert {one.view.window for one in held.records if one.view} == {(1280, 1000)}
+    assert {one.display.shown for one in held.records if one.display} == {(960, 720)}
+    assert {one.display.window for one in held.records if one.display} == {(1280, 1000)}
     found = tally([(study, plan.key_path(study))])
     assert (found.grades, sum(share.hits for share in found.shares.values())) == ([57], 1)
 
@@ -173,7 +173,7 @@ def test_a_session_keeps_its_scale_or_waits(study, address, browse):
     press(page, "f")
     seen(page)
     assert shown(page) == [720, 540], "grades are asked at the same size"
-    assert [(one.view.shown, one.view.ratio) for one in log(study).records] == [
+    assert [(one.display.shown, one.display.ratio) for one in log(study).records] == [
         ((720, 540), 1.0),
         ((720, 540), 1.0),
         ((720, 540), 2.0),
