@@ -98,8 +98,11 @@ class Grid:
 
     def nodes_px(self, first: int, count: int, axis: int) -> Array:
         """Return the coordinates of `count` nodes from index `first`; axis 0 is x."""
-        steps = np.arange(first, first + count, dtype=np.float64)
-        return np.asarray(self.origin_px[axis] + self.spacing_px * steps)
+        return self.node_px(np.arange(first, first + count), axis)
+
+    def node_px(self, index: npt.NDArray[np.int64], axis: int) -> Array:
+        """Return the coordinate of each node; axis 0 is x."""
+        return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
 
     def halved(self) -> Grid:
         """Return the grid with half the spacing and the same origin."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kogao_core.domain import Cells, Domain, Mask
 from kogao_core.field import Field, fade
 from kogao_core.geometry import Box, Image
-from kogao_core.lattice import ORDER, Grid, Lattice, basis
+from kogao_core.maps import Float32, LatticeMap, Runs
 from kogao_core.settings import Interpolation
 from kogao_core.threads import default_threads, share_out
 
@@ -24,19 +24,15 @@ BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 BLOCK_HEIGHT_PX: Final = 128
 SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
 _SMALL_IMAGE_PX: Final = 2_000_000
-SPAN_PX: Final = 256  # columns whose map is one matrix product
 # Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
 # own, which compete with ours.
 _CALL_PX: Final = 2**16
 _THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
 _MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
 _KERNEL_REACH_PX: Final = 8
-# OpenBLAS multiplies rows x depth x columns of this many with more than one thread.
-_ONE_BLAS_THREAD: Final = 2**18 - 1
+_ROW_GAP: Final = 16  # numbers between the rows of a map, which would share cache lines without
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
-
-Float32 = npt.NDArray[np.float32]
 
 
 class Canvas:
@@ -111,7 +107,7 @@ class Canvas:
         for cells in regions:
             over_rows = _overlaps(cells.edges_px(1), rows, self._block[0], self.image.height)
             over_columns = _overlaps(cells.edges_px(0), columns, self._block[1], self.image.width)
-            hit |= over_rows @ cells.active @ over_columns.T
+            hit |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
         return hit
 
     def _runs(self, blocks: Mask) -> list[Box]:
@@ -158,12 +154,14 @@ def _check(source: Image) -> None:
         raise ValueError("the image is empty")
 
 
-def _overlaps(edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int) -> Mask:
-    """Return which cells (columns) share pixels with which blocks (rows) along one axis."""
+def _overlaps(
+    edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int
+) -> npt.NDArray[np.float32]:
+    """Return 1 where cells (columns) share pixels with blocks (rows) along one axis, else 0."""
     start = np.arange(blocks)[:, None] * size_px
     end = np.minimum(start + size_px, end_px)
     low, high = edges_px[:-1], edges_px[1:]
-    return np.asarray((low < end) & (high > start) & (low < high))
+    return ((low < end) & (high > start) & (low < high)).astype(np.float32)
 
 
 class _Job:
@@ -172,10 +170,12 @@ class _Job:
     def __init__(self, canvas: Canvas, field: Field, flag: int, before: _Job | None) -> None:
         self.source, self.result, self.image = canvas.source, canvas.pixels, canvas.image
         self.strip_px, self.field, self.flag = canvas.strip_px, field, flag
-        known = {m.lattice.grid: m.axes for m in before.maps} if before is not None else {}
-        self.maps: list[_LatticeMap] = [
-            _LatticeMap(lattice, known.get(lattice.grid) or _axes(lattice.grid, self.image))
-            for lattice in field.lattices
+        self._block_px = _CALL_PX // self.strip_px
+        known = {m.lattice.grid: m for m in before.maps} if before is not None else {}
+        # Always the first lattice: which one carries the identity decides how that is rounded.
+        self.maps: list[LatticeMap] = [
+            LatticeMap(a, self.image, self._block_px, not k and field.is_plain, known.get(a.grid))
+            for k, a in enumerate(field.lattices)
         ]
         self.margin_px = _MARGIN_PX
         longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
@@ -192,126 +192,63 @@ class _Job:
         field = self.field
         return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
 
-    def run(self, box: Box, buffer: Float32) -> None:
-        """Resample `box`, a run of blocks; `buffer` has room for the map of a strip."""
-        left = box.left // self.strip_px * self.strip_px
-        strip = Box(left, box.top, left + self.strip_px, box.bottom).clipped(self.image)
-        view = strip.grown(self.margin_px).clipped(self.image)
-        spans = Box(
-            box.left // SPAN_PX * SPAN_PX,
-            box.top,
-            min(-(-box.right // SPAN_PX) * SPAN_PX, self.image.right),
-            box.bottom,
-        )
-        total = buffer[: 2 * spans.area].reshape(2, spans.height, spans.width)
-        self._map(strip, spans, (view.left, view.top), total)
-        columns = slice(box.left - spans.left, box.right - spans.left)
+    def buffer(self) -> Float32:
+        """Return room for the map of a strip; rows don't begin a power of two apart."""
+        room = np.empty((2, self._block_px, self.strip_px + _ROW_GAP), np.float32)
+        return room[:, :, : self.strip_px]
+
+    def run(self, numbered: tuple[int, Box], total: Float32) -> None:
+        """Resample a run of blocks; `total` has room for the map of a strip."""
+        number, box = numbered
+        view = self._view(box)
+        columns = slice(box.left % self.strip_px, box.left % self.strip_px + box.width)
+        self._map(number, box, view, total)
+        x, y = total[:, : box.height, columns]
         cv2.remap(
             self.source[view.slices],
-            total[0, :, columns],
-            total[1, :, columns],
+            x,
+            y,
             self.flag,
             dst=self.result[box.slices],
             borderMode=cv2.BORDER_REPLICATE,
         )
 
-    def _map(self, strip: Box, box: Box, origin: tuple[int, int], total: Float32) -> None:
-        """Write to `total` where each pixel of `box` is read, relative to `origin`."""
+    def prepare(self, boxes: Sequence[Box]) -> None:
+        """Gather what the maps of these runs are made of."""
+        views = [self._view(box) for box in boxes]
+        origins = np.array([(view.left, view.top) for view in views], np.int64).reshape(-1, 2)
+        for lattice_map in self.maps:
+            lattice_map.prepare(Runs(boxes, origins, self._block_px))
+
+    def _view(self, box: Box) -> Box:
+        """Return the part of the source that a run may read, and from whose corner it is mapped."""
+        left = box.left // self.strip_px * self.strip_px
+        strip = Box(left, box.top, left + self.strip_px, box.bottom).clipped(self.image)
+        return strip.grown(self.margin_px).clipped(self.image)
+
+    def _map(self, number: int, box: Box, view: Box, total: Float32) -> None:
+        """Write to `total` where each pixel of a run is read in `view`."""
         plain = self.field.is_plain and self.maps
-        if plain:
-            # Always the first lattice: which one carries the identity decides how that is rounded.
-            self.maps[0].on(strip, box, total, origin)
-        else:
-            total[:] = 0.0
-        for lattice_map in self.maps[1:] if plain else self.maps:
-            if lattice_map.reaches(box):
-                extra = np.empty_like(total)
-                lattice_map.on(strip, box, extra)
-                total += extra
         if not plain:
+            total[:] = 0.0
+        for k, lattice_map in enumerate(self.maps):
+            lattice_map.on(number, box, total, add=bool(k or not plain))
+        if not plain:
+            left = box.left % self.strip_px
+            part = total[:, : box.height, left : left + box.width]
             xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
             factor, _ = self.field.falloff.on_grid(xs, ys)
-            total *= factor * fade(np.hypot(total[0], total[1]), self.field.fade_px)
-            total[0] += xs - origin[0]
-            total[1] += (ys - origin[1])[:, None]
-
-
-class _LatticeMap:
-    """Eq. (1) at every pixel of a run, as small matrix products in single precision."""
-
-    def __init__(self, lattice: Lattice, axes: Sequence[_Axis]) -> None:
-        self.lattice, self.axes = lattice, axes
-
-    def reaches(self, box: Box) -> bool:
-        """Return False when the displacement on `box` is all zeros, which needn't be added."""
-        left, top, right, bottom = self.lattice.reach_px
-        return left < box.right and box.left < right and top < box.bottom and box.top < bottom
-
-    def on(self, strip: Box, box: Box, out: Float32, origin: tuple[int, int] | None = None) -> None:
-        """Write the displacement on `box`, whole spans of `strip`; with `origin`, the map from it.
-
-        Products have the same shape whatever the box: BLAS may round another shape otherwise.
-        """
-        along_x, along_y = self.axes
-        first_i, last_i = along_x.nodes(strip.left, strip.right)
-        first_j, by = along_y.weights(box.top, box.bottom)
-        phi = self.lattice.window((first_i, first_j), (len(by), last_i - first_i))
-        if origin is not None:
-            # Linear precision: nodes that hold their own coordinates reproduce the identity map.
-            grid = self.lattice.grid
-            phi[..., 0] += grid.nodes_px(first_i, phi.shape[1], 0) - origin[0]
-            phi[..., 1] += (grid.nodes_px(first_j, phi.shape[0], 1) - origin[1])[:, None]
-        rows = by.T @ np.ascontiguousarray(phi.transpose(2, 0, 1), np.float32)
-        for left in range(box.left, box.right, SPAN_PX):
-            right = min(left + SPAN_PX, box.right)
-            first, bx = along_x.weights(left, right)
-            part = rows[:, :, first - first_i : first - first_i + len(bx)]
-            _multiply(part, bx, out[:, :, left - box.left : right - box.left])
-
-
-def _multiply(left: Float32, right: Float32, out: Float32) -> None:
-    """Multiply in blocks of rows so small that BLAS keeps them in one thread.
-
-    Otherwise the bits, and with them a pixel, would depend on how many threads BLAS has just then.
-    """
-    step = max(1, _ONE_BLAS_THREAD // right.size)
-    for top in range(0, left.shape[-2], step):
-        rows = slice(top, top + step)
-        np.matmul(left[:, rows], right, out=out[:, rows])
-
-
-class _Axis:
-    """The cell of every pixel along an axis and its four weights, eq. (2)."""
-
-    def __init__(self, grid: Grid, size_px: int, axis: int) -> None:
-        self._cells, s = grid.locate(np.arange(size_px), axis)
-        self._values = basis(s).astype(np.float32)
-        self._weights: dict[int, tuple[int, Float32]] = {}
-
-    def nodes(self, start_px: int, stop_px: int) -> tuple[int, int]:
-        """Return the first node that reaches these pixels, and the one after the last."""
-        return int(self._cells[start_px]) - 1, int(self._cells[stop_px - 1]) + ORDER - 1
-
-    def weights(self, start_px: int, stop_px: int) -> tuple[int, Float32]:
-        """Return the first node and a matrix of the weights of all, shape (nodes, pixels)."""
-        # Runs share their weights; threads may at worst compute them twice.
-        known = self._weights.get(start_px)
-        if known is None:
-            first, end = self.nodes(start_px, stop_px)
-            weights = np.zeros((end - first, stop_px - start_px), np.float32)
-            places = self._cells[start_px:stop_px] - 1 - first + np.arange(ORDER)[:, None]
-            np.put_along_axis(weights, places, self._values[start_px:stop_px].T, 0)
-            known = self._weights[start_px] = first, weights
-        return known
-
-
-def _axes(grid: Grid, image: Box) -> tuple[_Axis, _Axis]:
-    return _Axis(grid, image.right, 0), _Axis(grid, image.bottom, 1)
+            part *= factor * fade(np.hypot(part[0], part[1]), self.field.fade_px)
+            part[0] += xs - view.left
+            part[1] += (ys - view.top)[:, None]
 
 
 def _spread(job: _Job, boxes: Sequence[Box], threads: int) -> None:
-    def hand() -> Callable[[Box], None]:
-        buffer = np.empty(2 * _CALL_PX, np.float32)
-        return lambda box: job.run(box, buffer)
+    job.prepare(boxes)
 
-    share_out(boxes, hand, min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX))
+    def hand() -> Callable[[tuple[int, Box]], None]:
+        buffer = job.buffer()
+        return lambda numbered: job.run(numbered, buffer)
+
+    threads = min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX)
+    share_out(enumerate(boxes), hand, threads)

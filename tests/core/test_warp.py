@@ -11,10 +11,11 @@ from scenes import oval_face, textured_photo
 from test_lattice import literal_eq_1
 
 from kogao_core import pipeline, warp
+from kogao_core.maps import SPANS_PX
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.settings import SETTINGS
-from kogao_core.warp import SPAN_PX, Canvas
+from kogao_core.warp import Canvas
 
 INTERPOLATIONS = SETTINGS["interpolation"].choices
 
@@ -203,7 +204,7 @@ def test_pixels_that_cannot_be_warped_are_refused(photo):
 
 
 def test_images_about_as_large_as_a_span():
-    for width in (1, 5, SPAN_PX - 1, SPAN_PX, SPAN_PX + 1):
+    for width in (1, 5, *(size + more for size in SPANS_PX for more in (-1, 0, 1))):
         photo = textured_photo(width, 40)
         face = oval_face(width, 40, center=(width - 3.0, 20.0), size=0.5)
         assert render(photo, [face], Recipe(percent=8)).pixels.shape == photo.shape
