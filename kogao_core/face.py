@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite
@@ -291,13 +291,24 @@ def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
     return changed
 
 
+# Called with each face as it is found, in whatever thread found it.
+OnFace = Callable[[Face], object]
+
+
+def ignored(_: Face) -> None:
+    """Wait for the end of the search."""
+
+
 class LandmarkSource(Protocol):
     """Anything that finds faces: the mesh network today, the paper's AAM, a user's own model."""
 
     name: str
 
-    def find(self, rgb: Image) -> list[Face]:
-        """Return the faces of an upright image, largest first; an empty list when there is none."""
+    def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
+        """Return the faces of an upright image, largest first; an empty list when there is none.
+
+        Each is handed to `on_face` as soon as it is found, one at a time and in any thread.
+        """
         ...
 
 

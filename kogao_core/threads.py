@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cache
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 import threadpoolctl
 
 MOST_THREADS = 4
 
 _Task = TypeVar("_Task")
+_Result = TypeVar("_Result")
+_Tool = TypeVar("_Tool")
 
 
 def default_threads() -> int:
@@ -70,6 +73,71 @@ def share_out(
     for problem in problems:
         if problem is not None:
             raise problem
+
+
+def share_in_order(
+    tasks: Sequence[_Task],
+    do: Callable[[_Task], _Result],
+    take: Callable[[_Task, _Result], object],
+    threads: int,
+) -> None:
+    """Share tasks out and hand each result on in the order of the tasks, one at a time.
+
+    Parameters
+    ----------
+    tasks : sequence
+        In the order in which they are begun, and their results taken.
+    do : callable
+        Does one task; called in any thread.
+    take : callable
+        Gets a task and its result as soon as those before it were taken; called in any thread.
+    threads : int
+        How many at most, this one included.
+
+    Raises
+    ------
+    Exception
+        What a call raised, see `share_out`.
+    """
+    lock, results, taken = threading.Lock(), dict[int, _Result](), 0
+
+    def work(numbered: tuple[int, _Task]) -> None:
+        nonlocal taken
+        number, task = numbered
+        result = do(task)
+        with lock:
+            results[number] = result
+            while taken in results:
+                take(tasks[taken], results.pop(taken))
+                taken += 1
+
+    share_out(enumerate(tasks), lambda: work, threads)
+
+
+class Spares(Generic[_Tool]):
+    """Things that only one thread may use at a time: as many as there are threads at work.
+
+    Parameters
+    ----------
+    make : callable
+        Makes another one.
+    """
+
+    def __init__(self, make: Callable[[], _Tool]) -> None:
+        self._make = make
+        self._free: deque[_Tool] = deque()
+
+    @contextmanager
+    def one(self) -> Iterator[_Tool]:
+        """Lend one to the ``with`` block, made when all others are in use."""
+        try:
+            tool = self._free.pop()
+        except IndexError:
+            tool = self._make()
+        try:
+            yield tool
+        finally:
+            self._free.append(tool)
 
 
 @cache

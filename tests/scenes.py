@@ -8,7 +8,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from kogao_core.face import Face
+from kogao_core.face import Face, OnFace, ignored
 from kogao_core.geometry import Affine
 
 
@@ -62,7 +62,9 @@ class KnownFaces:
     def __init__(self, *faces: Face) -> None:
         self.faces = list(faces)
 
-    def find(self, rgb: np.ndarray) -> list[Face]:  # noqa: ARG002
+    def find(self, rgb: np.ndarray, on_face: OnFace = ignored) -> list[Face]:  # noqa: ARG002
+        for face in self.faces:
+            on_face(face)
         return list(self.faces)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from kogao_core.geometry import Affine, Array
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.threads import Spares
 
 INPUT_PX: Final = 256
 SAME_FACE_IOU: Final = 0.3
@@ -97,7 +98,7 @@ class Square:
 
 
 class BlazeFace:
-    """The detector network; not thread-safe.
+    """The detector network; threads may share it.
 
     Parameters
     ----------
@@ -106,17 +107,19 @@ class BlazeFace:
     """
 
     def __init__(self, weights: Path) -> None:
-        self._net = cv2.dnn.readNetFromTFLite(str(weights))
+        self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
         self._anchors = _anchors()
 
     def look(self, image: Pyramid, view: Square, least_score: float) -> list[Detection]:
         """Return the faces in one view, best first, none twice."""
         sampled = image.sample(view.to_image, INPUT_PX)
-        if float(sampled[::2, ::2].std(axis=(0, 1)).max()) < _FLAT:
+        spread = cv2.meanStdDev(np.ascontiguousarray(sampled[::2, ::2]))[1]
+        if float(spread.max()) < _FLAT:
             return []
         pixels = sampled.astype(np.float32) / 127.5 - 1.0
-        self._net.setInput(np.ascontiguousarray(pixels.transpose(2, 0, 1)[None]))
-        regressors, logits = self._net.forward(["regressors", "classificators"])
+        with self._nets.one() as net:
+            net.setInput(np.ascontiguousarray(pixels.transpose(2, 0, 1)[None]))
+            regressors, logits = net.forward(["regressors", "classificators"])
         scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
         likely = scores > least_score
         # 16 numbers per anchor: centre, size, then six points of which the eyes come first.

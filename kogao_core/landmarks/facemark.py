@@ -14,7 +14,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
-from kogao_core.face import OUTLINE_POINTS, Face
+from kogao_core.face import OUTLINE_POINTS, Face, OnFace, ignored
 from kogao_core.geometry import Array, Image
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
@@ -67,17 +67,18 @@ class FacemarkSource:
 
     def __init__(self, model: Path) -> None:
         self._facemark = _loaded(model)
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # OpenCV's models keep state between their calls
 
     @cached_property
     def _detector(self) -> BlazeFace:
         return BlazeFace(locked.network(locked.DETECTOR))
 
-    def find(self, rgb: Image) -> list[Face]:
+    def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, largest first; see `MeshSource.find`."""
-        with self._lock:
-            image = Pyramid(rgb)
-            faces = search.faces(image, self._detector, lambda box: self._fit(image, box))
+        image = Pyramid(rgb)
+        faces = search.faces(
+            image, self._detector, lambda box: self._fit(image, box), on_face=on_face
+        )
         return sorted(faces, key=lambda face: -face.interocular_px)
 
     def _fit(self, image: Pyramid, proposal: Detection) -> search.Fitted | None:
@@ -90,7 +91,8 @@ class FacemarkSource:
         left = (INPUT_PX - side) / 2.0
         top = left - _UP * side
         boxes = np.array([[left, top, side, side]]).round().astype(np.int32)
-        done, found = self._facemark.fit(grey, boxes)
+        with self._lock:
+            done, found = self._facemark.fit(grey, boxes)
         if not done or np.shape(found[0]) != (1, POINTS, 2) or not np.isfinite(found[0]).all():
             return None
         return face_of(view.to_image(found[0][0]), box.score), box

@@ -12,13 +12,14 @@ import cv2
 import numpy as np
 
 from kogao_core import assets
-from kogao_core.face import Face
+from kogao_core.face import Face, OnFace, ignored
 from kogao_core.geometry import Affine, Array, Image
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, Square
 from kogao_core.landmarks.edges import EdgeNetwork, refine
 from kogao_core.landmarks.outline import silhouette
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.threads import Spares, one_blas_thread
 
 EYES: Final = (33, 133, 362, 263)
 MOUTH: Final = (61, 291)
@@ -94,7 +95,7 @@ class MeshInput:
 
 
 class MeshNetwork:
-    """The landmark network; not thread-safe.
+    """The landmark network; threads may share it.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ class MeshNetwork:
     """
 
     def __init__(self, weights: Path) -> None:
-        self._net = cv2.dnn.readNetFromTFLite(str(weights))
+        self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
 
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
         """Return the mesh of the face in a box, None when it collapses, and the crop it is from.
@@ -128,10 +129,11 @@ class MeshNetwork:
 
     def _points(self, pixels: Image) -> tuple[Array, float]:
         planes = pixels.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
-        self._net.setInput(np.ascontiguousarray(planes))
+        with self._nets.one() as net:
+            net.setInput(np.ascontiguousarray(planes))
+            flat, presence = net.forward(["Identity", "Identity_1"])
         # The network counts from the edge of its first pixel, we from its centre. The half pixel is
         # measured, too: it takes the bias of the eye corners from 0.4 to 0.1 % of their distance.
-        flat, presence = self._net.forward(["Identity", "Identity_1"])
         return flat.reshape(-1, 3)[:, :2].astype(np.float64) - 0.5, float(presence.item())
 
 
@@ -170,7 +172,7 @@ class MeshSource:
 
     def __init__(self, *, refined: bool = True) -> None:
         self._refined = refined
-        self._lock = threading.Lock()  # OpenCV's networks keep state between their calls
+        self._lock = threading.Lock()  # a second search at once would need more networks
 
     @cached_property
     def _detector(self) -> BlazeFace:
@@ -184,13 +186,15 @@ class MeshSource:
     def _network(self) -> MeshNetwork:
         return MeshNetwork(locked.network(locked.MESH))
 
-    def find(self, rgb: Image) -> list[Face]:
+    def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, largest first.
 
         Parameters
         ----------
         rgb : array of shape (H, W) or (H, W, C)
             Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
+        on_face : callable
+            Gets each face as it is found.
 
         Returns
         -------
@@ -207,13 +211,14 @@ class MeshSource:
         ValueError
             If `rgb` isn't an image.
         """
-        with self._lock:
+        with self._lock, one_blas_thread():
             image = Pyramid(rgb)
             faces = search.faces(
                 image,
                 self._detector,
                 lambda box: self._fit(image, box, LEAST_SCORE),
                 lambda box: self._fit(image, box, LEAST_IN_COMPANY),
+                on_face,
             )
         return sorted(faces, key=lambda face: -face.interocular_px)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from typing import Any
 
 import cv2
@@ -13,7 +14,7 @@ from kogao_core.geometry import Affine, Box, Image
 
 
 class Pyramid:
-    """An image and its halvings, made when first needed.
+    """An image and its halvings, made when first needed; threads may share it.
 
     Parameters
     ----------
@@ -23,6 +24,7 @@ class Pyramid:
 
     def __init__(self, image: Image) -> None:
         self._levels = [rgb8(image)]
+        self._lock = threading.Lock()
 
     @property
     def width(self) -> int:
@@ -35,13 +37,14 @@ class Pyramid:
         return int(self._levels[0].shape[0])
 
     def _level(self, wanted: int) -> tuple[int, Rgb8]:
-        while len(self._levels) <= wanted and min(self._levels[-1].shape[:2]) >= 2:
-            last = self._levels[-1]
-            rows, columns = last.shape[0] // 2, last.shape[1] // 2
-            # Exact halves take OpenCV's fast path: far quicker than one large INTER_AREA step.
-            even = last[: 2 * rows, : 2 * columns]
-            half = cv2.resize(even, (columns, rows), interpolation=cv2.INTER_AREA)
-            self._levels.append(np.asarray(half, np.uint8))
+        with self._lock:
+            while len(self._levels) <= wanted and min(self._levels[-1].shape[:2]) >= 2:
+                last = self._levels[-1]
+                rows, columns = last.shape[0] // 2, last.shape[1] // 2
+                # Exact halves take OpenCV's fast path: far quicker than one large INTER_AREA step.
+                even = last[: 2 * rows, : 2 * columns]
+                half = cv2.resize(even, (columns, rows), interpolation=cv2.INTER_AREA)
+                self._levels.append(np.asarray(half, np.uint8))
         wanted = min(wanted, len(self._levels) - 1)
         return wanted, self._levels[wanted]
 

@@ -7,9 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.face import Face
+from kogao_core.face import Face, OnFace, ignored
 from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.threads import default_threads, share_in_order
 
 # Least probability worth a closer look: a wrong one costs time, not a false face.
 WHOLE_SCORE: Final = 0.5
@@ -32,9 +33,16 @@ Fit = Callable[[Detection], Fitted | None]
 
 
 def faces(
-    image: Pyramid, detector: BlazeFace, fit: Fit, fit_in_company: Fit | None = None
+    image: Pyramid,
+    detector: BlazeFace,
+    fit: Fit,
+    fit_in_company: Fit | None = None,
+    on_face: OnFace = ignored,
 ) -> list[Face]:
     """Return every face that `fit` bears out, each once.
+
+    The result doesn't depend on the number of threads: they look and fit ahead, but what counts as
+    found already is decided in the order of the proposals.
 
     Parameters
     ----------
@@ -43,18 +51,25 @@ def faces(
     detector : BlazeFace
         Proposes boxes.
     fit : callable
-        Turns a box into a face and its own box, or None.
+        Turns a box into a face and its own box, or None; called in several threads at once.
     fit_in_company : callable, optional
         The same for boxes beside a sure small face, where another is likely.
+    on_face : callable
+        Gets each face as it is found, one at a time.
     """
     found: list[Fitted] = []
 
+    def take(proposal: Detection, fitted: Fitted | None) -> None:
+        if fitted is not None and not _known(proposal, found) and not _known(fitted[1], found):
+            found.append(fitted)
+            on_face(fitted[0])
+
     def look(views: Sequence[Square], least_score: float, fit: Fit = fit) -> None:
-        for proposal in _proposals(image, detector, views, least_score):
-            if not _known(proposal, found):
-                fitted = fit(proposal)
-                if fitted is not None and not _known(fitted[1], found):
-                    found.append(fitted)
+        def unknown(proposal: Detection) -> Fitted | None:
+            return None if _known(proposal, found) else fit(proposal)
+
+        proposals = _proposals(image, detector, views, least_score)
+        share_in_order(proposals, unknown, take, default_threads())
 
     def sure(proposal: Detection) -> Fitted | None:
         fitted = fit(proposal)
@@ -97,12 +112,13 @@ def _proposals(
 ) -> list[Detection]:
     """Return the boxes seen in any of the views, best first, overlapping ones dropped."""
     kept: list[Detection] = []
-    seen = [
-        box
-        for view in views
-        for box in detector.look(image, view, least_score)
-        if _whole_in_view(box, view, image)
-    ]
+    seen: list[Detection] = []
+
+    def look(view: Square) -> list[Detection]:
+        boxes = detector.look(image, view, least_score)
+        return [box for box in boxes if _whole_in_view(box, view, image)]
+
+    share_in_order(views, look, lambda _, boxes: seen.extend(boxes), default_threads())
     for box in sorted(seen, key=lambda one: -one.score):
         if not any(box.overlaps(other) for other in kept):
             kept.append(box)

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scenes import oval_face
 from shortly import few_of
 
 from kogao_core import assets
@@ -109,7 +110,7 @@ def test_some_tile_holds_every_face_that_tiles_are_for(shape: tuple[int, int], p
 
 def test_an_empty_view_is_not_looked_at(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     detector = BlazeFace(weights / "face_detection_back.tflite")
-    monkeypatch.setattr(detector, "_net", None)
+    monkeypatch.setattr(detector, "_nets", None)
     sky = np.full((200, 200, 3), (90, 140, 220), np.uint8)
     assert detector.look(Pyramid(sky), Square(np.array([100.0, 100.0]), 200.0), 0.1) == []
 
@@ -146,6 +147,46 @@ def test_one_source_serves_several_threads() -> None:
     for thread in threads:
         thread.join()
     assert results == [[]] * 4
+
+
+@pytest.mark.usefixtures("weights")
+def test_faces_are_handed_on_while_the_search_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks, heard = [], []
+    look = BlazeFace.look
+
+    def counted(*given: object) -> object:
+        looks.append(given)
+        return look(*given)
+
+    monkeypatch.setattr(BlazeFace, "look", counted)
+    portrait = cv2.imread(str(assets.sample()))[..., ::-1]
+    wall = np.full((600, 900, 3), 120, np.uint8)
+    for left in (100, 600):
+        wall[200:400, left : left + 200] = cv2.resize(portrait, (200, 200))
+    faces = MeshSource().find(wall, lambda face: heard.append((face, len(looks))))
+    assert len(faces) == 2
+    assert {face for face, _ in heard} == set(faces)
+    assert heard[0][1] < len(looks), "there was more to look at"
+
+
+def test_who_is_done_first_does_not_decide_what_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two proposals come to one face: the better one's counts."""
+    monkeypatch.setattr(search, "default_threads", lambda: 2)
+    better, worse = (Detection(np.array([x, 50.0]), 20.0, 0.0, x / 100.0) for x in (90.0, 60.0))
+    same, done = Detection(np.array([75.0, 50.0]), 20.0, 0.0, 1.0), threading.Event()
+
+    class Detector:
+        def look(self, *_: object) -> list[Detection]:
+            return [better, worse]
+
+    def fit(box: Detection) -> search.Fitted:
+        if box is worse:
+            done.set()
+        assert done.wait(20.0)
+        return oval_face(100, 100, size=box.score), same
+
+    (face,) = search.faces(Pyramid(np.zeros((100, 100, 3), np.uint8)), Detector(), fit)
+    assert np.array_equal(face.points, oval_face(100, 100, size=better.score).points)
 
 
 def test_a_missing_network_is_named_with_a_way_out(

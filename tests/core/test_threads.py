@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from kogao_core import threads
-from kogao_core.threads import share_out
+from kogao_core.threads import Spares, share_in_order, share_out
 
 PATIENCE_S = 20.0
 
@@ -58,3 +58,30 @@ def test_an_exception_comes_out_when_everyone_has_stopped(gate, failing):
     with pytest.raises(MemoryError):
         share_out(range(1000), lambda: do, 2)
     assert len(ended) == 1, "nobody begins another task"
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_results_are_taken_in_the_order_of_the_tasks(count):
+    taken = []
+    share_in_order(range(300), str, lambda task, result: taken.append((task, result)), count)
+    assert taken == [(task, str(task)) for task in range(300)]
+
+
+def test_a_result_waits_for_those_before_it():
+    second, taken = threading.Event(), []
+
+    def do(task):
+        if task == 1:
+            second.set()
+        assert second.wait(PATIENCE_S)
+
+    share_in_order(range(2), do, lambda task, _: taken.append(task), 2)
+    assert taken == [0, 1]
+
+
+def test_nobody_shares_what_is_lent():
+    spares = Spares(object)
+    with spares.one() as first, spares.one() as second:
+        assert first is not second
+    with spares.one() as again:
+        assert again in (first, second)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core import assets
-from kogao_core.face import Face
+from kogao_core.face import Face, OnFace, ignored
 from kogao_core.geometry import Image
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.aam import points
@@ -45,7 +45,7 @@ class AamSource:
 
     def __init__(self, model: Path | None = None) -> None:
         self._path = model
-        self._lock = threading.Lock()  # OpenCV's networks keep state between their calls
+        self._lock = threading.Lock()  # a second search at once would need more networks
 
     @cached_property
     def _model(self) -> Model:
@@ -62,13 +62,15 @@ class AamSource:
     def _haar(self) -> HaarFaces:
         return HaarFaces()
 
-    def find(self, rgb: Image) -> list[Face]:
+    def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, largest first.
 
         Parameters
         ----------
         rgb : array of shape (H, W) or (H, W, C)
             Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
+        on_face : callable
+            Gets each face as it is found.
 
         Returns
         -------
@@ -88,26 +90,30 @@ class AamSource:
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
             if self._detector is None:
-                faces = self._by_haar(photo)
+                faces = self._by_haar(photo, on_face)
             else:
-                faces = self._by_blazeface(photo, self._detector)
+                faces = self._by_blazeface(photo, self._detector, on_face)
         return sorted(faces, key=lambda face: -face.interocular_px)
 
-    def _by_blazeface(self, photo: _Photo, detector: BlazeFace) -> list[Face]:
+    def _by_blazeface(self, photo: _Photo, detector: BlazeFace, on_face: OnFace) -> list[Face]:
         return search.faces(
             photo.picture,
             detector,
             lambda box: photo.face_at(detector, box, LEAST_SCORE),
             lambda box: photo.face_at(detector, box, LEAST_IN_COMPANY),
+            on_face,
         )
 
-    def _by_haar(self, photo: _Photo) -> list[Face]:
+    def _by_haar(self, photo: _Photo, on_face: OnFace) -> list[Face]:
         # The cascade gives no probability, and false boxes: only good fits count.
         for boxes in self._haar.boxes(photo.picture):
             fits = [photo.fit(box) for box in boxes]
             good = [one for one in fits if not photo.doubts(one)]
             if good:
-                return [photo.face(one, 1.0) for one in good]
+                faces = [photo.face(one, 1.0) for one in good]
+                for face in faces:
+                    on_face(face)
+                return faces
         return []
 
 

@@ -17,7 +17,6 @@ from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, plan
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
-from kogao_core.threads import one_blas_thread
 
 MODEL: Final = "models/edges.npz"
 _DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError)
@@ -83,9 +82,8 @@ class EdgeNetwork:
         """
         cut = Cut.of(image, eyes, outline)
         lines = lines_of(cut.to_image.inverse(outline))
-        with one_blas_thread():
-            outputs = network.forward(self._parameters, planes(cut.strip(lines))[None])
-            moves, confidence = settle(*split(outputs[0]))
+        outputs = network.forward(self._parameters, planes(cut.strip(lines))[None])
+        moves, confidence = settle(*split(outputs[0]))
         moved = np.column_stack([lines.moved(moves), confidence])
         even = resampled(moved, len(outline))
         return cut.to_image(even[:, :2]), np.clip(even[:, 2], 0.0, 1.0)
