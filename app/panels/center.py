@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QHBoxLayout, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QButtonGroup,
+    QHBoxLayout,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
 
 from kogao_core.settings import CENTERS, cited
 
@@ -11,6 +20,8 @@ from ..i18n import tr
 from ..theme import GRID_PX
 from . import fields
 from .controls import heading
+
+_LEAST_PX: Final = 3 * GRID_PX
 
 
 class CenterChoice(QWidget):
@@ -39,6 +50,9 @@ class CenterChoice(QWidget):
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.setProperty("segment", "true")
+            # As wide as it likes while there is room, narrower where there are many.
+            button.setMinimumWidth(_LEAST_PX)
+            button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
             button.setAccessibleName(tr("Centre {n}", n=number))
             button.setToolTip(_center_tip(number))
             self._group.addButton(button, number)

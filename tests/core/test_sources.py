@@ -26,10 +26,10 @@ def mean_68():
 
 
 def test_names_give_their_sources():
-    assert [choice.name for choice in CHOICES] == ["mesh", "aam"]
     assert isinstance(source("mesh"), MeshSource)
     assert isinstance(source("aam"), AamSource)
-    assert all(0.0 < c.measured.studio_jaw < c.measured.wild_jaw < 10.0 for c in CHOICES)
+    measured = [choice.measured for choice in CHOICES if choice.measured is not None]
+    assert all(0.0 < one.studio_jaw < one.wild_jaw < 10.0 for one in measured)
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
