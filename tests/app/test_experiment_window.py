@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QLabel
 from test_files import save_as
 from test_manual import manual, mark_face  # noqa: F401
 
+from kogao_core.cli import program
 from kogao_core.experiments import setting_times
 from kogao_core.experiments.methods import METHODS
 
@@ -35,6 +36,12 @@ def finish(driver):
 
 def text(table, row, column):
     return table.item(row, column).text()
+
+
+def test_every_experiment_of_the_command_line_stands_in_the_menu(empty):
+    for name, command in program.commands["experiment"].commands.items():
+        if any("--html" in param.opts for param in command.params):
+            assert not empty.window.actions_by_name[f"experiment-{name}"].shortcut().isEmpty()
 
 
 def test_a_photo_is_needed(empty):

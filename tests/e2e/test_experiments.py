@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,9 +14,11 @@ import pytest
 from PIL import Image
 
 from kogao_core import atomic
+from kogao_core.cli import program
 from kogao_core.experiments.methods import METHODS, comparing
 from kogao_core.experiments.setting_times import SettingTime, append
 
+DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
 ONCE = {
     "timing": ("--repeats", 1, "--warm-up", 0),
     "domains": ("--repeats", 1),
@@ -44,6 +47,17 @@ def faceless(tmp_path):
 @pytest.fixture
 def cli(cli):
     return lambda *arguments: cli("experiment", *arguments)
+
+
+def test_every_experiment_is_run_here_and_has_its_section():
+    found = {
+        name
+        for name, command in program.commands["experiment"].commands.items()
+        if any("--html" in param.opts for param in command.params)
+    }
+    assert found == ONCE.keys() == RECORDS.keys() == PICTURES.keys()
+    sections = re.findall(r"^## .*: `experiment (\w+)`$", DOCUMENT.read_text("utf-8"), re.MULTILINE)
+    assert found == set(sections)
 
 
 @pytest.mark.parametrize("name", RECORDS)
