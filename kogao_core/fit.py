@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, assert_never
 
 import numpy as np
@@ -37,6 +38,7 @@ _FINER_PROOF: Final = 4.0
 MOST_EFFORT: Final = 1.6
 _LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks can't feel
 _BISECTIONS: Final = 40
+_POWER_STEPS: Final = 20
 # Protected lines are sampled this densely, in lattice spacings.
 STILL_STEP: Final = 0.5
 # Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
@@ -44,7 +46,7 @@ STILL_STEP: Final = 0.5
 QUANTUM_PX: Final = 2.0**-12
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Problem:
     """What one face asks of its lattice: displacements (N, 2) at targets (N, 2), both px.
 
@@ -58,6 +60,11 @@ class Problem:
     displacement_px: Array
     movers: int
     least_px: float = 0.0
+
+    @cached_property
+    def support(self) -> _Support:
+        """The control points that its points reach."""
+        return _Support(self)
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -147,7 +154,7 @@ def fit(
         _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection)
         for pair, anchor, grid in zip(pairs, anchors, grids, strict=True)
     ]
-    empty = [_Support(problem).empty for problem in problems]
+    empty = [problem.support.empty for problem in problems]
     _check_together(problems, empty)
     if not any(pair.displacement_px.any() for pair in pairs):
         return tuple(empty)
@@ -289,7 +296,7 @@ def approximate(problem: Problem) -> Lattice:
     >>> bool(0.1 < abs(missed).max() < 3.0)
     True
     """
-    return _approximated(problem, _Support(problem))
+    return _approximated(problem, problem.support)
 
 
 def _approximated(problem: Problem, support: _Support) -> Lattice:
@@ -375,7 +382,7 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     >>> bool(abs(missed).max() < 0.01)
     True
     """
-    supports = [_Support(problem) for problem in problems]
+    supports = [problem.support for problem in problems]
     lattices = [support.empty for support in supports]
     for group in groups(lattices):
         solved = _solve_together([problems[k] for k in group], [supports[k] for k in group])
@@ -407,21 +414,40 @@ def _ridge_solution(designs: Sequence[_Design], displacements: Array, longest: f
     """Return the smallest phi with ``A phi = displacements``, or the best one so long."""
     # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: the smaller matrix is the quicker one.
     many = len(displacements) > sum(part.weights.shape[1] for part in designs)
-    values, vectors = np.linalg.eigh((_inner if many else _outer)(designs, len(displacements)))
-    values = np.maximum(values, 0.0)
-    wanted = vectors.T @ (_transposed(designs, displacements) if many else displacements)
+    matrix = (_inner if many else _outer)(designs, len(displacements))
+    wanted = _transposed(designs, displacements) if many else displacements
+    least = _LEAST_RIDGE * _largest_eigenvalue(matrix)
+    solved = np.asarray(np.linalg.solve(matrix + least * np.eye(len(matrix)), wanted), np.float64)
+    phi = solved if many else _transposed(designs, solved)
+    if (phi**2).sum() <= longest**2:
+        return np.asarray(phi)
+    solved = _short_solution(matrix, wanted, longest, many)
+    return np.asarray(solved if many else _transposed(designs, solved))
+
+
+def _short_solution(matrix: Array, wanted: Array, longest: float, many: bool) -> Array:
+    """Solve with the smallest ridge whose phi are together at most so long."""
+    values, vectors = np.linalg.eigh(matrix)
+    values, wanted = np.maximum(values, 0.0), vectors.T @ wanted
     energy = (1.0 if many else values) * (wanted**2).sum(axis=1)
     low, high = np.log(_LEAST_RIDGE * values[-1]), np.log(10.0 * values[-1])
-    ridge = np.exp(low)
-    if (energy / (values + ridge) ** 2).sum() > longest**2:
-        for _ in range(_BISECTIONS):
-            ridge = np.exp((low + high) / 2.0)
-            if (energy / (values + ridge) ** 2).sum() > longest**2:
-                low = np.log(ridge)
-            else:
-                high = np.log(ridge)
-    solved = vectors @ (wanted / (values + ridge)[:, None])
-    return np.asarray(solved if many else _transposed(designs, solved))
+    for _ in range(_BISECTIONS):
+        ridge = np.exp((low + high) / 2.0)
+        if (energy / (values + ridge) ** 2).sum() > longest**2:
+            low = np.log(ridge)
+        else:
+            high = np.log(ridge)
+    return np.asarray(vectors @ (wanted / (values + ridge)[:, None]))
+
+
+def _largest_eigenvalue(matrix: Array) -> float:
+    """Return it to a few digits, by power iteration."""
+    # Weights aren't negative, so neither is its eigenvector, and a vector of ones is near it.
+    vector = np.ones(len(matrix))
+    for _ in range(_POWER_STEPS):
+        vector = matrix @ vector
+        vector /= np.linalg.norm(vector)
+    return float(vector @ matrix @ vector)
 
 
 def _outer(designs: Sequence[_Design], points: int) -> Array:

@@ -37,7 +37,7 @@ def basis(s: npt.ArrayLike) -> Array:
     """
     s = np.asarray(s, np.float64)
     r = 1.0 - s
-    weights = [r**3, 3 * s**3 - 6 * s**2 + 4, -3 * s**3 + 3 * s**2 + 3 * s + 1, s**3]
+    weights = [r * r * r, (3 * s - 6) * s * s + 4, (3 * r - 6) * r * r + 4, s * s * s]
     return np.asarray(np.stack(weights, axis=-1) / 6.0)
 
 
