@@ -171,13 +171,13 @@ def test_a_users_points_end_where_they_belong(monkeypatch, tmp_path):
     assert np.linalg.norm(back(turned.points) - face.points, axis=1).mean() < 20.0
 
 
-def test_a_model_that_computes_no_numbers_finds_no_face(portrait, tmp_path):
+def test_a_model_that_computes_no_numbers_finds_no_face(small_portrait, tmp_path):
     from kogao_core import photo
 
     path = tmp_path / "model.yml"
     text = models.lbf()
     path.write_text(text)
-    picture = photo.read(portrait).pixels
+    picture = photo.read(small_portrait).pixels
     assert len(FacemarkSource(path).find(picture)) == 1
     start = text.index("data: [") + len("data: [ ")
     path.write_text(text[:start] + ".Nan, " + text[text.index(",", start) + 1 :])

@@ -1,7 +1,10 @@
 """The command line, called in this process."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
+from kogao_core.batch import Workers
 from kogao_core.cli import main
 
 
@@ -15,3 +18,13 @@ def cli(capsys):
         return ending.value.code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def in_process(monkeypatch):
+    """Batches work in a thread of this process, where processes aren't what a test is about."""
+
+    def threads(count):
+        return Workers(lambda: ThreadPoolExecutor(count), count)
+
+    monkeypatch.setattr(Workers, "processes", threads)

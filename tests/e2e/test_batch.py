@@ -61,6 +61,7 @@ def lines(out):
     return [json.loads(line) for line in text.splitlines()]
 
 
+@pytest.mark.usefixtures("in_process")
 def test_what_a_result_does_not_keep_is_in_the_report(capsys, small_portrait, tmp_path):
     (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + beside.MP4)
     for percent, told in ((6, "not kept: the motion photo's video; "), (0, "")):
@@ -95,6 +96,11 @@ def test_good_photos_are_done_and_bad_ones_named(capsys, folder, tmp_path):
     source, result = photo.read(folder / "a.jpg"), photo.read(out / "a.jpg")
     assert (source.pixels != result.pixels).any()
 
+
+@pytest.mark.usefixtures("in_process")
+def test_what_was_done_is_skipped_unless_something_has_changed(capsys, folder, tmp_path):
+    out = tmp_path / "out"
+    run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
     code, _, err = run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
     assert code == 5
     assert "5 skipped" in err
@@ -225,6 +231,7 @@ def test_the_report_names_what_was_asked(folder, tmp_path):
     assert batch.work(other).status == "done"
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
 def test_what_looks_like_a_photo_and_is_none_fails_by_name(capsys, small_portrait, tmp_path):
     inputs, out = tmp_path / "in", tmp_path / "out"

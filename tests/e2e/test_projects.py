@@ -19,6 +19,7 @@ from kogao_core.recipe import Recipe
 from kogao_core.sidecar import sidecar_of
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
+pytestmark = pytest.mark.usefixtures("in_process")
 
 
 @pytest.fixture
