@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any, Final, NoReturn
 
 from kogao_core.wording import shown
+
+# Control characters, and halves of UTF-16 letters, which no file could be written with again.
+_UNPLAIN: Final = re.compile("[\x00-\x1f\ud800-\udfff]")
 
 
 class BadFile(ValueError):
@@ -72,10 +76,10 @@ class Node:
         return self.value
 
     def text(self, longest: int, among: Collection[str] = ()) -> str:
-        """Return a text without control characters, one of `among` where that is given."""
+        """Return a text without control characters or half letters, one of `among` if given."""
         if not isinstance(self.value, str):
             self.refuse("must be a text")
-        if len(self.value) > longest or any(ord(letter) < 32 for letter in self.value):
+        if len(self.value) > longest or _UNPLAIN.search(self.value):
             self.refuse(f"must be a plain text of at most {longest} letters")
         if among and self.value not in among:
             self.refuse(f"must be one of {', '.join(among)}")

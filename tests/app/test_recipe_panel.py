@@ -3,7 +3,7 @@
 import pytest
 from kogao_app.controllers import choices
 from kogao_app.menus import face
-from kogao_app.panels import fields
+from kogao_app.panels import center, fields
 from kogao_app.panels.recipe import RecipePanel
 from PySide6.QtCore import QCoreApplication, QTranslator
 
@@ -68,6 +68,14 @@ def test_every_choice_has_an_entry_with_words_in_its_box(panel):
         assert all(entries.values())
         assert len(set(entries.values())) == box.count()
         assert box.toolTip()
+
+
+def test_the_buttons_of_many_centres_give_way(qtbot, monkeypatch):
+    monkeypatch.setattr(center, "CENTERS", CENTERS * 3)
+    made = center.CenterChoice()
+    qtbot.addWidget(made)
+    assert len(made.buttons) == 3 * len(CENTERS)
+    assert made.minimumSizeHint().width() < 0.8 * made.sizeHint().width()
 
 
 def test_sliders_and_buttons_stay_within_the_ranges(panel):

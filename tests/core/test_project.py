@@ -122,6 +122,7 @@ HOSTILE = {
     "wrong unit": changed("unit_px", to=333),
     "path with a line break": changed("photo", "path", to="a\nb"),
     "path of a megabyte": changed("photo", "path", to="a" * 10**6),
+    "path with half a letter": changed("photo", "path", to="\ud800"),
     "path as a list": changed("photo", "path", to=["/etc/passwd"]),
     "mode": changed("mode", to="turbo"),
     "no faces": changed("automatic", "faces", to=None),
