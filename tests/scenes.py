@@ -9,7 +9,11 @@ import cv2
 import numpy as np
 
 from kogao_core.face import Face, OnFace, ignored
+from kogao_core.field import Field
+from kogao_core.fit import fit
 from kogao_core.geometry import Affine
+from kogao_core.recipe import Recipe
+from kogao_core.targets import aim
 
 
 def oval_face(
@@ -66,6 +70,13 @@ class KnownFaces:
         for face in self.faces:
             on_face(face)
         return list(self.faces)
+
+
+def field_of(recipe: Recipe = Recipe(), *faces: Face, fade_px: float = 0.0) -> Field:  # noqa: B008
+    """Return the field of faces that are aimed by a recipe; of an oval one if none is given."""
+    faces = faces or (oval_face(),)
+    pairs = [aim(face, recipe) for face in faces]
+    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def apart_percent(one: Face, other: Face) -> float:

@@ -4,24 +4,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import oval_face, textured_photo
+from scenes import field_of, oval_face, textured_photo
 
 from kogao_core.counts import pixel_counts
 from kogao_core.domain import fade_of, reduce, threshold_mask
 from kogao_core.field import Field
-from kogao_core.fit import fit
 from kogao_core.geometry import Box
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.targets import aim
 
 IMAGE = Box(0, 0, 480, 360)
-
-
-def field_of(recipe=Recipe(), faces=None):  # noqa: B008
-    faces = faces or [oval_face()]
-    pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)))
 
 
 def displacement_everywhere(field):
@@ -40,7 +33,7 @@ def test_control_point_domain_holds_every_pixel_that_moves_at_all():
 def test_three_by_three_neighbours_would_leave_a_seam():
     """Section 4.1 says 3 x 3; leaving out the rest of each landmark's 4 x 4 shows as a step."""
     recipe, face = Recipe(), oval_face(1920, 1440)
-    field = field_of(recipe, [face])
+    field = field_of(recipe, face)
     lattice = field.lattices[0]
     nearest = np.round(
         (aim(face, recipe).target_px - lattice.grid.origin_px) / lattice.grid.spacing_px
@@ -78,7 +71,7 @@ def test_counts_shrink_in_the_papers_order():
 def test_counts_of_faces_side_by_side_are_those_of_the_masks(lattice):
     places = [(90.0, 120.0), (190.0, 150.0), (250.0, 90.0), (470.0, 340.0)]
     faces = [oval_face(center=place, size=0.35) for place in places]
-    field = field_of(Recipe(percent=9, lattice=lattice), faces)
+    field = field_of(Recipe(percent=9, lattice=lattice), *faces)
     reached = reduce(field, IMAGE, "control-points").mask(IMAGE)
     for threshold_px in (LOSSLESS_PX, 0.7, 3.0):
         counts = pixel_counts(field, IMAGE, threshold_px)
@@ -95,7 +88,7 @@ def test_bounds_hold_the_mask_tightly():
 
 
 def test_a_face_half_outside_the_picture_is_clipped():
-    field = field_of(faces=[oval_face(center=(10.0, 350.0))])
+    field = field_of(Recipe(), oval_face(center=(10.0, 350.0)))
     counts = pixel_counts(field, IMAGE, LOSSLESS_PX)
     assert 0 < counts["threshold"] < counts["control-points"] < IMAGE.area
     assert reduce(field, IMAGE, "threshold").bounds.clipped(IMAGE).area > 0

@@ -2,23 +2,15 @@
 
 import numpy as np
 import pytest
-from scenes import oval_face
+from scenes import field_of, oval_face
 
-from kogao_core.field import Field, fade
-from kogao_core.fit import fit
+from kogao_core.field import fade
 from kogao_core.recipe import Recipe
-from kogao_core.targets import aim
-
-
-def field_of(recipe, fade_px=0.0, faces=None):
-    faces = faces or [oval_face()]
-    pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def test_displacements_of_several_faces_add_up():
     faces = [oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))]
-    both = field_of(Recipe(), faces=faces)
+    both = field_of(Recipe(), *faces)
     points = np.random.default_rng(0).uniform((50, 50), (430, 300), (100, 2))
     expected = both.lattices[0].at(points) + both.lattices[1].at(points)
     np.testing.assert_allclose(both.at(points), expected, atol=1e-12)
@@ -26,7 +18,7 @@ def test_displacements_of_several_faces_add_up():
 
 @pytest.mark.parametrize("fade_px", [0.0, 1.5])
 def test_det_jacobian_is_that_of_the_displacement_with_its_fade(fade_px):
-    field = field_of(Recipe(percent=8), fade_px)
+    field = field_of(Recipe(percent=8), fade_px=fade_px)
     xs, ys = np.linspace(130, 350, 41), np.linspace(80, 290, 37)
     step = 1e-5
     along_x = (field.on_grid(xs + step, ys) - field.on_grid(xs - step, ys)) / (2 * step)
@@ -45,7 +37,7 @@ def test_fade_is_zero_below_t_whole_above_2t_and_smooth_between():
 
 
 def test_points_and_grid_agree():
-    field = field_of(Recipe(percent=8), 1.0)
+    field = field_of(Recipe(percent=8), fade_px=1.0)
     xs, ys = np.linspace(130, 350, 21), np.linspace(80, 290, 17)
     points = np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2)
     np.testing.assert_allclose(field.on_grid(xs, ys).reshape(2, -1).T, field.at(points), atol=1e-12)

@@ -2,24 +2,17 @@
 
 import numpy as np
 import pytest
-from scenes import oval_face, textured_photo
+from scenes import field_of, oval_face, textured_photo
 from shortly import few_of
 
 from kogao_core.face import Face
 from kogao_core.field import Field
-from kogao_core.fit import fit
 from kogao_core.guard import hold_back
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.settings import SETTINGS
-from kogao_core.targets import aim
 
 FOLDING = Recipe(percent=12, lattice=0.25)
-
-
-def field_of(recipe, *faces, fade_px=0.0):
-    pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def densest_det(field):

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from scenes import oval_face
+from scenes import field_of, oval_face
 from shortly import few_of
 
 from kogao_core.field import Field
-from kogao_core.fit import fit
 from kogao_core.lattice import Grid, Lattice
 from kogao_core.one_to_one import (
     INJECTIVE_BOUND,
@@ -17,13 +16,6 @@ from kogao_core.one_to_one import (
     lower_bound,
 )
 from kogao_core.recipe import Recipe
-from kogao_core.targets import aim
-
-
-def field_of(recipe, *faces, fade_px=0.0):
-    faces = faces or (oval_face(),)
-    pairs = [aim(face, recipe) for face in faces]
-    return Field(fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_px)
 
 
 def dense_det(lattice, step=0.02):
