@@ -64,7 +64,7 @@ def _how_to_get(name: str) -> str:
     if not name.endswith(".tflite"):
         return f"{name} is not in this installation; reinstall Kogao"
     return (
-        f"the face networks are not in this installation ({name} is missing). Reinstall with a "
+        f"the networks are not in this installation ({name} is missing). Reinstall with a "
         "network connection and without KOGAO_SKIP_ASSETS: `pip install --force-reinstall kogao`. "
         "Faces can still be placed by hand."
     )

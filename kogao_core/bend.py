@@ -15,6 +15,9 @@ from kogao_core.geometry import Array, Box, Image
 _SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
 _SAMPLES: Final = 64
 _DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is noise, and slow
+_ASIDE_PX: Final = 3  # an edge is sought so far on both sides of its line, px of what it sees
+_STEPS: Final = 4  # a px, there
+_SMOOTH: Final = 7  # samples along the line over which noise is averaged away
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +29,17 @@ class BentLine:
     start_px, end_px : tuple of float
         Where it runs in the photo (x, y).
     bend_px : float
-        How far it departs from a straight line after the warp, px.
+        How far the warp makes a straight line there depart from straight, px.
+    before_px, after_px : float
+        How far its own edge, as it is found in the photo, departs from straight before and after
+        the warp, px; None where no photo was looked at.
     """
 
     start_px: tuple[float, float]
     end_px: tuple[float, float]
     bend_px: float
+    before_px: float | None = None
+    after_px: float | None = None
 
 
 def straight_lines(photo: Image, near: Box) -> Array:
@@ -65,13 +73,36 @@ def straight_lines(photo: Image, near: Box) -> Array:
     grey = _grey(photo[box.slices])
     scale = min(1.0, _DETECTOR_PX / max(grey.shape))
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    shortest = max(10, int(_SHORTEST * max(photo.shape[:2]) * scale))
+    shortest = max(10, int(shortest_px(photo) * scale))
     detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
     found: Any = detector.detect(small)  # None when there is no line
     if found is None:
         return np.zeros((0, 2, 2))
     ends = (found.reshape(-1, 2, 2).astype(np.float64) + 0.5) / scale - 0.5
     return np.asarray(ends + np.array([box.left, box.top]))
+
+
+def shortest_px(photo: Image) -> float:
+    """Return how long a line must be to count; what is shorter is texture.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The whole photo.
+
+    Returns
+    -------
+    float
+        Px of the photo.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.bend import shortest_px
+    >>> shortest_px(np.zeros((300, 400), np.uint8))
+    16.0
+    """
+    return float(_SHORTEST * max(photo.shape[:2]))
 
 
 def beside(lines: Array, outlines: Sequence[Array]) -> Array:
@@ -105,8 +136,8 @@ def beside(lines: Array, outlines: Sequence[Array]) -> Array:
     return np.asarray(lines[np.array(apart, bool)])
 
 
-def bends(field: Field, lines: Array) -> list[BentLine]:
-    """Measure how far lines depart from straight after the warp.
+def bends(field: Field, lines: Array, photo: Image | None = None) -> list[BentLine]:
+    """Measure how far the warp bends lines.
 
     Parameters
     ----------
@@ -114,6 +145,8 @@ def bends(field: Field, lines: Array) -> list[BentLine]:
         Of all faces.
     lines : array of shape (N, 2, 2)
         Ends (x, y) of each line in the photo, px.
+    photo : array of shape (H, W) or (H, W, C), optional
+        The photo before the warp, to measure how straight each line is there, too.
 
     Returns
     -------
@@ -131,16 +164,58 @@ def bends(field: Field, lines: Array) -> list[BentLine]:
     >>> near.start_px, far.bend_px
     ((340.0, 90.0), 0.0)
     """
+    if len(lines) == 0:
+        return []
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
     along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
-    shown = shown_at(field, along.reshape(-1, 2)).reshape(along.shape)
+    shown = _shown(field, along)
+    before: list[float | None] = [None] * len(lines)
+    after = before
+    if photo is not None:
+        edges = _edges(photo, along)
+        before = [_departure(edge) for edge in edges]
+        after = [_departure(edge) for edge in _shown(field, edges)]
     measured = [
         BentLine(
-            (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one)
+            (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one),
+            was, now,
         )
-        for (start, end), one in zip(lines, shown, strict=True)
-    ]
+        for (start, end), one, was, now in zip(lines, shown, before, after, strict=True)
+    ]  # fmt: skip
     return sorted(measured, key=lambda line: -line.bend_px)
+
+
+def _shown(field: Field, points: Array) -> Array:
+    return shown_at(field, points.reshape(-1, 2)).reshape(points.shape)
+
+
+def _edges(photo: Image, along: Array) -> Array:
+    """Return where the edge itself runs beside samples of lines, shape (N, S, 2).
+
+    At each sample it is where the light changes most across the line, to a part of a step.
+    """
+    unit = max(1.0, max(photo.shape[:2]) / _DETECTOR_PX)
+    chord = along[:, -1] - along[:, 0]
+    chord /= np.linalg.norm(chord, axis=1, keepdims=True)
+    across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1)[:, None]
+    asides = unit * np.arange(-_ASIDE_PX, _ASIDE_PX + 1.0 / _STEPS, 1.0 / _STEPS)
+    places = (along[:, :, None] + asides[:, None] * across[:, None]).astype(np.float32)
+    shape = places.shape[:3]
+    x, y = (places[..., axis].reshape(len(along), -1) for axis in (0, 1))
+    light = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    light = light.reshape(*shape, -1)[..., :3].mean(axis=-1, dtype=np.float32)
+    change = np.abs(light[:, :, 2:] - light[:, :, :-2])
+    change = np.stack([cv2.blur(one, (_STEPS, _SMOOTH)) for one in change])
+    return along + _peaks(change, asides[1:-1])[..., None] * across
+
+
+def _peaks(change: Array, asides: Array) -> Array:
+    """Return where rows of changes are largest, by the parabola through the three about it."""
+    best = np.clip(change.argmax(axis=-1), 1, change.shape[-1] - 2)[..., None]
+    low, top, high = (np.take_along_axis(change, best + k, -1)[..., 0] for k in (-1, 0, 1))
+    curve = np.minimum(low - 2.0 * top + high, -1e-6)
+    shift = np.clip(0.5 * (low - high) / curve, -0.5, 0.5)
+    return np.asarray(asides[best[..., 0]] + shift * (asides[1] - asides[0]))
 
 
 def _departure(points: Array) -> float:

@@ -15,11 +15,23 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from kogao_core.face import Face
+    from kogao_core.person import PersonMask
     from kogao_core.photo import Photo
+
+
+def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
+    if file is not None and file.suffix.lower() != ".png":
+        raise click.BadParameter(f"{file} doesn't end in .png.")
+    return file
 
 
 @click.command("detect")
 @common.takes_photo
+@click.option(
+    "--person-mask", "mask_file", type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.png", callback=_png,
+    help="Write where people are round the faces: a grey PNG, people white.",
+)  # fmt: skip
 @to_json.writes_json
 @common.forces
 def command(
@@ -27,6 +39,7 @@ def command(
     sample: bool,
     max_megapixels: float,
     landmarks: str | None,
+    mask_file: Path | None,
     json_file: Path | None,
     force: bool,
 ) -> None:
@@ -35,16 +48,52 @@ def command(
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
     to_json.check(json_file, force)
+    to_json.check(mask_file, force)
     photo = common.read_photo(common.input_path(source, sample), max_megapixels)
     faces = common.find_faces(photo, landmarks)
-    to_json.deliver(lambda: _found(photo, faces), lambda: _table(photo, faces), json_file)
+    people = None if mask_file is None else _people(photo, faces)
+    if mask_file is not None and people is not None:
+        _write_mask(mask_file, photo, people)
+    to_json.deliver(
+        lambda: _found(photo, faces, mask_file, people), lambda: _table(photo, faces), json_file
+    )
 
 
-def _found(photo: Photo, faces: Sequence[Face]) -> dict[str, Any]:
-    return {
+def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
+    from kogao_core.assets import AssetMissing
+    from kogao_core.landmarks import ModelRefused
+    from kogao_core.person import PersonFinder
+
+    with common.stopping(AssetMissing, common.BROKEN), common.stopping(ModelRefused, common.BROKEN):
+        people = PersonFinder().find(photo.pixels, faces)
+    if people.missed:
+        common.print_message(
+            f"{people.missed} of {common.count_of_faces(len(faces))} couldn't be told from the "
+            "background; the mask is black there"
+        )
+    return people
+
+
+def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
+    from kogao_core.atomic import put
+    from kogao_core.display import png
+
+    try:
+        put(png(people.picture(photo.width, photo.height)), file)
+    except OSError as error:
+        raise common.Stop(f"{file} can't be written: {error.strerror}", common.UNREADABLE) from None
+
+
+def _found(
+    photo: Photo, faces: Sequence[Face], mask_file: Path | None, people: PersonMask | None
+) -> dict[str, Any]:
+    found: dict[str, Any] = {
         "image": {"width": photo.width, "height": photo.height},
         "faces": [face.to_dict() for face in faces],
     }
+    if people is not None:
+        found["person_mask"] = {"file": str(mask_file), "missed_faces": people.missed}
+    return found
 
 
 def _table(photo: Photo, faces: Sequence[Face]) -> str:

@@ -11,14 +11,19 @@ from kogao_core.cli import common
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kogao_core.bend import BentLine
+    from kogao_core.background import Bends
     from kogao_core.face import Face
     from kogao_core.photo import Photo
     from kogao_core.pipeline import Rendering
 
 
 def as_json(
-    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
+    photo: Photo,
+    output: Path,
+    faces: Sequence[Face],
+    rendering: Rendering,
+    bends: Bends,
+    notes: list[str],
 ) -> dict[str, Any]:
     """Return all figures as plain values."""
     return {
@@ -40,13 +45,18 @@ def as_json(
         "shares": list(rendering.shares),
         "threshold_px": rendering.threshold_px,
         "one_to_one": dataclasses.asdict(rendering.one_to_one),
-        "lines": [dataclasses.asdict(line) for line in _bent_lines(photo, rendering)],
+        "lines": [dataclasses.asdict(line) for line in bends.lines],
         "notes": notes,
     }
 
 
 def as_text(
-    photo: Photo, output: Path, faces: Sequence[Face], rendering: Rendering, notes: list[str]
+    photo: Photo,
+    output: Path,
+    faces: Sequence[Face],
+    rendering: Rendering,
+    bends: Bends,
+    notes: list[str],
 ) -> str:
     """Return the figures that matter most, in lines."""
     recipe, share = rendering.recipe, photo.width * photo.height / 100.0
@@ -63,12 +73,13 @@ def as_text(
         f"residual  {rendering.residual.max_px:.2f} px at most; min det J {sound.min_det:.2f}",
         "time      " + ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms",
     ]
-    if bent := _bent_lines(photo, rendering):
-        worst = bent[0]
+    if bends.lines:
+        worst = bends.lines[0]
         (x, y), (u, v) = worst.start_px, worst.end_px
         lines.append(
-            f"lines     {len(bent)} straight ones nearby; the one from {x:.0f},{y:.0f} to "
-            f"{u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px"
+            f"lines     {len(bends.lines)} straight ones in the background; the one from "
+            f"{x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px (its edge was "
+            f"{worst.before_px:.1f} px off straight and is {worst.after_px:.1f})"
         )
     if min(rendering.shares, default=1.0) < 1.0:
         kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
@@ -102,9 +113,3 @@ def _doses(rendering: Rendering) -> list[tuple[float, float]]:
 
 def _of(number: int, faces: Sequence[Face]) -> str:
     return f", face {number}" if len(faces) > 1 else ""
-
-
-def _bent_lines(photo: Photo, rendering: Rendering) -> list[BentLine]:
-    from kogao_core.bend import bends, straight_lines
-
-    return bends(rendering.field, straight_lines(photo.pixels, rendering.domain.bounds))

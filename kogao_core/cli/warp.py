@@ -15,6 +15,7 @@ from kogao_core.wording import shown
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from kogao_core.background import Bends
     from kogao_core.face import Face
     from kogao_core.photo import Photo
     from kogao_core.photo.disclosure import Disclosure
@@ -115,11 +116,12 @@ def command(
         done = Applied(_chosen(found, which), recipe, protection)
     rendering = _render(photo, done)
     note = _write(photo, rendering, done.what, disclosure, output, force)
-    notes = list(filter(None, [done.note, note]))
+    bends = _bends(photo, rendering, done.faces)
+    notes = list(filter(None, [done.note, note, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(f"the project is {place}")
-    results = photo, output, done.faces, rendering, notes
+    results = photo, output, done.faces, rendering, bends, notes
     to_json.deliver(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
 
 
@@ -156,6 +158,13 @@ def _render(photo: Photo, done: Applied) -> Rendering:
     from kogao_core.pipeline import render
 
     return render(photo.pixels, done.faces, done.recipe, protection=done.protection)
+
+
+def _bends(photo: Photo, rendering: Rendering, faces: Sequence[Face]) -> Bends:
+    from kogao_core.background import measure
+    from kogao_core.person import PersonFinder
+
+    return measure(photo.pixels, rendering, faces, PersonFinder())
 
 
 def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: float) -> Protection:

@@ -12,6 +12,7 @@ from kogao_core.landmarks.errors import ModelRefused
 
 DETECTOR: Final = "models/face_detection_back.tflite"
 MESH: Final = "models/face_landmarks_detector.tflite"
+PERSON: Final = "models/selfie_segmentation.tflite"
 
 
 def network(name: str) -> Path:

@@ -120,6 +120,8 @@ def test_warp_protects_a_line_and_says_what_bends(cli, tmp_path):
     report = json.loads(said)
     assert report["one_to_one"]["edges_proven"]
     assert all(line["bend_px"] >= 0 for line in report["lines"])
+    assert all(line["before_px"] >= 0 and line["after_px"] >= 0 for line in report["lines"])
+    assert report["notes"] == []
     cli("warp", "--sample", "-o", tmp_path / "copy.png", "--percent", "0")
     sample, kept = (np.asarray(Image.open(path)) for path in (tmp_path / "copy.png", still))
     assert (sample != kept).any()
@@ -144,6 +146,41 @@ def test_detect_prints_exactly_the_documented_json(cli, portrait):
     expected = {"box": (4,), "score": (), "outline": (21, 2), "eyes": (4, 2), "mouth": (2, 2)}
     assert shapes == expected
     assert list(np.argsort(np.array(face["eyes"])[:, 0])) == [0, 1, 2, 3]
+
+
+def test_detect_writes_where_people_are(cli, fails, portrait, tmp_path):
+    mask = tmp_path / "mask.png"
+    code, said, err = cli("detect", portrait, "--person-mask", mask, "--json", "-")
+    assert (code, err) == (0, "")
+    found = json.loads(said)
+    assert found["person_mask"] == {"file": str(mask), "missed_faces": 0}
+    with Image.open(mask) as picture, Image.open(portrait) as photo:
+        assert (picture.mode, picture.size) == ("L", photo.size)
+        x, y = np.mean(found["faces"][0]["mouth"], axis=0)
+        assert picture.getpixel((round(x), round(y))) > 240
+        assert picture.getpixel((5, 5)) < 15
+    fails(2, "exists; --force", "detect", portrait, "--person-mask", mask)
+    fails(2, "doesn't end in .png", "detect", portrait, "--person-mask", tmp_path / "mask.jpg")
+    fails(3, "no folder", "detect", portrait, "--person-mask", tmp_path / "no" / "mask.png")
+
+
+def test_without_the_network_for_people_warp_says_so_once(
+    cli, fails, portrait, tmp_path, monkeypatch
+):
+    everything = assets.path
+
+    def without(name):
+        if "selfie" in name:
+            raise assets.AssetMissing(f"{name} is missing; reinstall")
+        return everything(name)
+
+    cli("warp", portrait, "-o", tmp_path / "with.png")
+    monkeypatch.setattr(assets, "path", without)
+    code, said, err = cli("warp", portrait, "-o", tmp_path / "without.png")
+    assert (code, err) == (0, "")
+    assert said.count("the network that tells people apart is missing") == 1
+    assert (tmp_path / "without.png").read_bytes() == (tmp_path / "with.png").read_bytes()
+    fails(1, "is missing; reinstall", "detect", portrait, "--person-mask", tmp_path / "mask.png")
 
 
 def test_detect_prints_a_table(cli, portrait):

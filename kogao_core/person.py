@@ -1,0 +1,233 @@
+"""Where people stand against the background: a soft mask, looked at round each face."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.display import Rgb8
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Array, Box, Image
+from kogao_core.landmarks import locked
+from kogao_core.landmarks.blazeface import INPUT_PX, Square
+from kogao_core.landmarks.pixels import Pyramid
+
+Opacity = npt.NDArray[np.float32]
+
+_FINE: Final = 2  # the mask has so many pixels for each of the network's
+_SIDES: Final = 3.0  # of a look, in longer sides of the face's box
+# The guided filter looks at so many pixels round each and calls that spread of light an edge.
+_REACH_PX: Final = 8
+_EDGE: Final = 2.5
+# A look is believed that finds the face itself to be a person.
+_LEAST_SURE: Final = 0.8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonLook:
+    """What the network made of the surroundings of one face.
+
+    Parameters
+    ----------
+    opacity : float32 array of shape (N, N)
+        0 where the background is, 1 where a person is.
+    to_image : Affine
+        Maps its pixels to the photo.
+    sure : float
+        Which part of the face itself it takes for a person, 0 to 1.
+    """
+
+    opacity: Opacity
+    to_image: Affine
+    sure: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonMask:
+    """People against the background, as far as faces were looked at.
+
+    Parameters
+    ----------
+    looks : tuple of PersonLook
+        Those that can be believed; none tells nothing.
+    missed : int
+        How many faces were looked at in vain.
+    """
+
+    looks: tuple[PersonLook, ...] = ()
+    missed: int = 0
+
+    def at(self, points: Array) -> Array:
+        """Return how much of a person is at each point.
+
+        Parameters
+        ----------
+        points : array of shape (H, W, 2)
+            Px of the photo.
+
+        Returns
+        -------
+        array of shape (H, W)
+            0 is background, 1 a person; NaN where nobody looked.
+        """
+        shown = np.full(points.shape[:2], np.nan)
+        for look in self.looks:
+            local = look.to_image.inverse(points)
+            x, y = local[..., 0].astype(np.float32), local[..., 1].astype(np.float32)
+            seen = cv2.remap(look.opacity, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            middle = (len(look.opacity) - 1) / 2.0
+            within = np.abs(local - middle).max(axis=-1) <= middle + 0.5
+            # A look can miss a neighbour at its rim; whom any of them sees is there.
+            shown = np.fmax(shown, np.where(within, seen, np.nan))
+        return shown
+
+    def grown(self, share: float) -> PersonMask:
+        """Return the mask with people larger by `share` of a face's longer side all round."""
+        reach = round(share / _SIDES * _FINE * INPUT_PX)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+        looks = (
+            replace(look, opacity=np.asarray(cv2.dilate(look.opacity, disc), np.float32))
+            for look in self.looks
+        )
+        return replace(self, looks=tuple(looks))
+
+    def picture(self, width: int, height: int) -> Rgb8:
+        """Return the mask as a picture of the photo's size.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the photo, px.
+
+        Returns
+        -------
+        uint8 array of shape (H, W)
+            255 is a person, 0 the background or where nobody looked.
+        """
+        picture = np.zeros((height, width), np.uint8)
+        for look in self.looks:
+            side = len(look.opacity) - 0.5
+            corners = look.to_image([(-0.5, -0.5), (side, -0.5), (side, side), (-0.5, side)])
+            low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0)) + 1
+            box = Box(*low.astype(int), *high.astype(int)).clipped(Box.of(picture))
+            if box.area == 0:
+                continue
+            x, y = np.meshgrid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
+            shown = self.at(np.stack([x, y], axis=-1))
+            seen = ~np.isnan(shown)
+            picture[box.slices][seen] = np.rint(255.0 * shown[seen])
+        return picture
+
+
+class PersonNetwork:
+    """The segmentation network; not thread-safe.
+
+    Parameters
+    ----------
+    weights : path
+        ``selfie_segmentation.tflite``.
+    """
+
+    def __init__(self, weights: Path) -> None:
+        self._net = cv2.dnn.readNetFromTFLite(str(weights))
+
+    def look(self, image: Pyramid, view: Square, face: Face) -> PersonLook:
+        """Return what the network makes of a view round a face."""
+        fine_px = _FINE * INPUT_PX
+        to_image = view.to_image.after(Affine.resize(_FINE, _FINE).inverse)
+        picture = image.sample(to_image, fine_px, cv2.BORDER_REPLICATE)
+        coarse = cv2.resize(picture, (INPUT_PX, INPUT_PX), interpolation=cv2.INTER_AREA)
+        planes = coarse.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
+        self._net.setInput(np.ascontiguousarray(planes))
+        rough = cv2.resize(self._net.forward()[0, 0], (fine_px, fine_px))
+        opacity = _refined(rough, picture)
+        return PersonLook(opacity, to_image, _of_the_face(opacity, to_image.inverse(face.points)))
+
+
+class PersonFinder:
+    """Looks for people round faces; what it saw of the newest photo is kept.
+
+    The weights are read at the first use. One finder may be shared between threads.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()  # OpenCV's networks keep state between their calls
+        self._photo: Callable[[], Image | None] = lambda: None
+        self._kept: dict[tuple[float, ...], PersonLook] = {}
+
+    @cached_property
+    def _network(self) -> PersonNetwork:
+        return PersonNetwork(locked.network(locked.PERSON))
+
+    def find(self, photo: Image, faces: Sequence[Face]) -> PersonMask:
+        """Tell people from the background round faces.
+
+        Parameters
+        ----------
+        photo : array of shape (H, W) or (H, W, C)
+            Grey, RGB or RGBA, upright; uint8, uint16 or float32 (0 to 1). The same array is taken
+            for the same photo.
+        faces : sequence of Face
+            Where to look, px of `photo`.
+
+        Returns
+        -------
+        PersonMask
+            Without looks where the network wasn't sure of any face.
+
+        Raises
+        ------
+        AssetMissing
+            If the network isn't in this installation.
+        ModelRefused
+            If it is damaged.
+        ValueError
+            If `photo` isn't an image.
+        """
+        with self._lock:
+            known = self._kept if self._photo() is photo else {}
+            views = {_key(face): (_view(face), face) for face in faces}
+            image = Pyramid(photo) if views.keys() - known.keys() else None
+            self._kept = {
+                key: known[key] if image is None or key in known else
+                self._network.look(image, *there) for key, there in views.items()
+            }  # fmt: skip
+            self._photo = weakref.ref(photo)
+            looks = tuple(self._kept.values())
+        sure = tuple(look for look in looks if look.sure >= _LEAST_SURE)
+        return PersonMask(sure, len(looks) - len(sure))
+
+
+def _key(face: Face) -> tuple[float, ...]:
+    return tuple(face.points.ravel().tolist())
+
+
+def _view(face: Face) -> Square:
+    points = face.points
+    low, high = points.min(axis=0), points.max(axis=0)
+    across = face.eyes[3] - face.eyes[0]
+    degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+    return Square((low + high) / 2.0, max(1.0, _SIDES * float((high - low).max())), degrees)
+
+
+def _refined(rough: Opacity, picture: Rgb8) -> Opacity:
+    """Move the edge of a mask onto the picture's."""
+    guide = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    fine = cv2.ximgproc.guidedFilter(guide, rough, _REACH_PX, _EDGE**2)
+    return np.asarray(np.clip(fine, 0.0, 1.0), np.float32)
+
+
+def _of_the_face(opacity: Opacity, points: Array) -> float:
+    """Return which part of the face of some points is a person, 0 to 1."""
+    face = np.zeros(opacity.shape, np.uint8)
+    cv2.fillConvexPoly(face, np.rint(cv2.convexHull(points.astype(np.float32))).astype(np.int32), 1)
+    return float(opacity[face > 0].mean()) if face.any() else 0.0

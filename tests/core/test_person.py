@@ -1,0 +1,120 @@
+"""People are told from the background round their faces, each once, or not at all."""
+
+import cv2
+import numpy as np
+import pytest
+from scenes import textured_photo
+
+import kogao_core as kogao
+from kogao_core.geometry import Affine
+from kogao_core.person import PersonFinder, PersonLook, PersonMask, PersonNetwork
+
+HALF = 128
+
+
+@pytest.fixture(scope="module")
+def sample(portrait):
+    photo = kogao.read(portrait).pixels
+    return photo, kogao.find(photo)
+
+
+def shared(one, other):
+    """Return what two pictures of a mask have in common, of what either has."""
+    one, other = one > HALF, other > HALF
+    return (one & other).sum() / (one | other).sum()
+
+
+def test_a_portrait_stands_out_from_its_background(sample):
+    photo, (face,) = sample
+    people = PersonFinder().find(photo, [face])
+    assert (len(people.looks), people.missed) == (1, 0)
+    assert people.at(face.points[None]).mean() > 0.8
+    inside = np.array([[face.eye_center, face.mouth_center]])
+    assert people.at(inside).min() > 0.95
+    corner = face.anchor.origin_px + np.array([1.2, -1.2]) * face.box[2]
+    assert people.at(corner[None, None]).item() < 0.05
+    picture = people.picture(photo.shape[1], photo.shape[0])
+    assert (picture.shape, picture.dtype) == (photo.shape[:2], np.uint8)
+    x, y = np.rint(face.mouth_center).astype(int)
+    assert picture[y, x] > 240
+
+
+def test_nothing_is_known_where_nobody_looked(sample):
+    photo, (face,) = sample
+    wide = cv2.copyMakeBorder(photo, 0, 0, 0, 3000, cv2.BORDER_CONSTANT)
+    people = PersonFinder().find(wide, [face])
+    assert np.isnan(people.at(np.array([[[3800.0, 450.0]]]))).all()
+    assert not people.picture(3900, 900)[:, 3000:].any()
+    assert np.isnan(PersonMask().at(np.zeros((1, 2, 2)))).all()
+
+
+def test_people_grow_all_round(sample):
+    photo, faces = sample
+    people = PersonFinder().find(photo, faces)
+    size = photo.shape[1::-1]
+    before, after = people.picture(*size) > HALF, people.grown(0.05).picture(*size) > HALF
+    assert after[before].mean() > 0.99
+    away = cv2.distanceTransform((~before).astype(np.uint8), cv2.DIST_L2, 5)
+    assert away[after].max() == pytest.approx(0.05 * max(faces[0].box[2:]), rel=0.35)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 180.0])
+def test_the_mask_turns_with_the_photo(sample, degrees):
+    photo, faces = sample
+    middle = (np.array(photo.shape[1::-1]) - 1.0) / 2.0
+    turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
+    turn = Affine(turn.matrix, middle - turn(middle))
+    size = photo.shape[1::-1]
+    turned = cv2.warpAffine(photo, turn.opencv, size, borderMode=cv2.BORDER_REPLICATE)
+    upright = PersonFinder().find(photo, faces).picture(*size)
+    found = PersonFinder().find(turned, [face.mapped(turn) for face in faces]).picture(*size)
+    assert shared(cv2.warpAffine(found, turn.inverse.opencv, size), upright) > 0.97
+
+
+@pytest.mark.parametrize("kind", ["grey", "16 bits", "light"])
+def test_every_kind_of_photo_is_looked_at(sample, kind):
+    photo, faces = sample
+    other = {
+        "grey": lambda: cv2.cvtColor(photo, cv2.COLOR_RGB2GRAY),
+        "16 bits": lambda: photo.astype(np.uint16) * 257,
+        "light": lambda: photo.astype(np.float32) / 255.0,
+    }[kind]()
+    size = photo.shape[1::-1]
+    pictures = [PersonFinder().find(one, faces).picture(*size) for one in (photo, other)]
+    assert shared(*pictures) > 0.95
+
+
+def test_a_photo_is_looked_at_once(sample, monkeypatch):
+    photo, faces = sample
+    looks = []
+    look = PersonNetwork.look
+
+    def counted(self, *given):
+        looks.append(given)
+        return look(self, *given)
+
+    monkeypatch.setattr(PersonNetwork, "look", counted)
+    finder = PersonFinder()
+    finder.find(photo, faces)
+    finder.find(photo, faces)
+    assert len(looks) == 1
+    moved = faces[0].with_outline_point(10, faces[0].outline[10] + (0.0, 4.0))
+    finder.find(photo, [moved])
+    finder.find(photo.copy(), [moved])
+    assert len(looks) == 3
+
+
+def test_where_nobody_is_it_is_sure_of_nothing(weights):
+    assert weights
+    photo = textured_photo(480, 360)
+    people = PersonFinder().find(photo, [kogao.template_face((240, 180), 120)])
+    assert (people.looks, people.missed) == ((), 1)
+
+
+def test_whom_any_look_sees_is_there():
+    still = Affine.similarity(1.0, 0.0, (0.0, 0.0))
+    aside = Affine.similarity(1.0, 0.0, (6.0, 0.0))
+    nobody, somebody = np.zeros((10, 10), np.float32), np.ones((10, 10), np.float32)
+    people = PersonMask((PersonLook(nobody, still, 1.0), PersonLook(somebody, aside, 1.0)))
+    seen = people.at(np.array([[[2.0, 5.0], [8.0, 5.0], [13.0, 5.0], [17.0, 5.0]]]))
+    np.testing.assert_array_equal(seen, [[0.0, 1.0, 1.0, np.nan]])
