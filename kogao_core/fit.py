@@ -38,7 +38,6 @@ _FINER_PROOF: Final = 4.0
 MOST_EFFORT: Final = 1.6
 _LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks can't feel
 _BISECTIONS: Final = 40
-_POWER_STEPS: Final = 20
 # Protected lines are sampled this densely, in lattice spacings.
 STILL_STEP: Final = 0.5
 # Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
@@ -416,7 +415,7 @@ def _ridge_solution(designs: Sequence[_Design], displacements: Array, longest: f
     many = len(displacements) > sum(part.weights.shape[1] for part in designs)
     matrix = (_inner if many else _outer)(designs, len(displacements))
     wanted = _transposed(designs, displacements) if many else displacements
-    least = _LEAST_RIDGE * _largest_eigenvalue(matrix)
+    least = _LEAST_RIDGE * np.linalg.eigvalsh(matrix)[-1]
     solved = np.asarray(np.linalg.solve(matrix + least * np.eye(len(matrix)), wanted), np.float64)
     phi = solved if many else _transposed(designs, solved)
     if (phi**2).sum() <= longest**2:
@@ -438,16 +437,6 @@ def _short_solution(matrix: Array, wanted: Array, longest: float, many: bool) ->
         else:
             high = np.log(ridge)
     return np.asarray(vectors @ (wanted / (values + ridge)[:, None]))
-
-
-def _largest_eigenvalue(matrix: Array) -> float:
-    """Return it to a few digits, by power iteration."""
-    # Weights aren't negative, so neither is its eigenvector, and a vector of ones is near it.
-    vector = np.ones(len(matrix))
-    for _ in range(_POWER_STEPS):
-        vector = matrix @ vector
-        vector /= np.linalg.norm(vector)
-    return float(vector @ matrix @ vector)
 
 
 def _outer(designs: Sequence[_Design], points: int) -> Array:

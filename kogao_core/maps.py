@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.geometry import Box
+from kogao_core.geometry import Array, Box
 from kogao_core.lattice import ORDER, Grid, Lattice, basis
 
 Float32 = npt.NDArray[np.float32]
@@ -100,21 +100,21 @@ class LatticeMap:
         span = (first + count - ends)[run] + np.arange(len(run))
         self._parts = list(zip((ends - count).tolist(), ends.tolist(), strict=True))
         self._first_spans = first.tolist()
-        i, j = along_x.nodes(span), along_y.nodes(band[run])
-        phi = self._at_nodes(i, j)
-        if self._everywhere:
-            # Linear precision: nodes that hold their own coordinates reproduce the identity map.
-            grid, origin = self.lattice.grid, runs.origins[run]
-            nodes_x, nodes_y = (grid.node_px(n, axis) for axis, n in ((0, i), (1, j)))
-            phi[..., 0] += (nodes_x - origin[:, :1])[:, None, :]
-            phi[..., 1] += (nodes_y - origin[:, 1:])[:, :, None]
-        self._phi = np.ascontiguousarray(phi.transpose(0, 3, 1, 2), np.float32)
+        nodes = along_x.nodes(span), along_y.nodes(band[run])
+        self._phi = np.empty((len(run), 2, nodes[1].shape[1], nodes[0].shape[1]), np.float32)
+        for axis in (0, 1):
+            phi = self._at_nodes(*nodes, axis)
+            if self._everywhere:
+                # Linear precision: nodes that hold their own coordinates reproduce the identity.
+                place = self.lattice.grid.node_px(nodes[axis], axis) - runs.origins[run, axis, None]
+                phi += place[:, :, None] if axis else place[:, None, :]
+            self._phi[:, axis] = phi
 
-    def _at_nodes(self, i: Integers, j: Integers) -> npt.NDArray[np.float64]:
-        """Return the control points of columns i (N, I) and rows j (N, J), shape (N, J, I, 2)."""
+    def _at_nodes(self, i: Integers, j: Integers, axis: int) -> Array:
+        """Return a component of the control points of columns i (N, I) and rows j (N, J)."""
         rows, columns = self.lattice.shape
-        stored = np.zeros((rows + 2, columns + 2, 2))
-        stored[1:-1, 1:-1] = self.lattice.phi
+        stored = np.zeros((rows + 2, columns + 2))
+        stored[1:-1, 1:-1] = self.lattice.phi[..., axis]
         i = np.clip(i - self.lattice.first[0], -1, columns) + 1
         j = np.clip(j - self.lattice.first[1], -1, rows) + 1
         return np.asarray(stored[j[:, :, None], i[:, None, :]])

@@ -30,7 +30,6 @@ _CALL_PX: Final = 2**16
 _THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
 _MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
 _KERNEL_REACH_PX: Final = 8
-_ROW_GAP: Final = 16  # numbers between the rows of a map, which would share cache lines without
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
 
@@ -170,11 +169,11 @@ class _Job:
     def __init__(self, canvas: Canvas, field: Field, flag: int, before: _Job | None) -> None:
         self.source, self.result, self.image = canvas.source, canvas.pixels, canvas.image
         self.strip_px, self.field, self.flag = canvas.strip_px, field, flag
-        self._block_px = _CALL_PX // self.strip_px
+        self.block_px = _CALL_PX // self.strip_px
         known = {m.lattice.grid: m for m in before.maps} if before is not None else {}
         # Always the first lattice: which one carries the identity decides how that is rounded.
         self.maps: list[LatticeMap] = [
-            LatticeMap(a, self.image, self._block_px, not k and field.is_plain, known.get(a.grid))
+            LatticeMap(a, self.image, self.block_px, not k and field.is_plain, known.get(a.grid))
             for k, a in enumerate(field.lattices)
         ]
         self.margin_px = _MARGIN_PX
@@ -191,11 +190,6 @@ class _Job:
         grids = tuple(lattice.grid for lattice in self.field.lattices)
         field = self.field
         return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
-
-    def buffer(self) -> Float32:
-        """Return room for the map of a strip; rows don't begin a power of two apart."""
-        room = np.empty((2, self._block_px, self.strip_px + _ROW_GAP), np.float32)
-        return room[:, :, : self.strip_px]
 
     def run(self, numbered: tuple[int, Box], total: Float32) -> None:
         """Resample a run of blocks; `total` has room for the map of a strip."""
@@ -218,7 +212,7 @@ class _Job:
         views = [self._view(box) for box in boxes]
         origins = np.array([(view.left, view.top) for view in views], np.int64).reshape(-1, 2)
         for lattice_map in self.maps:
-            lattice_map.prepare(Runs(boxes, origins, self._block_px))
+            lattice_map.prepare(Runs(boxes, origins, self.block_px))
 
     def _view(self, box: Box) -> Box:
         """Return the part of the source that a run may read, and from whose corner it is mapped."""
@@ -247,7 +241,7 @@ def _spread(job: _Job, boxes: Sequence[Box], threads: int) -> None:
     job.prepare(boxes)
 
     def hand() -> Callable[[tuple[int, Box]], None]:
-        buffer = job.buffer()
+        buffer = np.empty((2, job.block_px, job.strip_px), np.float32)
         return lambda numbered: job.run(numbered, buffer)
 
     threads = min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX)
