@@ -43,8 +43,9 @@ def timing_command(
     source = work.source()
     for subject in work.subjects(source):
         found, missing = timing.measure(
-            subject, source, work.recipe, sizes=sizes, repeats=repeats, warm_up=warm_up
-        )
+            subject, source, work.recipe, sizes=sizes, repeats=repeats, warm_up=warm_up,
+            progress=work.progress.step,
+        )  # fmt: skip
         timings += found
         for sentence in missing:
             work.leave_out(sentence)
@@ -78,7 +79,7 @@ def domains_command(repeats: int, **given: Any) -> int:
     work = reports.Work("domains", given)
     photos = []
     for subject in work.subjects(work.source()):
-        found = domains.measure(subject, work.recipe, repeats=repeats)
+        found = domains.measure(subject, work.recipe, repeats=repeats, progress=work.progress.step)
         work.keep(domains_report.pictures(subject.stem, found.masks))
         photos.append(found.without_masks())
     result = domains.DomainsResult(tuple(photos), work.recipe)
@@ -96,7 +97,7 @@ def distortion_command(**given: Any) -> int:
     work = reports.Work("distortion", given)
     found: list[distortion.Distortion] = []
     for subject in work.subjects(work.source()):
-        found += distortion.measure(subject, work.recipe)
+        found += distortion.measure(subject, work.recipe, progress=work.progress.step)
     result = distortion.DistortionResult(tuple(found), work.recipe)
     return work.deliver(distortion_report.report(result))
 
@@ -113,7 +114,9 @@ def methods_command(repeats: int, **given: Any) -> int:
         work.name_absent(sentence)
     photos = []
     for subject in work.subjects(work.source()):
-        comparison, failed = comparing.measure(subject, work.recipe, repeats=repeats)
+        comparison, failed = comparing.measure(
+            subject, work.recipe, repeats=repeats, progress=work.progress.step
+        )
         for sentence in failed:
             work.leave_out(sentence)
         work.keep(methods_report.pictures(comparison))

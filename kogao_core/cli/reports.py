@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core import wording
 from kogao_core.cli import common, options, outputs
+from kogao_core.cli.progress import ProgressLine
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Report
@@ -54,6 +53,7 @@ class Work:
         self._paths = common.input_paths(given["inputs"], given["sample"])
         self._outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
         self.left_out: list[str] = []
+        self.progress = ProgressLine()
         self._code = 0
 
     def source(self) -> LandmarkSource:
@@ -81,12 +81,12 @@ class Work:
                 if len(self._paths) > 1:
                     self.leave_out(problem.message)
                 continue
-            _show(f"{number} of {len(self._paths)}: {path}")
+            self.progress.begin(f"{number} of {len(self._paths)}: {path}")
             found += 1
             yield subject
         if not found and stop is not None:
             raise stop
-        _show("")
+        self.progress.end()
 
     def name_absent(self, sentence: str) -> None:
         """Note what is missing here, on stderr and in the report."""
@@ -136,9 +136,3 @@ def _files(name: str, given: Mapping[str, Any]) -> dict[str, Path]:
     if folder is None:
         return files
     return {kind: files.get(kind, folder / f"{name}.{kind}") for kind in outputs.KINDS}
-
-
-def _show(line: str) -> None:
-    """Show what is being worked on, to people only."""
-    if sys.stderr.isatty():
-        click.echo(f"\r\x1b[K{wording.sentence(line)}", nl=False, err=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 import threading
 import webbrowser
 from contextlib import contextmanager, suppress
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from kogao_core.cli import common, outputs
+from kogao_core.cli.progress import ProgressLine
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -111,11 +111,11 @@ def _subjects(
 def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
     from kogao_core.experiments.study import making
 
-    if not sys.stderr.isatty():
-        return making.make(subjects, folder, choices)
-    total = len(subjects) * len(choices.variants)
-    with click.progressbar(length=total, label="pictures", file=sys.stderr) as bar:
-        return making.make(subjects, folder, choices, lambda done, _: bar.update(done - bar.pos))
+    progress = ProgressLine()
+    progress.begin(f"pictures for {folder}")
+    key = making.make(subjects, folder, choices, progress.step)
+    progress.end()
+    return key
 
 
 @command.command("rate")

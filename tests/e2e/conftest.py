@@ -1,11 +1,18 @@
 """The command line, called in this process."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from kogao_core.batch import Workers
-from kogao_core.cli import main
+from kogao_core.cli import main, progress
+
+
+@pytest.fixture(autouse=True)
+def no_progress(monkeypatch):
+    """What a command says doesn't depend on how long it takes here."""
+    monkeypatch.setattr(progress, "CALM_S", math.inf)
 
 
 @pytest.fixture

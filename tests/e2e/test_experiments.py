@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from kogao_core import atomic
-from kogao_core.cli import program
+from kogao_core.cli import program, progress
 from kogao_core.experiments.methods import METHODS, comparing
 from kogao_core.experiments.setting_times import SettingTime, append
 
@@ -47,6 +47,15 @@ def faceless(tmp_path):
 @pytest.fixture
 def cli(cli):
     return lambda *arguments: cli("experiment", *arguments)
+
+
+@pytest.mark.parametrize("name", ONCE)
+def test_every_experiment_says_how_far_it_is(cli, portrait, monkeypatch, name):
+    monkeypatch.setattr(progress, "CALM_S", 0.0)
+    _, _, said = cli(name, portrait, *ONCE[name])
+    begun, *steps = [line for line in said.splitlines() if line.startswith("1 of 1:")]
+    assert begun == f"1 of 1: {portrait}"
+    assert re.fullmatch(re.escape(begun) + r", (\d+) of \1 steps", steps[-1]), "all are done"
 
 
 def test_every_experiment_is_run_here_and_has_its_section():

@@ -17,7 +17,7 @@ from kogao_core.geometry import Array, Box, Image
 from kogao_core.recipe import Recipe
 from kogao_core.targets import Pairs, aim
 
-_STRIP_PX: Final = 2**16  # pixels mapped at a time: bounds the memory
+_STRIP_PX: Final = 2**13  # pixels mapped at a time: their weights stay in the cache
 
 
 @dataclass(frozen=True, eq=False)

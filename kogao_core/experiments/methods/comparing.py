@@ -18,6 +18,7 @@ from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.threads import one_blas_thread
 
 SAMPLES_PX: Final = 2_000_000  # of a photo at most are sampled for folds, domain and heat
 DIFFERENCE_GAIN: Final = 4
@@ -141,20 +142,35 @@ def measure(
     Comparison, list of str
         And a sentence for each method that can't be fitted to these points.
     """
+    with one_blas_thread():
+        return _measured(subject, recipe, methods, repeats, warm_up, progress)
+
+
+def _measured(
+    subject: Subject,
+    recipe: Recipe,
+    methods: Sequence[Method],
+    repeats: int,
+    warm_up: int,
+    progress: Progress,
+) -> tuple[Comparison, list[str]]:
     task = WarpTask.of(subject.pixels, subject.faces, recipe)
     fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
     times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
+    results: dict[str, Image] = {}
     by_name = {method.name: method for method, _ in fitted}
     runs = len(by_name) * (repeats + warm_up)
     for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
-        once = _time_once(by_name[name], task, subject.pixels)
+        fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels)
         if counts:
-            for kept, elapsed_ms in zip(times[name], once, strict=True):
-                kept.append(elapsed_ms)
+            times[name][0].append(fit_ms)
+            times[name][1].append(warp_ms)
         progress(done, runs)
     asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
     found = tuple(
-        _compared(method, warp, task, subject.pixels, times[method.name], asked_px)
+        _compared(
+            method, warp, task, subject.pixels, results[method.name], times[method.name], asked_px
+        )
         for method, warp in fitted
     )
     return Comparison(subject, asked_px, found), [f"{subject.name}: {one}" for one in failed]
@@ -172,12 +188,12 @@ def _fitted(
     return fitted, failed
 
 
-def _time_once(method: Method, task: WarpTask, photo: Image) -> tuple[float, float]:
+def _time_once(method: Method, task: WarpTask, photo: Image) -> tuple[float, float, Image]:
     start = time.perf_counter()
     warp = method.fit(task)
     fitted = time.perf_counter()
-    warp.pixels(photo)
-    return (fitted - start) * 1e3, (time.perf_counter() - fitted) * 1e3
+    result = warp.pixels(photo)
+    return (fitted - start) * 1e3, (time.perf_counter() - fitted) * 1e3, result
 
 
 def _compared(
@@ -185,6 +201,7 @@ def _compared(
     warp: Warp,
     task: WarpTask,
     photo: Image,
+    result: Image,
     times: tuple[list[float], list[float]],
     asked_px: float,
 ) -> Compared:
@@ -203,7 +220,7 @@ def _compared(
         float((det <= 0.0).mean()),
         float((length > LOSSLESS_PX).mean()),
         float(length.max()),
-        _pictures(rgb8(photo), rgb8(warp.pixels(photo)), length, asked_px),
+        _pictures(rgb8(photo), rgb8(result), length, asked_px),
     )
 
 

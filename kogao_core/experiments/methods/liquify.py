@@ -20,11 +20,15 @@ class _Pushed(Warp):
         self._target, self._displacement, self._width_px = target_px, displacement_px, width_px
 
     def displacement(self, points_px: Array) -> Array:
-        at = np.array(points_px, np.float64)
+        x, y = np.array(np.transpose(points_px), np.float64, order="C")
         for target, displacement in zip(self._target[::-1], self._displacement[::-1], strict=True):
-            apart = ((at - target) ** 2).sum(axis=1)
-            at += np.exp(-apart / (2.0 * self._width_px**2))[:, None] * displacement
-        return np.asarray(at - points_px)
+            apart = np.square(x - target[0])
+            apart += np.square(y - target[1])
+            apart /= -2.0 * self._width_px**2
+            pushed = np.exp(apart, out=apart)
+            x += pushed * displacement[0]
+            y += pushed * displacement[1]
+        return np.column_stack([x, y]) - points_px
 
 
 @dataclass(frozen=True, slots=True)

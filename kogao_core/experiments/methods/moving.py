@@ -18,26 +18,35 @@ _NEAREST_PX: Final = 1e-6  # a point on a landmark takes that landmark's displac
 
 class _Moving(Warp):
     def __init__(self, target_px: Array, displacement_px: Array) -> None:
-        self._from = _complex(target_px)
-        self._onto = _complex(target_px + displacement_px)
+        # Counted from the middle, so that products of places lose little to rounding.
+        self._middle = target_px.mean(axis=0)
+        self._from = target_px - self._middle
+        at, goal = self._from, self._from + displacement_px
+        # In the complex plane a turn with a scaling is one factor; its best one is a ratio of
+        # weighted sums: of the places, the goals, and conj(place) * goal.
+        turned = np.column_stack(
+            [(at * goal).sum(axis=1), at[:, 0] * goal[:, 1] - at[:, 1] * goal[:, 0]]
+        )
+        self._summed = np.column_stack([np.ones(len(at)), at, goal, turned])
 
     def displacement(self, points_px: Array) -> Array:
-        at = _complex(points_px)[:, None]
-        weight = 1.0 / np.maximum(np.abs(self._from - at), _NEAREST_PX) ** 2
-        weight /= weight.sum(axis=1, keepdims=True)
-        center, goal = weight @ self._from, weight @ self._onto
-        # In the complex plane a turn with a scaling is one factor; its best one is a ratio of
-        # weighted sums, of which the rigid map keeps the turn.
-        around, wanted = self._from - center[:, None], self._onto - goal[:, None]
-        factor = (weight * np.conj(around) * wanted).sum(axis=1)
-        size = np.abs(factor)
-        turn = np.where(size > 0.0, factor / np.where(size > 0.0, size, 1.0), 1.0)
-        displacement = turn * (at[:, 0] - center) + goal - at[:, 0]
-        return np.column_stack([displacement.real, displacement.imag])
-
-
-def _complex(points_px: Array) -> np.ndarray:
-    return np.asarray(points_px[:, 0] + 1j * points_px[:, 1])
+        x, y = np.ascontiguousarray((points_px - self._middle).T)
+        apart = np.square(x[:, None] - self._from[:, 0])
+        apart += np.square(y[:, None] - self._from[:, 1])
+        weight = np.reciprocal(np.maximum(apart, _NEAREST_PX**2, out=apart), out=apart)
+        total, *sums = (weight @ self._summed).T
+        from_x, from_y, goal_x, goal_y, along, across = (one / total for one in sums)
+        # Of the factor the rigid map keeps the turn.
+        along -= from_x * goal_x + from_y * goal_y
+        across -= from_x * goal_y - from_y * goal_x
+        size = np.hypot(along, across)
+        still = size == 0.0
+        size[still], along[still] = 1.0, 1.0
+        along, across = along / size, across / size
+        u, v = x - from_x, y - from_y
+        return np.column_stack(
+            [along * u - across * v + goal_x - x, across * u + along * v + goal_y - y]
+        )
 
 
 @dataclass(frozen=True, slots=True)
