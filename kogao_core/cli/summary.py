@@ -76,8 +76,9 @@ def as_text(
     if bends.lines:
         worst = bends.lines[0]
         (x, y), (u, v) = worst.start_px, worst.end_px
+        where = "nearby" if bends.note else "in the background"
         lines.append(
-            f"lines     {len(bends.lines)} straight ones in the background; the one from "
+            f"lines     {len(bends.lines)} straight ones {where}; the one from "
             f"{x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px (its edge was "
             f"{worst.before_px:.1f} px off straight and is {worst.after_px:.1f})"
         )

@@ -174,11 +174,13 @@ def test_without_the_network_for_people_warp_says_so_once(
             raise assets.AssetMissing(f"{name} is missing; reinstall")
         return everything(name)
 
-    cli("warp", portrait, "-o", tmp_path / "with.png")
+    _, said, _ = cli("warp", portrait, "-o", tmp_path / "with.png")
+    assert "nearby" not in said
     monkeypatch.setattr(assets, "path", without)
     code, said, err = cli("warp", portrait, "-o", tmp_path / "without.png")
     assert (code, err) == (0, "")
     assert said.count("the network that tells people apart is missing") == 1
+    assert "straight ones nearby" in said
     assert (tmp_path / "without.png").read_bytes() == (tmp_path / "with.png").read_bytes()
     fails(1, "is missing; reinstall", "detect", portrait, "--person-mask", tmp_path / "mask.png")
 
