@@ -9,6 +9,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
+from kogao_core.display import rgb8
 from kogao_core.field import Field, shown_at
 from kogao_core.geometry import Array, Box, Image
 
@@ -18,6 +19,7 @@ _DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is no
 _ASIDE_PX: Final = 3  # an edge is sought so far on both sides of its line, px of what it sees
 _STEPS: Final = 4  # a px, there
 _SMOOTH: Final = 7  # samples along the line over which noise is averaged away
+_MEAN: Final = np.full((1, 3), 1.0 / 3.0)  # of red, green and blue
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +72,12 @@ def straight_lines(photo: Image, near: Box) -> Array:
     box = near.grown(max(near.width, near.height) // 4).clipped(Box.of(photo))
     if box.width < 2 or box.height < 2:
         return np.zeros((0, 2, 2))
-    grey = _grey(photo[box.slices])
-    scale = min(1.0, _DETECTOR_PX / max(grey.shape))
-    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    part = rgb8(photo[box.slices])
+    scale = min(1.0, _DETECTOR_PX / max(box.width, box.height))
+    small = cv2.resize(part, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     shortest = max(10, int(shortest_px(photo) * scale))
     detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
-    found: Any = detector.detect(small)  # None when there is no line
+    found: Any = detector.detect(cv2.transform(small, _MEAN))  # None when there is no line
     if found is None:
         return np.zeros((0, 2, 2))
     ends = (found.reshape(-1, 2, 2).astype(np.float64) + 0.5) / scale - 0.5
@@ -223,11 +225,3 @@ def _departure(points: Array) -> float:
     offsets = points - points.mean(axis=0)
     _, _, directions = np.linalg.svd(offsets, full_matrices=False)
     return float(np.abs(offsets @ directions[1]).max())
-
-
-def _grey(pixels: Image) -> Image:
-    depth = 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
-    unit = pixels.astype(np.float32) / depth
-    if unit.ndim == 3:
-        unit = unit[..., : 3 if unit.shape[2] >= 3 else 1].mean(axis=2)
-    return np.asarray(np.clip(255.0 * unit, 0, 255), np.uint8)

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import functools
+import dataclasses
 import io
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Final
 
-import jpeglib
 import numpy as np
 import numpy.typing as npt
-from jpeglib import dct_jpeg
 
 from kogao_core.atomic import aside
-from kogao_core.geometry import Image
+from kogao_core.geometry import Box, Image
+from kogao_core.photo import coefficients
+from kogao_core.photo.coefficients import Coefficients, UnreadableCoefficients
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 from kogao_core.stderr import hushed
 
-_BLOCK_PX: Final = 8
 _SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
-_ARITHMETIC_FRAMES: Final = (0xC9, 0xCA)  # jpeglib's libjpeg knows none
 
 Mask = npt.NDArray[np.bool_]
 
@@ -52,8 +47,10 @@ class Kept:
     damage: tuple[str, ...] = ()
 
 
-def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folder: Path) -> Kept:
-    """Put a source's coefficients into a new encoding, except where pixels changed.
+def keep_blocks(
+    source: Path, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
+) -> Kept:
+    """Encode what lies around changed pixels, and put it among a source's coefficients.
 
     Parameters
     ----------
@@ -61,104 +58,83 @@ def keep_blocks(source: Path, before: Image, after: Image, encoded: bytes, folde
         The JPEG file, with upright pixels.
     before, after : arrays of shape (H, W) or (H, W, C), uint8
         Its pixels and the new ones.
-    encoded : bytes
-        The new pixels as a JPEG with the source's tables and subsampling.
+    encode : callable
+        Given a part of `after`, px; returns it as a JPEG with the source's tables and subsampling,
+        and the metadata of the whole.
     folder : Path
-        Where files may be laid aside for a moment: jpeglib knows nothing else.
+        Where files may be laid aside for a moment.
 
     Returns
     -------
     Kept
-        Sequential, with optimised Huffman codes and the headers of `encoded`.
+        Sequential, with optimised Huffman codes and the headers that `encode` makes.
 
     Raises
     ------
     CannotKeepBlocks
         If tables, subsampling, colours or size differ from the source's.
     """
-    _check_coding(source)
-    with aside(folder) as place, hushed() as complaints, _copies_in(place):
-        fresh, merged = place / "fresh", place / "merged"
-        fresh.write_bytes(encoded)
-        old, new = _read(source), _read(fresh)
-        _check_alike(old, new)
-        factors = _factors(old)
-        changed = _changed_units(before, after, factors.max(axis=0))
-        for name, per_unit in zip(("Y", "Cb", "Cr"), factors, strict=False):
-            kept = getattr(old, name)
-            spread = changed.repeat(per_unit[0], axis=0).repeat(per_unit[1], axis=1)
-            mask = spread[: kept.shape[0], : kept.shape[1]]
-            kept[mask] = getattr(new, name)[mask]
-            setattr(new, name, kept)
-        new.write_dct(str(merged), flags=["+OPTIMIZE_CODING"])
-        data = _with_headers_of(encoded, merged.read_bytes())
+    with aside(folder) as place, hushed() as complaints:
+        try:
+            whole = coefficients.read(source.read_bytes(), place)
+            if (whole.frame.height, whole.frame.width) != before.shape[:2]:
+                raise CannotKeepBlocks("its size has changed")
+            changed = _changed_units(before, after, whole.frame.unit_px)
+            box = _around(changed)
+            encoded = encode(_pixels(box, whole))
+            part = coefficients.read(encoded, place)
+        except UnreadableCoefficients as error:
+            raise CannotKeepBlocks(str(error)) from error
+        _check_alike(whole, part)
+        for into, blocks, (down, along) in zip(
+            whole.planes, part.planes, whole.frame.factors, strict=True
+        ):
+            at = Box(box.left * along, box.top * down, box.right * along, box.bottom * down)
+            units = changed[box.slices].repeat(down, axis=0).repeat(along, axis=1)
+            # Components end where the picture does, not with the last unit.
+            mask = units[: blocks.shape[0], : blocks.shape[1]]
+            into[at.slices][mask] = blocks[mask]
+        merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
+        data = _with_headers_of(encoded, coefficients.write(merged, place))
     return Kept(data, 1.0 - float(changed.mean()), tuple(complaints))
 
 
-@contextmanager
-def _copies_in(place: Path) -> Iterator[None]:
-    """Let the copies that jpeglib makes of its sources lie there, not in the temporary folder.
-
-    A program that is killed would leave whole photos there. One thread at a time.
-    """
-    theirs = dct_jpeg.tempfile
-    dct_jpeg.tempfile = SimpleNamespace(
-        NamedTemporaryFile=functools.partial(tempfile.NamedTemporaryFile, dir=place)
-    )
-    try:
-        yield
-    finally:
-        dct_jpeg.tempfile = theirs
+def _around(changed: Mask) -> Box:
+    """Return the box of all units that changed; of one, where none did."""
+    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return Box(0, 0, 1, 1)
+    return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
 
 
-def _check_coding(source: Path) -> None:
-    with source.open("rb") as file:
-        if any(code in _ARITHMETIC_FRAMES for code, _ in segments(file)):
-            raise CannotKeepBlocks("it is coded in a rare way")
+def _pixels(units: Box, whole: Coefficients) -> Box:
+    height, width = whole.frame.unit_px
+    image = Box(0, 0, whole.frame.width, whole.frame.height)
+    return Box(
+        units.left * width, units.top * height, units.right * width, units.bottom * height
+    ).clipped(image)
 
 
-def _read(path: Path) -> jpeglib.DCTJPEG:
-    try:
-        return jpeglib.read_dct(str(path))
-    except (OSError, RuntimeError, ValueError) as error:
-        raise CannotKeepBlocks("its blocks can't be read") from error
-
-
-def _check_alike(old: jpeglib.DCTJPEG, new: jpeglib.DCTJPEG) -> None:
-    # jpeglib's own comparison finds RGB and YCbCr equal.
-    if old.jpeg_color_space.value != new.jpeg_color_space.value:
+def _check_alike(whole: Coefficients, part: Coefficients) -> None:
+    if whole.frame.colours != part.frame.colours:
         raise CannotKeepBlocks("its colours are coded in another way")
-    if (old.height, old.width) != (new.height, new.width):
-        raise CannotKeepBlocks("its size has changed")
-    if not np.array_equal(_factors(old), _factors(new)):
+    if whole.frame.factors != part.frame.factors:
         raise CannotKeepBlocks("its chroma is subsampled in a rare way")
-    if not np.array_equal(_tables(old), _tables(new)):
+    if not np.array_equal(whole.used, part.used):
         raise CannotKeepBlocks("its quantisation tables can't be written again")
 
 
-def _factors(jpeg: jpeglib.DCTJPEG) -> Image:
-    """Return the blocks per unit (down, along) of each component, shape (components, 2)."""
-    # A grey file is coded block by block, whatever its factors say.
-    factors: Image = np.ones((1, 2), np.int64) if jpeg.Cb is None else jpeg.samp_factor
-    return factors
-
-
-def _tables(jpeg: jpeglib.DCTJPEG) -> Image:
-    """Return the quantisation table of each component, shape (components, 8, 8)."""
-    tables: Image = jpeg.qt[jpeg.quant_tbl_no]
-    return tables
-
-
-def _changed_units(before: Image, after: Image, factors: Image) -> Mask:
+def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mask:
     """Return which minimum coded units hold a changed pixel, shape (rows, columns)."""
     height, width = before.shape[:2]
-    unit_height, unit_width = (int(_BLOCK_PX * factor) for factor in factors)
-    rows, columns = -(-height // unit_height), -(-width // unit_width)
-    padded = np.zeros((rows * unit_height, columns * unit_width), bool)
-    planes = (pixels.reshape(height, width, -1) for pixels in (before, after))
-    for old, new in zip(*(np.moveaxis(plane, 2, 0) for plane in planes), strict=True):
-        padded[:height, :width] |= old != new
-    return np.asarray(padded.reshape(rows, unit_height, columns, unit_width).any(axis=(1, 3)))
+    high, wide = unit_px
+    changed = np.zeros((-(-height // high), -(-width // wide)), bool)
+    for row, top in enumerate(range(0, height, high)):
+        old, new = (pixels[top : top + high] for pixels in (before, after))
+        if not np.array_equal(old, new):  # most rows of units are far from any face
+            differs = (old != new).reshape(len(old), width, -1).any(axis=(0, 2))
+            changed[row, np.flatnonzero(differs) // wide] = True
+    return changed
 
 
 def _with_headers_of(headers: bytes, body: bytes) -> bytes:

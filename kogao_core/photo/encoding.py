@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from kogao_core.geometry import Image
+from kogao_core.geometry import Box, Image
 from kogao_core.photo import formats, jpeg_extras, metadata, photoshop, stale
 from kogao_core.photo.formats import Content, Format
 from kogao_core.photo.model import Photo
 
 
-def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
+def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -> bytes:
     """Return a file with new pixels and the photo's metadata, whose orientation is upright.
 
     Parameters
@@ -21,6 +21,8 @@ def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
         Upright, of a depth and layout that `form` holds.
     form : {"JPEG", "PNG", "TIFF", "WEBP"}
         What to write.
+    part : Box, optional
+        What of the pixels to write, px; all of them when absent. The metadata are of the whole.
 
     Raises
     ------
@@ -33,6 +35,7 @@ def encode(photo: Photo, pixels: Image, form: Format) -> bytes:
     carried = photo.carried if form == photo.format else ()
     is_extended = any(map(jpeg_extras.is_extension, carried))
     height, width = pixels.shape[:2]
+    pixels = pixels[(part or Box.of(pixels)).slices]
     xmp = photo.xmp and metadata.upright_xmp(photo.xmp, width, height)
     becomes_colour = target.becomes_colour(pixels)
     content = Content(

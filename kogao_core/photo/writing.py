@@ -5,15 +5,15 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from kogao_core.atomic import NotAFile, check_target, put
-from kogao_core.geometry import Image
-from kogao_core.photo import formats, kinds
-from kogao_core.photo.encoding import encode
+from kogao_core.geometry import Box, Image
+from kogao_core.photo import encoding, formats, kinds
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
@@ -75,10 +75,9 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         if _is_unchanged(photo, pixels, form):
             data, note = photo.path.read_bytes(), ""
         else:
-            data, kept = _encoded(photo, pixels, path, form), ""
-            keep = formats.BY_NAME[form].keep
-            if keep is not None and form == photo.format:
-                data, kept = keep(photo, pixels, data, path)
+            encode = partial(_encoded, photo, pixels, path, form)
+            keep = formats.BY_NAME[form].keep if form == photo.format else None
+            data, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
             note = _worth_knowing(photo, pixels, form, kept)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
             note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
@@ -258,9 +257,11 @@ def _spread(photo: Photo, pixels: Image) -> str:
     return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
 
 
-def _encoded(photo: Photo, pixels: Image, path: Path, form: Format) -> bytes:
+def _encoded(
+    photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None
+) -> bytes:
     try:
-        return encode(photo, pixels, form)
+        return encoding.encode(photo, pixels, form, part)
     except ValueError as error:
         target = formats.BY_NAME[form]
         other = formats.exact_endings(pixels, target)

@@ -1,5 +1,7 @@
 """Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
 
+import io
+
 import cv2
 import jpeglib
 import numpy as np
@@ -8,7 +10,9 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
+from kogao_core.photo import coefficients
 from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.encoding import encode
 
 SIZES = [(317, 203), (320, 208), (33, 17)]
 
@@ -70,6 +74,62 @@ def test_units_without_a_changed_pixel_keep_their_coefficients(tmp_path, kind, p
     assert kept_error < plain_error + 0.5
 
 
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("kind", ["4:4:4", "4:2:0"])
+def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, kind, size):
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(*size, 3), subsampling=kind))
+    pixels = source.pixels.copy()
+    pixels[-20:, -30:] ^= 255  # to the border, where units are filled up
+    photo.write(source, pixels, tmp_path / "out.jpg")
+    (tmp_path / "whole.jpg").write_bytes(encode(source, pixels, "JPEG"))
+    written, whole, first = (
+        components(tmp_path / name) for name in ("out.jpg", "whole.jpg", "in.jpg")
+    )
+    for (blocks, (down, along)), (expected, _), (old, _) in zip(written, whole, first, strict=True):
+        corner = slice(-down, None), slice(-along, None)
+        np.testing.assert_array_equal(blocks[corner], expected[corner])
+        assert (blocks[corner] != old[corner]).any()
+
+
+def test_metadata_tell_the_size_of_the_whole_picture(tmp_path):
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA002] = 7
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120), exif=exif)
+    source = photo.read(path)
+    photo.write(source, edited(source), tmp_path / "out.jpg")
+    with Image.open(tmp_path / "out.jpg") as seen:
+        assert seen.getexif().get_ifd(0x8769)[0xA002] == 160
+
+
+def two_frames(data):
+    at = data.index(b"\xff\xc0")
+    return data[:at] + data[at : at + 19] + data[at:]
+
+
+def another_length(data):
+    at = data.index(b"\xff\xc0") + 3
+    return data[:at] + bytes([data[at] + 1]) + data[at + 1 :]
+
+
+def no_width(data):
+    at = data.index(b"\xff\xc0") + 7
+    return data[:at] + bytes(2) + data[at + 2 :]
+
+
+def no_factors(data):
+    at = data.index(b"\xff\xc0") + 11
+    return data[:at] + bytes(1) + data[at + 1 :]
+
+
+@pytest.mark.parametrize("damaged", [two_frames, another_length, no_width, no_factors])
+def test_a_frame_that_the_library_could_take_otherwise_is_refused(tmp_path, damaged):
+    """It writes as many blocks into our arrays as it reads there itself."""
+    data = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120)).read_bytes()
+    assert coefficients.read(data, tmp_path).frame.unit_px == (16, 16)
+    with pytest.raises(coefficients.UnreadableCoefficients, match="can't be read"):
+        coefficients.read(damaged(data), tmp_path)
+
+
 def test_headers_come_from_the_new_file_once(tmp_path):
     icc, exif = b"p" * 70_000, Image.Exif()
     exif[0x13B] = "Me!"
@@ -128,14 +188,17 @@ def test_a_source_that_changed_since_is_not_trusted(tmp_path):
 def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, reason):
     picture = textured_photo(160, 120)
     path = jpeg_file(tmp_path / "in.jpg", picture, subsampling="4:2:0")
-    Image.fromarray(picture).save(
-        tmp_path / "other.jpg", "JPEG", **{"subsampling": "4:2:0"} | options
-    )
+
+    def other(part):
+        with io.BytesIO() as out:
+            Image.fromarray(picture[part.slices]).save(out, "JPEG", **{"subsampling": "4:2:0"} | options)
+            return out.getvalue()
+
     with pytest.raises(CannotKeepBlocks, match=reason):
-        keep_blocks(path, picture, picture, (tmp_path / "other.jpg").read_bytes(), tmp_path)
+        keep_blocks(path, picture, 255 - picture, other, tmp_path)
     (tmp_path / "text.jpg").write_text("no JPEG at all")
     with pytest.raises(CannotKeepBlocks, match="read"):
-        keep_blocks(tmp_path / "text.jpg", picture, picture, path.read_bytes(), tmp_path)
+        keep_blocks(tmp_path / "text.jpg", picture, 255 - picture, other, tmp_path)
 
 
 @pytest.mark.parametrize("rare", [cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411,

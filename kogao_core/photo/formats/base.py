@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 
 from PIL import Image as Pillow
 
-from kogao_core.geometry import Image
+from kogao_core.geometry import Box, Image
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
@@ -18,6 +18,7 @@ from kogao_core.photo.model import Photo
 if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
 
+Encode = Callable[[Box | None], bytes]
 Fate = Literal["kept", "moved", "left out"]
 
 
@@ -144,9 +145,9 @@ class FileFormat:
     lacks : callable
         Given a photo; says what of its metadata is too damaged for this format, or nothing.
     keep : callable, optional
-        Given a photo of this format, new pixels, a file of them and where it goes; returns that
-        file with as much of the photo's own as may stay, and what that is in words. None, where
-        all is encoded anew.
+        Given a photo of this format, new pixels, what encodes a part of them (a `Box`, or None for
+        all) and where the file goes; returns a file with as much of the photo's own as may stay,
+        and what that is in words. None, where all is encoded anew.
     """
 
     name: SourceFormat
@@ -163,7 +164,7 @@ class FileFormat:
     behind: Callable[[bytes], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_lacks
-    keep: Callable[[Photo, Image, bytes, Path], tuple[bytes, str]] | None = None
+    keep: Callable[[Photo, Image, Encode, Path], tuple[bytes, str]] | None = None
 
     def __post_init__(self) -> None:
         if bool(self.layouts) != (self.encode is not None):

@@ -13,7 +13,7 @@ import numpy as np
 
 from kogao_core.geometry import Image
 from kogao_core.photo import jpeg_extras, kinds, segments, trailers
-from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.formats.base import Content, Encode, FileFormat
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
 
@@ -64,9 +64,9 @@ def _behind(data: bytes) -> Iterator[Extra]:
     yield from trailers.found(data, end)
 
 
-def _keep(photo: Photo, pixels: Image, encoded: bytes, path: Path) -> tuple[bytes, str]:
+def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[bytes, str]:
     """Keep every block in which no pixel changed."""
-    from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks  # it loads a large library
+    from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
 
     reason = ""
     if photo.orientation != 1:
@@ -82,7 +82,7 @@ def _keep(photo: Photo, pixels: Image, encoded: bytes, path: Path) -> tuple[byte
     else:
         try:
             folder = Path(os.path.realpath(path)).parent
-            kept = keep_blocks(photo.path, photo.pixels, pixels, encoded, folder)
+            kept = keep_blocks(photo.path, photo.pixels, pixels, encode, folder)
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
@@ -90,7 +90,7 @@ def _keep(photo: Photo, pixels: Image, encoded: bytes, path: Path) -> tuple[byte
             more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
             damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
             return kept.data, note + more + damage
-    return encoded, f"every block of the JPEG was compressed again: {reason}"
+    return encode(None), f"every block of the JPEG was compressed again: {reason}"
 
 
 JPEG: Final = FileFormat(

@@ -1,0 +1,221 @@
+"""The DCT coefficients of JPEG files, through the libjpeg-turbo that jpeglib carries.
+
+Its functions are called with our own arrays: jpeglib's classes decode a file twice, and copy both
+the file and the arrays.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import io
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.photo.segments import segments
+
+_BLOCK_PX: Final = 8
+GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
+_LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
+_OPTIMISED: Final = (1 << 6, 0xFFFFFFFF)  # which of its flags to set, and to what
+_BY_TABLES: Final = -1  # rather than a quality
+_NUMBERS: Final = _BLOCK_PX * _BLOCK_PX
+_MOST: Final = 4  # components, and tables
+# Huffman codes: baseline, extended for 16-bit tables, progressive; then all there are.
+_FRAMES: Final = (0xC0, 0xC1, 0xC2)
+_ANY_FRAME: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_JFIF, _ADOBE = 0xE0, 0xEE
+_DECODING: Final = {*_ANY_FRAME, 0xDB, 0xC4, 0xDD, _JFIF, _ADOBE}  # tables, codes, restarts
+_SOI: Final = b"\xff\xd8"
+
+Plane = npt.NDArray[np.int16]
+
+
+class UnreadableCoefficients(Exception):
+    """The file is no JPEG, of a kind that isn't known here, or damaged; the message says which."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a JPEG file says of its components.
+
+    Parameters
+    ----------
+    height, width : int
+        Of the picture, px.
+    factors : tuple of tuple of int
+        Blocks per minimum coded unit (down, along) of each component.
+    colours : int
+        `GREY`, `RGB` or `YCC`.
+    """
+
+    height: int
+    width: int
+    factors: tuple[tuple[int, int], ...]
+    colours: int
+
+    @property
+    def unit_px(self) -> tuple[int, int]:
+        """Height and width of a minimum coded unit."""
+        down, along = (max(axis) for axis in zip(*self.factors, strict=True))
+        return down * _BLOCK_PX, along * _BLOCK_PX
+
+    @property
+    def blocks(self) -> tuple[tuple[int, int], ...]:
+        """Rows and columns of blocks of each component, as many as the picture needs."""
+        high, wide = self.unit_px
+        return tuple(
+            (-(-self.height * down // high), -(-self.width * along // wide))
+            for down, along in self.factors
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """All coefficients of a JPEG file, as quantised.
+
+    Parameters
+    ----------
+    frame : Frame
+        How they are laid out.
+    planes : tuple of int16 arrays of shape (rows, columns, 64)
+        The blocks of each component.
+    tables : uint16 array of shape (4, 64)
+        Quantisation tables; zeros where there is none.
+    numbers : int16 array of shape (4,)
+        The table of each component.
+    """
+
+    frame: Frame
+    planes: tuple[Plane, ...]
+    tables: npt.NDArray[np.uint16]
+    numbers: npt.NDArray[np.int16]
+
+    @property
+    def used(self) -> npt.NDArray[np.uint16]:
+        """The tables of the components, shape (components, 64)."""
+        return np.asarray(self.tables[self.numbers[: len(self.planes)]])
+
+
+def read(data: bytes, folder: Path) -> Coefficients:
+    """Read the coefficients of a JPEG file.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    folder : Path
+        Where a copy may lie for a moment: the library reads files alone.
+
+    Raises
+    ------
+    UnreadableCoefficients
+        If they can't be read.
+    """
+    with io.BytesIO(data) as file:
+        needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
+        frame, start = _frame(needed), file.tell()
+    # The library fills arrays of the size that it reads itself: it mustn't see another frame.
+    copy = folder / "read"
+    with copy.open("wb") as out:
+        out.writelines([_SOI, *(segment for _, segment in needed), memoryview(data)[start:]])
+    planes = tuple(np.empty((*blocks, _NUMBERS), np.int16) for blocks in frame.blocks)
+    tables, numbers = np.zeros((_MOST, _NUMBERS), np.uint16), np.zeros(_MOST, np.int16)
+    is_done = _library().read_jpeg_dct(
+        os.fsencode(copy), *_addresses(planes), *_addresses((tables, numbers), 2)
+    )
+    copy.unlink()
+    if not is_done:
+        raise UnreadableCoefficients("its blocks can't be read")
+    return Coefficients(frame, planes, tables, numbers)
+
+
+def write(coefficients: Coefficients, folder: Path) -> bytes:
+    """Return a sequential JPEG file with optimised Huffman codes; it counts components from 0.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        What to write; not of RGB.
+    folder : Path
+        Where the file may lie for a moment: the library writes files alone.
+
+    Raises
+    ------
+    OSError
+        If it can't be written.
+    """
+    frame, file = coefficients.frame, folder / "written"
+    layout = ((frame.height, frame.width), frame.blocks, frame.factors)
+    sizes = [np.array(one, np.intc) for one in layout]
+    tables, numbers = coefficients.tables, coefficients.numbers
+    is_done = _library().write_jpeg_dct(
+        *(None, os.fsencode(file), *_addresses(coefficients.planes)),
+        *_addresses(sizes, 3),
+        *(frame.colours, len(coefficients.planes)),
+        *(tables.ctypes.data, _BY_TABLES, numbers.ctypes.data),
+        *(0, None, None, None, *_OPTIMISED),
+    )
+    if not is_done:
+        raise OSError("its blocks can't be written")
+    written = file.read_bytes()
+    file.unlink()
+    return written
+
+
+def _frame(needed: list[tuple[int, bytes]]) -> Frame:
+    frames = [(code, segment) for code, segment in needed if code in _ANY_FRAME]
+    if len(frames) != 1 or len(frames[0][1]) < 10:
+        raise UnreadableCoefficients("its blocks can't be read")
+    code, segment = frames[0]
+    height, width = (int.from_bytes(segment[at : at + 2], "big") for at in (5, 7))
+    parts = [segment[at : at + 3] for at in range(10, len(segment) - 2, 3)]
+    factors = tuple((part[1] & 15, part[1] >> 4) for part in parts)
+    if len(segment) != 10 + 3 * segment[9] or not all(map(all, [(height, width), *factors])):
+        raise UnreadableCoefficients("its blocks can't be read")
+    if code not in _FRAMES or len(parts) not in (1, 3):
+        raise UnreadableCoefficients("it is coded in a rare way")
+    if len(parts) == 1:
+        # A grey file is coded block by block, whatever its factors say.
+        return Frame(height, width, ((1, 1),), GREY)
+    return Frame(height, width, factors, _colours(needed, bytes(part[0] for part in parts)))
+
+
+def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
+    """Return how libjpeg takes three components of these names."""
+    if any(code == _JFIF and segment[4:].startswith(b"JFIF\0") for code, segment in needed):
+        return YCC
+    adobe = [segment for code, segment in needed if code == _ADOBE and segment[4:9] == b"Adobe"]
+    is_rgb = adobe[-1][-1] == 0 if adobe else names == b"RGB"
+    return RGB if is_rgb else YCC
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """Load the library, without jpeglib around it, which takes longer than many a photo."""
+    found = find_spec("jpeglib")
+    places = found.submodule_search_locations if found is not None else None
+    (file,) = Path((places or [""])[0], "cjpeglib").glob(_LIBRARY)
+    library = ctypes.CDLL(str(file))
+    name: Any = ctypes.c_char_p
+    array, number = ctypes.c_void_p, ctypes.c_int
+    library.read_jpeg_dct.argtypes = [name, *[array] * 6]
+    library.write_jpeg_dct.argtypes = [
+        *(name, name, *[array] * 7, number, number),
+        *(array, ctypes.c_short, array),
+        *(number, array, array, array, ctypes.c_uint, ctypes.c_uint),
+    ]
+    return library
+
+
+def _addresses(arrays: Iterable[npt.NDArray[Any]], places: int = _MOST) -> list[int | None]:
+    """Return where arrays lie, and nothing for the rest of so many places."""
+    known: list[int | None] = [array.ctypes.data for array in arrays]
+    return known + [None] * (places - len(known))
