@@ -32,6 +32,8 @@ _MOST: Final = 4  # components, and tables
 _FRAMES: Final = (0xC0, 0xC1, 0xC2)
 _ANY_FRAME: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JFIF, _ADOBE = 0xE0, 0xEE
+_JFIF_BYTES: Final = 18  # at least
+_TRANSFORM_AT: Final = 15
 _DECODING: Final = {*_ANY_FRAME, 0xDB, 0xC4, 0xDD, _JFIF, _ADOBE}  # tables, codes, restarts
 _SOI: Final = b"\xff\xd8"
 
@@ -190,10 +192,14 @@ def _frame(needed: list[tuple[int, bytes]]) -> Frame:
 
 def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
     """Return how libjpeg takes three components of these names."""
-    if any(code == _JFIF and segment[4:].startswith(b"JFIF\0") for code, segment in needed):
+    jfif, adobe = (
+        [one for code, one in needed if code == marker and one[4:].startswith(name)]
+        for marker, name in ((_JFIF, b"JFIF\0"), (_ADOBE, b"Adobe"))
+    )
+    if any(len(segment) >= _JFIF_BYTES for segment in jfif):
         return YCC
-    adobe = [segment for code, segment in needed if code == _ADOBE and segment[4:9] == b"Adobe"]
-    is_rgb = adobe[-1][-1] == 0 if adobe else names == b"RGB"
+    transforms = [segment[_TRANSFORM_AT] for segment in adobe if len(segment) > _TRANSFORM_AT]
+    is_rgb = transforms[-1] == 0 if transforms else names == b"RGB"
     return RGB if is_rgb else YCC
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import IO
 
@@ -67,8 +67,17 @@ def _silent_opencv() -> Iterator[None]:
         cv2.utils.logging.setLogLevel(level)
 
 
-def encode(pixels: Image, suffix: str) -> bytes:
+def encode(pixels: Image, suffix: str, how: Sequence[int] = ()) -> bytes:
     """Encode grey, RGB or RGBA pixels at full depth.
+
+    Parameters
+    ----------
+    pixels : array of shape (H, W) or (H, W, 3..4)
+        What to encode.
+    suffix : str
+        The usual ending of the format.
+    how : sequence of int
+        OpenCV's numbers of choices, each with its value.
 
     Raises
     ------
@@ -80,7 +89,7 @@ def encode(pixels: Image, suffix: str) -> bytes:
         flip = cv2.COLOR_RGB2BGR if pixels.shape[2] == 3 else cv2.COLOR_RGBA2BGRA
         stored = np.asarray(cv2.cvtColor(pixels, flip))
     with _silent_opencv():
-        done, data = cv2.imencode(suffix, stored)
+        done, data = cv2.imencode(suffix, stored, how)
     if not done:
         raise ValueError("OpenCV can't encode it")
     return data.tobytes()

@@ -6,12 +6,10 @@ import dataclasses
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-import numpy as np
-
 from kogao_core.geometry import Image
 from kogao_core.photo import edit_record
 from kogao_core.photo.label import draw_label
-from kogao_core.photo.model import Photo
+from kogao_core.photo.model import Photo, is_same
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +79,7 @@ def disclose(
         If the photo's XMP can't be added to, the photo is too small for the label, or the font
         is missing or lacks a letter; one sentence.
     """
-    if not disclosure.is_wanted or _is_same(photo.pixels, pixels):
+    if not disclosure.is_wanted or is_same(photo.pixels, pixels):
         return photo, pixels
     if disclosure.label:
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
@@ -93,12 +91,8 @@ def disclose(
 
 def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
-    if not disclosure.is_wanted or not _is_same(photo.pixels, pixels):
+    if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
     wanted = {"label": bool(disclosure.label), "edit record": disclosure.record}
     missing = " and ".join(name for name, asked in wanted.items() if asked)
     return f"nothing was changed, so there is no {missing}"
-
-
-def _is_same(before: Image, after: Image) -> bool:
-    return before.dtype == after.dtype and np.array_equal(before, after)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from kogao_core.geometry import Image
 from kogao_core.photo.kinds import Extra
 
@@ -146,3 +148,11 @@ class Photo:
         from kogao_core.display import preview
 
         return preview(self.pixels)
+
+
+def is_same(before: Image, after: Image) -> bool:
+    """Tell whether pixels are the same, type and shape included; NaN equals nothing."""
+    if before.dtype != after.dtype or before.shape != after.shape:
+        return False
+    # Row by row: ends at the first that differs, and compares in no memory worth the name.
+    return all(map(np.array_equal, before, after))

@@ -317,8 +317,7 @@ def with_metadata(
             directory[tag] = value
     with io.BytesIO() as out:
         directory.save(out)
-        out.write(written[_HEADER_BYTES:start])
-        return out.getvalue()
+        return b"".join([out.getvalue(), memoryview(written)[_HEADER_BYTES:start]])
 
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:

@@ -17,7 +17,7 @@ from kogao_core.photo import encoding, formats, kinds
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
-from kogao_core.photo.model import Photo
+from kogao_core.photo.model import Photo, is_same
 
 
 def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
@@ -220,11 +220,7 @@ def _shows_through(pixels: Image) -> bool:
 
 
 def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
-    if form != photo.format:
-        return False
-    if pixels.dtype != photo.pixels.dtype or not np.array_equal(pixels, photo.pixels):
-        return False
-    return photo.is_as_read
+    return form == photo.format and is_same(photo.pixels, pixels) and photo.is_as_read
 
 
 def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str) -> str:
@@ -257,9 +253,7 @@ def _spread(photo: Photo, pixels: Image) -> str:
     return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
 
 
-def _encoded(
-    photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None
-) -> bytes:
+def _encoded(photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None) -> bytes:
     try:
         return encoding.encode(photo, pixels, form, part)
     except ValueError as error:

@@ -190,8 +190,9 @@ def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, r
     path = jpeg_file(tmp_path / "in.jpg", picture, subsampling="4:2:0")
 
     def other(part):
+        changed = {"subsampling": "4:2:0"} | options
         with io.BytesIO() as out:
-            Image.fromarray(picture[part.slices]).save(out, "JPEG", **{"subsampling": "4:2:0"} | options)
+            Image.fromarray(picture[part.slices]).save(out, "JPEG", **changed)
             return out.getvalue()
 
     with pytest.raises(CannotKeepBlocks, match=reason):
@@ -222,6 +223,21 @@ def test_an_rgb_jpeg_keeps_its_colours(tmp_path):
     said = photo.write(source, pixels, tmp_path / "out.jpg")
     assert "compressed again: its colours are coded in another way" in said
     assert np.abs(photo.read(tmp_path / "out.jpg").pixels.astype(int) - pixels).mean() < 8.0
+
+
+def with_segment(path, kind, body):
+    """Put a segment in the place of the JFIF header."""
+    data = path.read_bytes()
+    end = 4 + int.from_bytes(data[4:6], "big")
+    segment = bytes([0xFF, kind]) + (len(body) + 2).to_bytes(2, "big") + body
+    path.write_bytes(data[:2] + segment + data[end:])
+
+
+def test_colours_are_told_by_adobes_transform_whatever_follows_it(tmp_path):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
+    with_segment(path, 0xEE, b"Adobe\0\x64\0\0\0\0\1" + bytes(19))
+    source = photo.read(path)
+    assert "source's own" in photo.write(source, edited(source), tmp_path / "out.jpg")
 
 
 def test_a_converted_photo_says_that_its_colours_were(tmp_path):
