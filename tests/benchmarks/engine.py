@@ -140,6 +140,7 @@ def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str,
         unit = "cubic unit" if name.startswith("cubic,") else "unit"
         figures[name] = ratio(times, name, unit)
     figures["conventional / ours"] = ratio(times, "conventional", "bilinear, 2 threads")
+    figures |= _readings(sizes["12 MP"], rounds)
     figures |= _other_depths(sizes["24 MP"], rounds)
     figures |= _other_sizes(sizes, rounds)
     return figures
@@ -152,6 +153,35 @@ def render_once(bench: Bench) -> Rendering:
 
 def _spots(width: int, height: int) -> list[tuple[float, float]]:
     return [(width * x, height * y) for x in (0.2, 0.5, 0.8) for y in (0.25, 0.75)][:5]
+
+
+def _readings(size: tuple[int, int], rounds: int) -> dict[str, dict[str, float]]:
+    """Return what a group's photo takes, beside a full cubic remap and what is then read off it."""
+    bench = Bench(*size)
+    # Three rows that stand close: lattices of neighbours reach into each other.
+    group = [
+        oval_face(*size, center=(size[0] * (0.16 + 0.07 * i), size[1] * (0.4 + 0.11 * j)), size=0.1)
+        for j in range(3)
+        for i in range(6)
+    ]
+    figures = {}
+    for name, faces in (("18 faces", group), ("one face", [bench.face])):
+        draw = bench.ours(CUBIC, faces=faces)
+        cases = {
+            "unit": bench.full_remap(cv2.INTER_CUBIC),
+            "draw": draw,
+            "draw and read": lambda draw=draw: _read(draw()),
+        }
+        times = take_turns(cases, rounds)
+        both = zip(times["draw and read"], times["draw"], strict=True)
+        times["read"] = [max(0.0, with_readings - alone) for with_readings, alone in both]
+        figures[f"{name}, 12 MP, cubic"] = ratio(times, "draw", "unit")
+        figures[f"{name}, readings / drawing"] = ratio(times, "read", "draw")
+    return figures
+
+
+def _read(rendering: Rendering) -> object:
+    return rendering.one_to_one, rendering.residual, rendering.achieved, rendering.pixel_counts
 
 
 def _other_depths(size: tuple[int, int], rounds: int) -> dict[str, dict[str, float]]:
