@@ -188,6 +188,7 @@ def search(sizes: Sizes, _: Path) -> Iterator[Row]:
     thirty = [finding.CROWD * one for one in times["networks of one face"]]
     again = [finding.GROUP * one for one in times["again"]]
     yield Row("find 18 faces / 18 times one", "ms", times["group"], eighteen, again)
+    yield Row("30 faces, the first / one", "ms", times["first"], times["one face"])
     yield Row("find 30 faces / 30 times its networks", "ms", times["crowd"], thirty)
     yield Row("no face, 12 MP / two looks at all scales", "ms", times["nobody"], times["two looks"])
 
