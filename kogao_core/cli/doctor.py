@@ -7,7 +7,7 @@ import hashlib
 import platform
 import sys
 from collections.abc import Iterator
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -96,6 +96,8 @@ def examine() -> dict[str, Any]:
 
 
 def _package(name: str) -> dict[str, str]:
+    from importlib import metadata
+
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:

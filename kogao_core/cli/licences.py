@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from importlib import metadata
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 import kogao_core
 from kogao_core import assets
+
+if TYPE_CHECKING:
+    from importlib import metadata
 
 OWN: Final = "Apache-2.0"
 # What pyproject.toml asks for, and what that brings along; a test compares the two.
@@ -59,6 +61,8 @@ def manifest() -> list[dict[str, Any]]:
 
 
 def _dependency(name: str) -> str:
+    from importlib import metadata
+
     try:
         about = metadata.metadata(name)
     except metadata.PackageNotFoundError:
