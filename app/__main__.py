@@ -79,27 +79,27 @@ def _edit(
     from kogao_core import landmarks
 
     from .editor import Editor
-    from .screenshot import Look, Screenshot
+    from .screenshot import Screenshot, Shown
 
     editor = Editor(app, source or landmarks.source(), storage, options.theme)
-    if options.size is not None or not editor.desk.size_known:
+    if options.size is not None or not editor.screen.size_known:
         editor.window.resize(*(options.size or _SIZE))
-    look = Look(options.show, options.percent, options.protect)
+    look = Shown(options.show, options.percent, options.protect)
     shot = None if options.screenshot is None else Screenshot(editor, options.screenshot, look)
     # Queued: what has failed may be a picture in the middle of being painted.
-    told = editor.admit if shot is None else shot.admit
-    faults.caught.connect(told, Qt.ConnectionType.QueuedConnection)
+    report = editor.admit if shot is None else shot.admit
+    faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
     if options.photo is not None and shot is None:
-        editor.desk.show_places([options.photo])
+        editor.strip.show_places([options.photo])
     elif options.photo is not None:
-        editor.dialogs.open(options.photo)
+        editor.files.open(options.photo)
     elif options.sample:
         editor.files.open_sample()
     elif options.rate is not None:
         editor.rating.open(options.rate)
     else:
-        editor.desk.begin(editor.files.welcome)
+        editor.recent.begin()
     editor.recovery.look()
     code = app.exec()
     return code if shot is None else shot.finish()
@@ -120,10 +120,7 @@ def _parser() -> argparse.ArgumentParser:
         "--rate", type=Path, metavar="FOLDER", help="rate the pictures of a study (docs/study.md)"
     )
     parser.add_argument(
-        "--screenshot",
-        type=Path,
-        metavar="OUT.png",
-        help="save a picture of the window, and exit",
+        "--screenshot", type=Path, metavar="OUT.png", help="save a picture of the window, and exit"
     )
     parser.add_argument(
         "--show",

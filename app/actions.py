@@ -1,74 +1,157 @@
-"""Actions from the entries of the menus, and where they lie in the window."""
+"""What menus, keys and buttons can do, and where it lies in the window."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
 
-from .menus import specs
+from .i18n import tr
 
-TOOLBAR = (
-    *(
-        "open",
-        "save",
-        None,
-        "mode-automatic",
-        "mode-manual",
-        None,
-        "undo",
-        "redo",
-        None,
-        "fit",
-        "actual",
-        None,
-    ),
+Names = tuple[str | None, ...]
+TOOLBAR: Names = (
+    *("open", "save", None),
+    *("mode-automatic", "mode-manual", None),
+    *("undo", "redo", None),
+    *("fit", "actual", None),
     *("compare-wipe", "compare-side", "compare-difference", "loupe"),
 )
+_FIRST_KEY = "first_key"
 
 
-def build(owner: QWidget) -> dict[str, QAction]:
-    """Return the actions by name, as children of `owner`, where their keys hold."""
-    built = {}
-    for spec in (spec for spec in specs() if spec.text):
-        action = QAction(spec.text, owner)
-        action.setShortcut(QKeySequence(spec.key))
-        action.setToolTip(f"{spec.tip} ({spec.key})" if spec.key else spec.tip)
-        action.setStatusTip(spec.tip)
-        if spec.checked is not None:
-            action.setCheckable(True)
-            action.setChecked(spec.checked)
-        owner.addAction(action)
-        built[spec.name] = action
-    return built
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """One action of a feature.
+
+    Parameters
+    ----------
+    name : str
+        By which menus, toolbar and settings know it.
+    text, key, tip : str
+        What it is called, its shortcut and what it does.
+    slot : callable, optional
+        What happens when the user takes it.
+    toggled : callable, optional
+        What happens when it is switched on or off, by whomever; it takes which.
+    checked : bool, optional
+        Initial state of an action that toggles; None for one that doesn't.
+    """
+
+    name: str
+    text: str
+    key: str
+    tip: str
+    slot: Callable[[], object] | None = None
+    toggled: Callable[[bool], object] | None = None
+    checked: bool | None = None
 
 
-def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction], inside: Mapping[str, QMenu]) -> None:
-    """Lay the actions out in their menus, and the menus `inside` them by name."""
-    shown = [spec for spec in specs() if spec.menu]
-    menus = {title: bar.addMenu(title) for title in dict.fromkeys(spec.menu for spec in shown)}
-    for spec in shown:
-        if spec.text:
-            menus[spec.menu].addAction(actions[spec.name])
-        else:
-            menus[spec.menu].addMenu(inside[spec.name])
-        if spec.ends_group:
-            menus[spec.menu].addSeparator()
+def layout(actions: Sequence[str]) -> dict[str, Names]:
+    """Return the menus: their titles, and the names in each; None is a line.
+
+    Parameters
+    ----------
+    actions : sequence of str
+        All names there are. Of some kinds there are as many as features have declared, and they
+        follow in that order: overlays, tools, experiments and sources of landmarks.
+    """
+
+    def every(kind: str) -> Names:
+        return tuple(name for name in actions if name.startswith(kind))
+
+    return {
+        tr("&File"): (
+            *("open", "folder", "recent", "next-photo", "previous-photo", "sample", None),
+            *("save", "save-project", "save-options", None),
+            *("batch", None),
+            *("import-landmarks", "export-landmarks", None),
+            "quit",
+        ),
+        tr("&Edit"): (
+            *("undo", "redo", None, "copy-settings", "paste-settings", None),
+            *("presets", "keys", None, "abort"),
+        ),
+        tr("&View"): (
+            *("fit", "actual", "closer", "farther", None),
+            *every("overlay-"),
+            *("hide-overlays", None),
+            *("panels", "hide-panels", "move-panels", "reset-layout"),
+        ),
+        tr("F&ace"): (
+            *(
+                "find",
+                "place",
+                None,
+                "follow-photo",
+                "next-point",
+                "previous-point",
+                "delete",
+                None,
+            ),
+            *every("landmarks-"),
+        ),
+        tr("&Manual"): (
+            *("mode-automatic", "mode-manual", None, "mark", "mirror", "mirror-side", "snap", None),
+            *("apply", "compare-modes"),
+        ),
+        tr("Com&pare"): (
+            *("compare-wipe", "compare-side", "compare-difference", None),
+            *("wipe-left", "wipe-right", "loupe"),
+        ),
+        tr("Pro&tect"): (*every("tool-"), *("hard", None), *("smaller", "larger", "unprotect")),
+        tr("E&xperiments"): (*every("experiment-"), *(None, "rate")),
+        tr("&Help"): ("palette", "about"),
+    }
 
 
-def fill_toolbar(
-    bar: QToolBar, actions: Mapping[str, QAction], names: Iterable[str | None] = TOOLBAR
+def build(owner: QWidget, spec: Spec) -> QAction:
+    """Return an action as a child of `owner`, where its key holds."""
+    action = QAction(spec.text, owner)
+    action.setShortcut(QKeySequence(spec.key))
+    action.setProperty(_FIRST_KEY, spec.key)
+    action.setToolTip(f"{spec.tip} ({spec.key})" if spec.key else spec.tip)
+    action.setStatusTip(spec.tip)
+    if spec.checked is not None:
+        action.setCheckable(True)
+        action.setChecked(spec.checked)
+    slot = spec.slot
+    if slot is not None:
+        action.triggered.connect(lambda: slot())
+    if spec.toggled is not None:
+        action.toggled.connect(spec.toggled)
+    owner.addAction(action)
+    return action
+
+
+def first_key(action: QAction) -> QKeySequence:
+    """Return the key that an action comes with."""
+    return QKeySequence(str(action.property(_FIRST_KEY)))
+
+
+def fill_menus(
+    bar: QMenuBar,
+    menus: Mapping[str, Names],
+    actions: Mapping[str, QAction],
+    inside: Mapping[str, QMenu],
 ) -> None:
-    """Lay buttons out; None is a line between groups."""
-    for name in names:
+    """Lay the actions out in their menus, and the menus `inside` them by name."""
+    for title, names in menus.items():
+        menu = bar.addMenu(title)
+        for name in names:
+            if name is None:
+                menu.addSeparator()
+            elif name in inside:
+                menu.addMenu(inside[name])
+            else:
+                menu.addAction(actions[name])
+
+
+def fill_toolbar(bar: QToolBar, actions: Mapping[str, QAction]) -> None:
+    """Lay the buttons out."""
+    for name in TOOLBAR:
         if name is None:
             bar.addSeparator()
         else:
             bar.addAction(actions[name])
-
-
-def connect(actions: Mapping[str, QAction], slots: Mapping[str, Callable[[], object]]) -> None:
-    """Join actions to what they do."""
-    for name, slot in slots.items():
-        actions[name].triggered.connect(lambda _checked=False, slot=slot: slot())

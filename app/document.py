@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoStack
+from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from kogao_core.face import Face
 from kogao_core.geometry import Box
@@ -21,11 +21,13 @@ from kogao_core.recipe import Recipe
 from kogao_core.settings import FACE_FIELDS
 from kogao_core.targets import Pairs, aim
 
-from .commands import ReplaceState
-from .pyramid import Pyramid
+if TYPE_CHECKING:
+    from .render.pyramid import PicturePyramid
 
 # A landmark marked by hand and where it goes, px of the photo.
 Mark = tuple[tuple[float, float], tuple[float, float]]
+# Eye and mouth corners are marked first: they give the face its axis and its centre.
+CORNERS: Final = 6
 DEFAULT: Final = Recipe()
 
 
@@ -141,20 +143,24 @@ class Document(QObject):
         The state is another one.
     marked
         Another state counts as saved.
+    aborted
+        The gesture in hand is over; whoever makes it lets go.
     """
 
     opened = Signal()
     changed = Signal()
     marked = Signal()
+    aborted = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.photo: Photo | None = None
-        self.pyramid: Pyramid | None = None
+        self.pyramid: PicturePyramid | None = None
         self.undo = QUndoStack(self)
         self._state = self._committed = self._base = State()
         self._saved = self._base.work
         self._savings: list[Saving] = []
+        self._text = ""
 
     @property
     def state(self) -> State:
@@ -196,7 +202,7 @@ class Document(QObject):
         """Where the photo came from."""
         return None if self.photo is None else Path(self.photo.path)
 
-    def open(self, photo: Photo, pyramid: Pyramid) -> None:
+    def open(self, photo: Photo, pyramid: PicturePyramid) -> None:
         """Begin with another photo and the default recipe."""
         self.photo, self.pyramid = photo, pyramid
         self._begin(State())
@@ -227,18 +233,26 @@ class Document(QObject):
             self._saved = {**self._saved, **saving.work}
         self.marked.emit()
 
-    def preview(self, state: State) -> None:
-        """Show a state while a gesture lasts."""
-        self._state = state
+    def preview(self, state: State, text: str) -> None:
+        """Show a state while a gesture lasts; `text` says what it does, and another is another."""
+        if text != self._text:
+            self.commit()
+        self._text, self._state = text, state
         self.changed.emit()
 
-    def commit(self, text: str) -> None:
+    def commit(self) -> None:
         """End the gesture: what is shown becomes one undo step."""
         if self.in_gesture:
-            self.undo.push(ReplaceState(self.restore, self._committed, self._state, text))
+            self.undo.push(ReplaceState(self.restore, self._committed, self._state, self._text))
+
+    def step(self, state: State, text: str) -> None:
+        """Make a state the next undo step."""
+        self.preview(state, text)
+        self.commit()
 
     def abort(self) -> None:
         """End the gesture as if it hadn't been."""
+        self.aborted.emit()
         if self.in_gesture:
             self.restore(self._committed)
 
@@ -251,3 +265,31 @@ class Document(QObject):
         """Make `state` the committed one; undo and redo come through here."""
         self._state = self._committed = state
         self.changed.emit()
+
+
+class ReplaceState(QUndoCommand):
+    """Put one state in place of another.
+
+    Parameters
+    ----------
+    restore : callable
+        Takes the state to show.
+    before, after : State
+        Around the gesture.
+    text : str
+        What the gesture did, as the Edit menu names it.
+    """
+
+    def __init__(
+        self, restore: Callable[[State], None], before: State, after: State, text: str
+    ) -> None:
+        super().__init__(text)
+        self._restore, self._before, self._after = restore, before, after
+
+    def redo(self) -> None:
+        """Show the later state."""
+        self._restore(self._after)
+
+    def undo(self) -> None:
+        """Show the earlier state."""
+        self._restore(self._before)

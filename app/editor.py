@@ -1,45 +1,53 @@
-"""One editor window with everything behind it: the only place where all classes meet."""
+"""The editor: its features, what they work with, and the beginning and the end of them all."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Qt, QThreadPool
+import gc
+
+from pyqtgraph.util.garbage_collector import GarbageCollector
+from PySide6.QtCore import QObject, QThreadPool
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.face import LandmarkSource
 
-from . import actions, menus, theme
-from .controllers.choices import Choices
-from .controllers.dialogs import Dialogs
-from .controllers.editing import Editing
-from .controllers.files import Files
-from .controllers.live import Live
-from .controllers.recovery import Recovery
-from .controllers.saver import Saver
+from . import theme
 from .document import Document
-from .garbage import Collector
+from .features.batch import Batch
+from .features.commands import Commands
+from .features.compare import Compare
+from .features.experiments import Experiments
+from .features.faces import Faces
+from .features.feature import Context, Feature
+from .features.files import Files
+from .features.files.options import SaveOptions
+from .features.files.saver import Saver
+from .features.history import History
+from .features.landmarks import Exchange, LandmarkSources
+from .features.manual import Manual
+from .features.modes import Modes
+from .features.overlays import Overlays
+from .features.points import Points
+from .features.presets import Presets
+from .features.projects import Projects
+from .features.protect import Protect
+from .features.rating import Rating
+from .features.readings import Readings
+from .features.recent import Recent
+from .features.recipe import RecipeEditing
+from .features.recovery import Recovery
+from .features.screen import Hints, Screen
+from .features.straight import StraightLines
+from .features.strip import Strip
 from .i18n import reason, tr
-from .layers import ON_AT_FIRST, layers
-from .parts.batch import BatchPart
-from .parts.canvas import CanvasPart
-from .parts.desk import Desk
-from .parts.display import DisplayPart
-from .parts.experiments import ExperimentsPart
-from .parts.interchange import InterchangePart
-from .parts.landmarks import LandmarksPart
-from .parts.manual import ManualPart
-from .parts.presets import PresetsPart
-from .parts.projects import ProjectsPart
-from .parts.rating import RatingPart
-from .parts.saving import SavingPart
-from .scene import Scene
+from .render.live import Live
 from .storage import Storage
-from .views.about import about_box
-from .views.bar import Message, Step
-from .views.window import Window
+from .view_state import ViewState
+from .widgets.messages import BarAction, Message
+from .window import Window
 
 
 class Editor(QObject):
-    """Builds the parts and joins signals to slots.
+    """Builds the features and mounts them in the window.
 
     Parameters
     ----------
@@ -61,79 +69,102 @@ class Editor(QObject):
         choice: theme.Choice = "system",
     ) -> None:
         super().__init__()
-        self._garbage = Collector(self)
+        # Widgets in cycles of references die on this thread, whichever makes the garbage.
+        self._garbage = GarbageCollector()
+        # What the program consists of stays anyway; looking through it again takes time.
+        gc.freeze()
         self._app, self._choice, self._log = app, choice, storage.log
-        self._pool = QThreadPool(self)
-        self._pool.setMaxThreadCount(4)
+        pool, rendering = QThreadPool(self), QThreadPool(self)
+        pool.setMaxThreadCount(4)
         # A thread for each of its lanes: whatever else takes minutes, the picture doesn't wait.
-        self._rendering = QThreadPool(self)
-        self._rendering.setMaxThreadCount(3)
-        self.scene = Scene(visible=set(ON_AT_FIRST))
+        rendering.setMaxThreadCount(3)
+        self._pools = (rendering, pool)
         self.document = Document(self)
-        self.window = Window(self.scene)
-        self.editing = Editing(self.document, self.scene, self)
-        self.choices = Choices(self.document, self.scene, self.editing, self)
-        self.live = Live(self.document, self.scene, self.window.canvas, self._rendering, self)
-        self.saver = Saver(self.document, self.editing, self)
-        self.files = Files(self.document, self.editing, self.saver, source, self._pool, self)
-        self.dialogs = Dialogs(self.document, self.files, self.saver, self.window)
-        self.recovery = Recovery(
-            self.document, self.files, self.dialogs, storage.recovery, self._pool, self
+        self.view = ViewState(self.document)
+        self.window = window = Window(self.view)
+        self.live = Live(self.document, self.view, window.canvas, rendering, self)
+        self.live.failed.connect(self._say_not_drawn)
+        self._build(
+            Context(self.document, self.view, self.live, window, pool, storage, storage.settings()),
+            source,
         )
-        self.projects = ProjectsPart(
-            self.document, self.saver, self.files, self.dialogs, self.window, self._pool, self
+        self._mount()
+        window.asked_to_close.connect(
+            lambda: self.batch.guard(lambda: self.saver.guard(self.close))
         )
-        self._join_actions()
-        self._join_canvas()
-        self.on_canvas = CanvasPart(
-            self.document, self.scene, self.editing, self.live, self.window, self._pool, self
-        )
-        settings = storage.settings()
-        self.desk = Desk(self.document, self.dialogs, self.window, settings, self._pool, self)
-        self.presets = PresetsPart(
-            self.document, self.scene, self.choices, self.window, settings, self
-        )
-        self.by_hand = ManualPart(
-            self.document, self.scene, self.editing, self.files, self.window, self._pool, self
-        )
-        self.by_hand.take_brush(self.on_canvas.protecting)
-        self.landmarks = LandmarksPart(source, self.files, self.window, self)
-        self.saving = SavingPart(self.files, self.window, settings, self)
-        self.batch = BatchPart(self.document, self.landmarks, self.window, settings, self)
-        self.interchange = InterchangePart(self.document, self.editing, self.window, self)
-        self.experiments = ExperimentsPart(
-            self.document,
-            self.landmarks,
-            self.by_hand.manual,
-            storage.data,
-            self.window,
-            self._pool,
-            self,
-        )
-        self.rating = RatingPart(self.window, self)
-        self._join_panels()
-        self._join_messages()
         self._following = False
         self._follows_system(True)
         self._dress()
-        self.display = DisplayPart(
-            self.document,
-            self.scene,
-            self.choices,
-            self.live,
-            self.window,
-            (self.on_canvas.protecting.changed, self.by_hand.manual.changed, self.editing.restyled),
-            self,
+
+    def _build(self, context: Context, source: LandmarkSource) -> None:
+        self.points = Points(context)
+        self.recipe = RecipeEditing(context, self.points)
+        self.overlays = Overlays(context)
+        self.protect = Protect(context)
+        self.compare = Compare(context)
+        self.straight = StraightLines(context)
+        self.faces = Faces(context, self.recipe, source)
+        self.landmarks = LandmarkSources(context, self.faces, source)
+        self.save_options = SaveOptions(context)
+        self.saver = Saver(context)
+        self.files = Files(context, self.saver, self.faces, self.save_options)
+        self.projects = Projects(context, self.saver, self.files)
+        self.saver.offer(self.files.ask_save, self.projects.save)
+        self.recovery = Recovery(context, self.saver, self.files)
+        self.strip = Strip(context, self.files)
+        self.recent = Recent(context, self.files, self.strip)
+        self.presets = Presets(context, self.recipe)
+        self.manual = Manual(context, self.points, self.protect)
+        self.modes = Modes(context, self.faces, self.manual)
+        self.batch = Batch(context, self.landmarks, self.save_options)
+        self.exchange = Exchange(context)
+        self.experiments = Experiments(context, self.landmarks, self.manual)
+        self.rating = Rating(context)
+        self.readings = Readings(context)
+        self.hints = Hints(context, self.points, self.recipe, self.protect, self.manual)
+        self.screen = Screen(context)
+        self.history = History(context)
+        self.commands = Commands(context)
+
+    @property
+    def features(self) -> list[Feature]:
+        """All of them, in the order they were built."""
+        return [it for it in vars(self).values() if isinstance(it, Feature)]
+
+    def _mount(self) -> None:
+        """Join what all features say, and lay their panels out."""
+        window = self.window
+        for feature in self.features:
+            feature.message.connect(window.bar.say)
+            feature.working.connect(window.status.hint)
+        shown = (
+            *(self.manual, self.recipe, self.protect, self.overlays),
+            *(self.faces, self.readings, self.history, self.strip),
         )
+        window.lay_out([(it.panel, it.dock) for it in shown if it.panel is not None])
+        self.commands.restore()
+        self.screen.restore()
 
     @property
     def busy(self) -> bool:
         """True while anything is under way."""
-        parts = (
-            *(self.files, self.live, self.on_canvas, self.by_hand, self.recovery, self.desk),
-            *(self.saver, self.projects, self.batch, self.experiments),
-        )
-        return any(part.busy for part in parts)
+        return self.live.busy or any(feature.busy for feature in self.features)
+
+    def close(self) -> None:
+        """Close the window without a question and wait for the workers."""
+        self._follows_system(False)
+        self.live.stop()
+        for feature in self.features:
+            feature.stop()
+        self.window.really_close()
+        for pool in self._pools:
+            pool.waitForDone()
+        for feature in self.features:
+            feature.finish()
+        # No worker runs any more: it is Python's again.
+        self._garbage.timer.stop()
+        gc.unfreeze()
+        gc.enable()
 
     def admit(self, why: str) -> None:
         """Say that something has failed that nobody expected."""
@@ -143,117 +174,8 @@ class Editor(QObject):
             why=why,
             file=self._log,
         )
-        save = Step(tr("Save the project"), self.projects.projects.save)
+        save = BarAction(tr("Save the project"), self.projects.save)
         self.window.bar.say(Message(text, () if self.document.photo is None else (save,)))
-
-    def close(self) -> None:
-        """Close the window without a question and wait for the workers."""
-        self._follows_system(False)
-        self.files.stop()
-        self.live.stop()
-        self.on_canvas.stop()
-        self.by_hand.stop()
-        self.recovery.stop()
-        self.projects.stop()
-        self.batch.stop()
-        self.experiments.stop()
-        self.desk.stop()
-        self.rating.stop()
-        self.display.stop()
-        self.window.really_close()
-        self.saver.stop()
-        for pool in (self._rendering, self._pool):
-            pool.waitForDone()
-        self._garbage.stop()
-        self.recovery.clear()
-
-    def _join_actions(self) -> None:
-        canvas = self.window.canvas
-        actions.connect(
-            self.window.actions_by_name,
-            {
-                "open": self.dialogs.ask_open,
-                "sample": self.dialogs.open_sample,
-                "save": self.dialogs.ask_save,
-                "quit": self.window.close,
-                "undo": self.editing.undo,
-                "redo": self.editing.redo,
-                "abort": self.editing.abort,
-                "fit": canvas.fit,
-                "actual": lambda: canvas.zoom_to(1.0),
-                "closer": lambda: canvas.zoom_to(canvas.zoom * 1.5),
-                "farther": lambda: canvas.zoom_to(canvas.zoom / 1.5),
-                "find": self.files.find,
-                "next-point": lambda: self._select_next(1),
-                "previous-point": lambda: self._select_next(-1),
-                "place": self.files.place,
-                "copy-settings": self.choices.copy,
-                "paste-settings": self.choices.paste,
-                "follow-photo": self.choices.follow_photo,
-                "about": lambda: about_box(self.window).open(),
-            },
-        )
-        self.window.actions_by_name["hide-overlays"].toggled.connect(self.window.overlays.hide_all)
-        for layer in layers():
-            action = self.window.actions_by_name[menus.overlay_action(layer.name)]
-            action.toggled.connect(lambda on, name=layer.name: canvas.show_overlay(name, on))
-
-    def _select_next(self, step: int) -> None:
-        # Wherever the keys went before, the arrows move the point now.
-        self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
-        self.editing.select_next(step)
-
-    def _join_canvas(self) -> None:
-        canvas, window = self.window.canvas, self.window
-        canvas.picked.connect(self.choices.choose)
-        canvas.grabbed.connect(self.editing.grab)
-        canvas.dragged.connect(self.editing.drag)
-        canvas.released.connect(self.editing.release)
-        canvas.nudged.connect(self.editing.nudge)
-        canvas.nudge_ended.connect(self.editing.commit)
-        canvas.hovered.connect(self.editing.hover)
-        canvas.hovered.connect(lambda _, x, y: window.status.show_cursor(x, y))
-        canvas.dragged.connect(window.status.show_cursor)
-        canvas.stroked.connect(lambda x, y, _: window.status.show_cursor(x, y))
-        window.original_held.connect(canvas.show_original)
-        window.asked_to_close.connect(
-            lambda: self.batch.guard(lambda: self.dialogs.guard(self.close))
-        )
-        self.editing.aborted.connect(canvas.let_go)
-        self.editing.restyled.connect(canvas.redraw)
-
-    def _join_panels(self) -> None:
-        window = self.window
-        window.recipe.edited.connect(self.choices.set_field)
-        window.recipe.follow.connect(self.choices.follow_photo)
-        window.faces.chosen.connect(self.choices.choose)
-        self.choices.chosen.connect(window.canvas.redraw)
-        window.recipe.rested.connect(self.editing.commit)
-        window.faces.switched.connect(self.editing.switch_face)
-        self.editing.aborted.connect(window.recipe.abort)
-        self.live.drawn.connect(self.by_hand.manual.clock.show_photo)
-
-    def _join_messages(self) -> None:
-        window = self.window
-        self.files.said.connect(window.bar.say)
-        self.recovery.said.connect(window.bar.say)
-        self.desk.said.connect(window.bar.say)
-        self.recovery.answered.connect(window.bar.refresh)
-        window.bar.dismissed.connect(self.recovery.offer)
-        self.files.quiet.connect(window.bar.clear)
-        self.document.undo.indexChanged.connect(window.bar.move_on)
-        self.document.opened.connect(window.bar.move_on)
-        self.files.quiet.connect(window.empty.hide)
-        self.files.unreadable.connect(lambda _: self.desk.pass_over())
-        self.files.working.connect(window.status.hint)
-        self.saver.working.connect(window.status.hint)
-        self.editing.named.connect(window.status.name_point)
-        self.choices.said.connect(window.bar.say)
-        self.landmarks.said.connect(window.bar.say)
-        self.experiments.said.connect(window.bar.say)
-        self.rating.said.connect(window.bar.say)
-        self.interchange.said.connect(window.bar.say)
-        self.live.failed.connect(self._say_not_drawn)
 
     def _say_not_drawn(self, problem: Exception) -> None:
         text = tr(

@@ -65,10 +65,7 @@ class Faults(QObject):
                 handler.close()
 
     def _hear(
-        self,
-        kind: type[BaseException],
-        problem: BaseException | None,
-        trace: TracebackType | None,
+        self, kind: type[BaseException], problem: BaseException | None, trace: TracebackType | None
     ) -> None:
         place = traceback.extract_tb(trace)[-1] if trace is not None else None
         where = (kind, place.filename, place.lineno or 0) if place else (kind, "", 0)

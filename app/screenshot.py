@@ -7,7 +7,7 @@ import errno
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, get_args
 
 from PySide6.QtCore import QBuffer, QIODevice, QObject, QTimer
 from PySide6.QtGui import QPixmap
@@ -17,19 +17,12 @@ from kogao_core.geometry import Box
 from kogao_core.limits import OutOfBounds, check_protection
 from kogao_core.wording import sentence
 
-from .before_after import Comparison, comparisons
+from .canvas.overlays.listed import LISTED
 from .editor import Editor
 from .i18n import reason
-from .layers import Layer, layers
-from .menus import compare_action, overlay_action, tool_action
-from .tools import Tool, tools
+from .view_state import CompareName, ToolName
 
-# Maps cover the photo; everything else may be shown at once.
-SEE_THROUGH: Final = frozenset(
-    {"landmarks", "targets", "centre", "displacement", "lattice", "domains", "folds", "protection"}
-)
 _JAW: Final = 15
-
 FAILED: Final = 1
 USAGE: Final = 2
 UNREADABLE: Final = 3
@@ -37,7 +30,7 @@ NO_FACE: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Shown:
     """What the picture shows.
 
     Parameters
@@ -56,9 +49,9 @@ class Look:
 
 
 def names() -> frozenset[str]:
-    """Return all names that `Look.show` may hold."""
-    listed: list[Layer | Comparison | Tool] = [*layers(), *comparisons(), *tools()]
-    return frozenset({*(one.name for one in listed), "loupe"})
+    """Return all names that `Shown.show` may hold."""
+    overlays = (overlay.name for overlay in LISTED)
+    return frozenset({*overlays, *get_args(CompareName), *get_args(ToolName), "loupe"} - {"off"})
 
 
 class Screenshot(QObject):
@@ -70,25 +63,26 @@ class Screenshot(QObject):
         Whose window; it is closed at the end, and with it the application.
     path : Path
         Where the picture goes.
-    look : Look
+    look : Shown
         What it shows.
     """
 
-    def __init__(self, editor: Editor, path: Path, look: Look) -> None:
+    def __init__(self, editor: Editor, path: Path, look: Shown) -> None:
         super().__init__(editor)
         self._editor, self._path, self._look = editor, path, look
         self._code, self._line = 0, ""
-        self._show(SEE_THROUGH if look.show is None else look.show)
+        first = frozenset(overlay.name for overlay in LISTED if overlay.in_screenshots)
+        self._show(first if look.show is None else look.show)
         editor.files.unreadable.connect(self._give_up)
-        editor.files.not_found.connect(lambda why: self._end(FAILED, f"no face was found: {why}"))
-        editor.live.failed.connect(self._not_drawn)
-        editor.on_canvas.bending.said.connect(lambda message: self._fail(message.text))
-        editor.projects.projects.wants_photo.connect(
-            lambda file, _: self._give_up(f"the photo of {file} isn't beside it; put it there")
+        editor.files.wants_photo.connect(
+            lambda file: self._give_up(f"the photo of {file} isn't beside it; put it there")
         )
-        editor.files.found.connect(self._arrive)
+        editor.faces.not_found.connect(lambda why: self._end(FAILED, f"no face was found: {why}"))
+        editor.live.failed.connect(self._not_drawn)
+        editor.straight.message.connect(lambda message: self._fail(message.text))
+        editor.faces.found.connect(self._arrive)
         editor.live.settled.connect(self._take)
-        editor.on_canvas.bending.measured.connect(self._take)
+        editor.straight.measured.connect(self._take)
         self._found = self._over = False
 
     def finish(self) -> int:
@@ -106,15 +100,13 @@ class Screenshot(QObject):
             self._take()
 
     def _show(self, shown: frozenset[str]) -> None:
-        named = self._editor.window.actions_by_name
-        for layer in layers():
-            named[overlay_action(layer.name)].setChecked(layer.name in shown)
-        for way in comparisons():
-            named[compare_action(way.name)].setChecked(way.name in shown)
-        for tool in tools():
-            if tool.name in shown:
-                named[tool_action(tool.name)].trigger()
-        named["loupe"].setChecked("loupe" in shown)
+        for name, action in self._editor.window.actions_by_name.items():
+            kind, _, what = name.partition("-")
+            if kind == "overlay" or (kind == "compare" and what in get_args(CompareName)):
+                action.setChecked(what in shown)
+            elif kind == "tool" and what in shown:
+                action.trigger()
+        self._editor.window.actions_by_name["loupe"].setChecked("loupe" in shown)
 
     def _edit(self) -> None:
         state, look = self._editor.document.state, self._look
@@ -123,7 +115,7 @@ class Screenshot(QObject):
             state = dataclasses.replace(state, recipe=recipe)
         photo = self._editor.document.photo
         if look.protect is not None and photo is not None:
-            radius = self._editor.scene.brush.radius_px
+            radius = self._editor.view.brush.radius_px
             protection = state.protection.with_stroke(look.protect, radius)
             try:
                 check_protection(protection, Box.of(photo.pixels))
@@ -136,7 +128,7 @@ class Screenshot(QObject):
             self._editor.document.restore(state)
         if state.faces:
             # The loupe needs a cursor: on the jaw, where most moves.
-            self._editor.scene.cursor = state.faces[0].outline[_JAW]
+            self._editor.view.cursor = state.faces[0].outline[_JAW]
 
     def _take(self) -> None:
         if self._found:
@@ -144,7 +136,7 @@ class Screenshot(QObject):
             QTimer.singleShot(0, self._shoot)
 
     def _shoot(self) -> None:
-        if self._over or self._editor.on_canvas.bending.busy:
+        if self._over or self._editor.straight.busy:
             return  # it takes the picture when that has measured
         try:
             put(_encoded(self._editor.window.grab(), self._path.suffix), self._path)

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QApplication
 
 Choice = Literal["system", "light", "dark"]
 GRID_PX: Final = 4
-
 # The palette of Okabe and Ito: told apart by everyone; shapes tell the same again.
 OKABE_ITO: Final = {
     "orange": "#E69F00",
@@ -37,30 +36,6 @@ class Theme:
     accent: str
     on_accent: str
     warning: str
-
-
-DARK: Final = Theme(
-    canvas="#2b2b2b",
-    window="#383838",
-    raised="#454545",
-    line="#565656",
-    text="#e6e6e6",
-    muted="#a8a8a8",
-    accent="#4a9eda",
-    on_accent="#101010",
-    warning="#e69f00",
-)
-LIGHT: Final = Theme(
-    canvas="#b8b8b8",
-    window="#ececec",
-    raised="#fafafa",
-    line="#c2c2c2",
-    text="#202020",
-    muted="#5c5c5c",
-    accent="#0067a8",
-    on_accent="#ffffff",
-    warning="#a34700",
-)
 
 
 def current(app: QApplication, choice: Choice = "system") -> Theme:
@@ -189,3 +164,27 @@ def _sheet(theme: Theme) -> str:
     QStatusBar {{ border-top: 1px solid {theme.line}; }}
     QStatusBar::item {{ border: none; }}
     """
+
+
+DARK: Final = Theme(
+    canvas="#2b2b2b",
+    window="#383838",
+    raised="#454545",
+    line="#565656",
+    text="#e6e6e6",
+    muted="#a8a8a8",
+    accent="#4a9eda",
+    on_accent="#101010",
+    warning="#e69f00",
+)
+LIGHT: Final = Theme(
+    canvas="#b8b8b8",
+    window="#ececec",
+    raised="#fafafa",
+    line="#c2c2c2",
+    text="#202020",
+    muted="#5c5c5c",
+    accent="#0067a8",
+    on_accent="#ffffff",
+    warning="#a34700",
+)

@@ -106,11 +106,49 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     'the project was made at 1800 x 1800 px and has been scaled to this photo'
     >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
     """
+    at_hand, note = match(project, pixels, sha256)
+    sheet = sheet_of(at_hand)
+    return Applied(sheet.active, sheet.recipe, at_hand.protection, note)
+
+
+def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
+    """Return a project in px of a photo, and what the user should know of the match.
+
+    Parameters
+    ----------
+    project : Project
+        Of this photo, or of the same one at another resolution.
+    pixels : array of shape (H, W) or (H, W, C)
+        The photo, upright.
+    sha256 : str, optional
+        See `apply`.
+
+    Returns
+    -------
+    (Project, str)
+        The note is empty for the very photo.
+
+    Raises
+    ------
+    BadFile
+        See `apply`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.project import Original, Sheet
+    >>> from kogao_core.sidecar import match
+    >>> photo = kogao.read(kogao.sample())
+    >>> sheet = Sheet((kogao.template_face((450, 480), 400),))
+    >>> project = kogao.Project(Original("large.jpg", "0" * 64, 1800, 1800), "automatic", sheet)
+    >>> at_hand, note = match(project, photo.pixels)
+    >>> at_hand.original.width == photo.width
+    True
+    """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
     _check_places(at_hand, Box.of(pixels))
-    sheet = sheet_of(at_hand)
-    return Applied(sheet.active, sheet.recipe, at_hand.protection, _note(project, sha256, width))
+    return at_hand, _note(project, sha256, width)
 
 
 def _check_places(project: Project, image: Box) -> None:

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from kogao_app import photos
-from kogao_app.controllers import projects, recovery
+from kogao_app.features import files, projects, recovery
 
 _SLOW_S = 0.3
 POINT = 10
@@ -50,8 +49,8 @@ class Disk:
 def through(disks: list[Disk]) -> Iterator[None]:
     """Lead all files through the newest disk."""
     places = (
-        *((photos, "saved", "copy"), (projects, "save", "project")),
-        *((recovery, "save", "recovery"), (photos, "opened", "photo")),
+        *((files, "save_copy", "copy"), (projects, "save", "project")),
+        *((recovery, "save", "recovery"), (files, "open_photo", "photo")),
     )
     real = [getattr(module, name) for module, name, _ in places]
     for (module, name, kind), call in zip(places, real, strict=True):

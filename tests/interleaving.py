@@ -19,9 +19,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 from bookkeeping import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
+from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
 from kogao_app.editor import Editor
-from kogao_app.points import Handle
 from kogao_app.storage import Storage
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -207,7 +207,7 @@ class Interleaving:
             return
         self._raise_problem()
         if self._opened:
-            self._until(lambda: not editor.files.busy)
+            self._until(lambda: not (editor.files.busy or editor.faces.busy))
             self._begin()
         if self._gesture and not editor.document.in_gesture:
             self._push()
@@ -323,18 +323,18 @@ class Interleaving:
 
     def _slide(self) -> None:
         self._hold()
-        self._editor.editing.commit()
+        self._editor.document.commit()
         self._push()
 
     def _hold(self) -> None:
         """Begin a gesture that ends with whatever comes next."""
-        self._editor.choices.set_field("percent", round(float(self._rng.uniform(1.0, 9.0)), 2))
+        self._editor.recipe.set_field("percent", round(float(self._rng.uniform(1.0, 9.0)), 2))
         self._gesture = True
         # What ends it may be a save that is over before the books are brought up to date.
         self._known.add(sign_of(self._editor.document.state))
 
     def _drag(self) -> None:
-        editing, state = self._editor.editing, self._editor.document.state
+        editing, state = self._editor.points, self._editor.document.state
         if state.faces:
             x, y = state.faces[0].outline[POINT]
             editing.grab(Handle("outline", 0, POINT), x, y)
@@ -344,8 +344,8 @@ class Interleaving:
             self._push()
 
     def _protect(self) -> None:
-        protecting = self._editor.on_canvas.protecting
-        self._editor.editing.commit()
+        protecting = self._editor.protect
+        self._editor.document.commit()
         self._push()
         protecting.take("brush")
         protecting.begin(*self._rng.uniform(10.0, 170.0, 2))
@@ -359,19 +359,19 @@ class Interleaving:
             self._gesture = False
         elif self._books.at:
             self._books.at -= 1
-        self._editor.editing.undo()
+        self._editor.history.undo()
 
     def _redo(self) -> None:
         if not self._gesture and self._books.at + 1 < len(self._books.states):
             self._books.at += 1
-        self._editor.editing.redo()
+        self._editor.history.redo()
 
     def _look(self) -> None:
         """Look at manual mode and come back."""
-        self._editor.editing.commit()
+        self._editor.document.commit()
         self._push()
         for mode in ("manual", "automatic"):
-            self._editor.by_hand.manual.switch(mode)
+            self._editor.manual.switch(mode)
             self._push()
 
     def _save_copy(self) -> None:
@@ -385,9 +385,9 @@ class Interleaving:
         self._open(self._one_of([*self._photos, self._broken]))
 
     def _open(self, path: Path) -> None:
-        self._editor.dialogs.open(path)
+        self._editor.files.open(path)
         if not self._books.name:
-            self._until(lambda: not self._editor.files.busy)
+            self._until(lambda: not (self._editor.files.busy or self._editor.faces.busy))
             self._follow()
 
     def _close(self) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from kogao_app.canvas.handles import Handle, position
 from kogao_app.editor import Editor
-from kogao_app.points import Handle, position
 
 from kogao_core.face import Face
 from kogao_core.pipeline import render
@@ -54,13 +54,13 @@ class RandomUser:
     def _slide(self) -> None:
         field, low, high = (("percent", 0.0, 9.0), ("lattice", 0.4, 3.0))[self._rng.integers(2)]
         for _ in range(4):
-            self._editor.choices.set_field(field, round(self._between(low, high), 2))
+            self._editor.recipe.set_field(field, round(self._between(low, high), 2))
         if self._rng.random() < 0.1:
-            self._editor.editing.abort()
-        self._editor.editing.commit()
+            self._editor.points.abort()
+        self._editor.document.commit()
 
     def _choose(self) -> None:
-        self._editor.choices.choose(0 if self._state.faces and self._rng.random() < 0.5 else None)
+        self._editor.recipe.choose(0 if self._state.faces and self._rng.random() < 0.5 else None)
 
     def _handle(self) -> Handle | None:
         if not self._state.faces:
@@ -70,7 +70,7 @@ class RandomUser:
         return Handle(kind, 0, int(self._rng.integers(most)))
 
     def _drag(self) -> None:
-        handle, editing = self._handle(), self._editor.editing
+        handle, editing = self._handle(), self._editor.points
         if handle is None:
             return
         x, y = position(self._state, handle)
@@ -83,24 +83,24 @@ class RandomUser:
             editing.make_automatic()
 
     def _nudge(self) -> None:
-        handle, editing = self._handle(), self._editor.editing
+        handle, editing = self._handle(), self._editor.points
         if handle is not None:
             x, y = position(self._state, handle)
             editing.grab(handle, x, y)
             editing.release()
             editing.nudge(*self._rng.integers(-3, 4, 2).tolist())
-            editing.commit()
+            self._editor.document.commit()
 
     def _undo(self) -> None:
         for _ in range(self._rng.integers(1, 4)):
-            self._editor.editing.undo()
+            self._editor.history.undo()
 
     def _redo(self) -> None:
         for _ in range(self._rng.integers(1, 4)):
-            self._editor.editing.redo()
+            self._editor.history.redo()
 
     def _stroke(self) -> None:
-        protecting, image = self._editor.on_canvas.protecting, self._editor.document.image
+        protecting, image = self._editor.protect, self._editor.document.image
         x, y = self._between(0, image.width), self._between(0, image.height)
         protecting.begin(x, y)
         for _ in range(4):
@@ -109,7 +109,7 @@ class RandomUser:
         protecting.end()
 
     def _protect(self) -> None:
-        protecting = self._editor.on_canvas.protecting
+        protecting = self._editor.protect
         if len(self._state.protection.strokes) > _MOST_STROKES:
             protecting.clear()
         protecting.take(("brush", "line")[self._rng.integers(2)])
@@ -118,20 +118,20 @@ class RandomUser:
         protecting.take("points")
 
     def _erase(self) -> None:
-        self._editor.on_canvas.protecting.take("eraser")
+        self._editor.protect.take("eraser")
         self._stroke()
-        self._editor.on_canvas.protecting.take("points")
+        self._editor.protect.take("points")
 
     def _switch_mode(self) -> None:
         other = "manual" if self._state.mode == "automatic" else "automatic"
-        self._editor.by_hand.manual.switch(other)
+        self._editor.manual.switch(other)
         if not self._state.faces:
-            self._editor.editing.place(lambda: self._by_hand)
-            self._editor.editing.end_placing()
+            self._editor.faces.place(lambda: self._by_hand)
+            self._editor.faces.end_placing()
 
 
 def equals_a_fresh_render(editor: Editor) -> bool:
     """Tell whether the picture on screen is what a fresh render of the state gives, to the bit."""
     state, photo = editor.document.state, editor.document.pyramid.levels[0]
     fresh = render(photo, state.active, state.recipe, protection=state.protection).pixels
-    return np.array_equal(editor.scene.frame.rendering.pixels, fresh)
+    return np.array_equal(editor.view.frame.rendering.pixels, fresh)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from kogao_app.views import bar
-from kogao_app.views.bar import Message, MessageBar, Step
+from kogao_app.widgets import messages as bar
+from kogao_app.widgets.messages import BarAction, Message, MessageBar
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
-OFFER = Message("An offer", (Step("Take it", lambda: None),), wrong=False, holds=lambda: True)
+OFFER = Message("An offer", (BarAction("Take it", lambda: None),), wrong=False, holds=lambda: True)
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def dismiss(shown):
 
 
 def change_something(driver):
-    slider = driver.window.recipe.percent.slider
+    slider = driver.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_PageUp)
 
@@ -62,7 +62,7 @@ def test_what_came_a_moment_ago_has_not_been_read(opened, photo, monkeypatch):
 def test_a_refusal_goes_when_something_else_is_saved(opened, photo):
     opened.editor.files.save(photo)
     assert "never written over" in opened.say()
-    opened.editor.projects.projects.save()
+    opened.editor.projects.save()
     opened.settle()
     assert opened.say() == ""
     assert photo.with_name("portrait.png.kogao.json").exists()

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from kogao_app.views import batch as views
+from kogao_app.features.batch import dialog as views
 from meanwhile import Meanwhile
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
@@ -102,10 +102,10 @@ def test_good_photos_are_done_and_the_bad_one_is_named(empty, folder, tmp_path, 
 
 
 def test_a_project_beside_a_photo_is_done_if_wanted(opened, photo, tmp_path):
-    opened.editor.choices.set_field("percent", 9.0)
-    opened.editor.editing.commit()
+    opened.editor.recipe.set_field("percent", 9.0)
+    opened.editor.document.commit()
     opened.settle()
-    opened.editor.projects.projects.save()
+    opened.editor.projects.save()
     opened.settle()
     box = asked(opened, photo)
     assert "9 %" in box.form.settings.itemText(0)

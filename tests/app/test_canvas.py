@@ -7,8 +7,10 @@ import subprocess
 import sys
 
 import numpy as np
-from kogao_app import photos, surfaces
-from kogao_app.overlays.pixels import FROM_ZOOM
+from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
+from kogao_app.features import files
+from kogao_app.features.files import opening
+from kogao_app.render import live
 from meanwhile import Meanwhile
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
@@ -37,22 +39,23 @@ def test_a_grid_between_pixels_appears_when_they_are_large(opened):
 
 FINE = """
 import numpy as np
-from kogao_app.document import State
-from kogao_app.pyramid import Pyramid
-from kogao_app.scene import Scene
-from kogao_app.views.canvas import PhotoCanvas
-from kogao_core.geometry import Box
+from kogao_app.document import Document
+from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.view_state import ViewState
+from kogao_app.canvas.photo_canvas import PhotoCanvas
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
 app = QApplication([])
 pixels = np.random.default_rng(1).integers(0, 255, (300, 400, 3), np.uint8)
-scene = Scene(state=State(), image=Box.of(pixels))
-canvas = PhotoCanvas(scene)
+document = Document()
+document.pyramid = PicturePyramid(pixels)
+view = ViewState(document)
+canvas = PhotoCanvas(view)
 canvas.resize(260, 200)
 canvas.show()
-canvas.open(Pyramid(pixels))
+canvas.open(document.pyramid)
 app.processEvents()
 assert canvas.devicePixelRatioF() == 2.0
 canvas.zoom_to(1.0)
@@ -72,7 +75,7 @@ assert picture.shape == (400, 520, 3), picture.shape
 left, top = round(2 * corner.x()), round(2 * corner.y())
 part = picture[top : top + 300, left : left + 400]
 np.testing.assert_array_equal(part, pixels)
-scene.compare, scene.wipe = "wipe", 0.5
+view.compare, view.wipe = "wipe", 0.5
 wiped = seen()
 changed = np.flatnonzero((wiped[300] != picture[300]).any(axis=-1))
 assert abs(np.median(changed) - 260) <= 2, changed
@@ -90,12 +93,12 @@ def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monke
     """Opening, finding, rendering and saving each wait for the window; how long it takes is timed
     by ``tests/benchmarks/stalls.py``."""
     meanwhile = Meanwhile()
-    work = [*((photos, name) for name in ("read", "write", "render")), (surfaces, "render")]
+    work = [(opening, "read"), (files, "write"), (files, "render"), (live, "render")]
     for module, name in work:
         monkeypatch.setattr(module, name, meanwhile.led(name, getattr(module, name)))
     source.find = meanwhile.led("find", source.find)
     empty.open(photo)
-    slider = empty.window.recipe.percent.slider
+    slider = empty.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, KEYS.Key_PageUp)
     empty.settle()

@@ -13,12 +13,12 @@ from colours import (
     lab_of_srgb,
     profile,
 )
-from kogao_app.colour import way_of
-from kogao_app.controllers.strip import thumbnail
+from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.document import State
-from kogao_app.overlays.pixels import FROM_ZOOM
-from kogao_app.pyramid import Pyramid
-from kogao_app.surfaces import PreviewSurface, View
+from kogao_app.features.strip import thumbnail
+from kogao_app.render.colour import screen_colours
+from kogao_app.render.live import Surface, VisiblePart
+from kogao_app.render.pyramid import PicturePyramid
 from PIL import ImageCms
 from PySide6.QtCore import QPointF
 from scenes import oval_face, textured_photo
@@ -48,7 +48,7 @@ def with_profile(pixels: np.ndarray, icc: bytes | None) -> Photo:
 
 
 def on_screen(photo: Photo) -> np.ndarray:
-    return Pyramid(rgb8(photo.pixels), way_of(photo).show).shown[0]
+    return PicturePyramid(rgb8(photo.pixels), screen_colours(photo).show).shown[0]
 
 
 def apart(shown: np.ndarray, pixels: np.ndarray, name: str) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_the_measure_of_difference_is_the_published_one():
 def test_wide_gamut_charts_are_shown_as_an_exact_conversion_would(name, dtype):
     pixels = chart(dtype)
     photo = with_profile(pixels, profile(name))
-    assert way_of(photo).name == name
+    assert screen_colours(photo).name == name
     difference = apart(on_screen(photo), pixels, name)
     assert difference.max() < 1.0
     # Without the conversion they would be plainly wrong.
@@ -118,7 +118,7 @@ def test_srgb_stays_byte_for_byte_and_costs_nothing():
 def test_a_profile_that_cannot_be_used_leaves_the_colours_alone(icc):
     pixels = chart(np.uint8)
     photo = with_profile(pixels, icc)
-    assert not way_of(photo).usable
+    assert not screen_colours(photo).usable
     assert on_screen(photo) is pixels
 
 
@@ -136,7 +136,7 @@ def test_before_and_after_are_shown_alike_and_saved_as_they_were(empty, wide, tm
     empty.open(path)
     hide_marks(empty)
     photo = empty.editor.document.pyramid
-    before, after = photo.shown[0], empty.editor.scene.frame.levels[0]
+    before, after = photo.shown[0], empty.editor.view.frame.levels[0]
     assert apart(before, pixels, "Adobe RGB").max() < 1.0
     state = empty.state
     result = render(pixels, state.active, state.recipe).pixels
@@ -166,9 +166,9 @@ def test_before_and_after_are_shown_alike_and_saved_as_they_were(empty, wide, tm
 def test_a_gestures_preview_is_shown_alike():
     pixels = textured_photo(1500, 1100)
     wide = with_profile(pixels, profile("wide"))
-    photo = Pyramid(pixels, way_of(wide).show)
-    view = View(1, Box(100, 50, 700, 500))
-    frame = PreviewSurface(photo).render(1, State(faces=(oval_face(1500, 1100),)), view)
+    photo = PicturePyramid(pixels, screen_colours(wide).show)
+    view = VisiblePart(1, Box(100, 50, 700, 500))
+    frame = Surface(photo).render(1, State(faces=(oval_face(1500, 1100),)), view)
     stays = (frame.rendering.pixels == photo.levels[1][view.box.slices]).all(axis=-1)
     assert 0.1 < stays.mean() < 0.9
     np.testing.assert_array_equal(frame.levels[0][stays], photo.shown[1][view.box.slices][stays])

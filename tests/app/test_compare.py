@@ -19,7 +19,7 @@ NONE = Qt.KeyboardModifier.NoModifier
 def bare(opened):
     """A photo with nothing drawn over it, at a strong warp."""
     hide_marks(opened)
-    slider = opened.window.recipe.percent.slider
+    slider = opened.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, KEYS.Key_End)
     opened.settle()
@@ -35,7 +35,7 @@ def original_of(driver):
 
 def knob(driver) -> QPoint:
     area = driver.canvas.viewport().rect()
-    return QPoint(round(driver.editor.scene.wipe * area.width()), area.center().y())
+    return QPoint(round(driver.editor.view.wipe * area.width()), area.center().y())
 
 
 def test_a_wipe_shows_before_on_the_left_and_after_on_the_right(bare):
@@ -55,28 +55,28 @@ def test_the_divider_is_dragged_and_moved_by_keys(bare):
     bare.key(KEYS.Key_W)
     bare.drag(knob(bare), QPoint(-120, 10))
     width = bare.canvas.viewport().width()
-    assert bare.editor.scene.wipe == pytest.approx(0.5 - 120 / width, abs=1 / width)
-    share = bare.editor.scene.wipe
+    assert bare.editor.view.wipe == pytest.approx(0.5 - 120 / width, abs=1 / width)
+    share = bare.editor.view.wipe
     bare.key(KEYS.Key_Period)
     bare.key(KEYS.Key_Period)
     bare.key(KEYS.Key_Comma)
-    assert bare.editor.scene.wipe == pytest.approx(share + 1 / 40)
+    assert bare.editor.view.wipe == pytest.approx(share + 1 / 40)
     bare.drag(knob(bare), QPoint(-4000, 0))
-    assert bare.editor.scene.wipe == 0.0
+    assert bare.editor.view.wipe == 0.0
     assert bare.editor.document.undo.count() == 1, "comparing changes nothing"
 
 
 def test_side_by_side_moves_and_zooms_together(bare):
-    twin, canvas = bare.window.twin, bare.canvas
-    assert not twin.isVisible()
+    beside, canvas = bare.window.original, bare.canvas
+    assert not beside.isVisible()
     bare.key(KEYS.Key_Y)
-    bare.qtbot.waitUntil(lambda: twin.isVisible() and twin.width() > 100)
-    assert abs(twin.width() - canvas.width()) <= 1
+    bare.qtbot.waitUntil(lambda: beside.isVisible() and beside.width() > 100)
+    assert abs(beside.width() - canvas.width()) <= 1
 
     def together():
-        assert twin.zoom == pytest.approx(canvas.zoom)
+        assert beside.zoom == pytest.approx(canvas.zoom)
         middles = [
-            v.to_photo(QPointF(v.viewport().rect().toRectF().center())) for v in (twin, canvas)
+            v.to_photo(QPointF(v.viewport().rect().toRectF().center())) for v in (beside, canvas)
         ]
         np.testing.assert_allclose(*middles, atol=1e-6)
 
@@ -87,7 +87,7 @@ def test_side_by_side_moves_and_zooms_together(bare):
     together()
     zoom = canvas.zoom
     at = QPointF(90, 120)
-    around, turn = twin.viewport().mapToGlobal(at), QPoint(0, 120)
+    around, turn = beside.viewport().mapToGlobal(at), QPoint(0, 120)
     wheel = QWheelEvent(
         at,
         around,
@@ -98,13 +98,13 @@ def test_side_by_side_moves_and_zooms_together(bare):
         Qt.ScrollPhase.NoScrollPhase,
         False,
     )
-    QApplication.sendEvent(twin.viewport(), wheel)
+    QApplication.sendEvent(beside.viewport(), wheel)
     assert canvas.zoom == pytest.approx(1.25 * zoom)
     together()
     place = canvas.to_photo(QPointF(50, 50))
-    QTest.mousePress(twin.viewport(), Qt.MouseButton.LeftButton, NONE, QPoint(100, 100))
-    QTest.mouseMove(twin.viewport(), QPoint(130, 90))
-    QTest.mouseRelease(twin.viewport(), Qt.MouseButton.LeftButton, NONE, QPoint(130, 90))
+    QTest.mousePress(beside.viewport(), Qt.MouseButton.LeftButton, NONE, QPoint(100, 100))
+    QTest.mouseMove(beside.viewport(), QPoint(130, 90))
+    QTest.mouseRelease(beside.viewport(), Qt.MouseButton.LeftButton, NONE, QPoint(130, 90))
     np.testing.assert_allclose(canvas.to_photo(QPointF(80, 40)), place, atol=1e-6)
     together()
     bare.window.resize(1000, 700)
@@ -112,13 +112,13 @@ def test_side_by_side_moves_and_zooms_together(bare):
     together()
 
 
-def test_the_twin_shows_the_photo_as_it_was(bare):
+def test_the_view_beside_shows_the_photo_as_it_was(bare):
     bare.key(KEYS.Key_Y)
-    twin = bare.window.twin
-    bare.qtbot.waitUntil(lambda: twin.isVisible() and twin.width() > 100)
+    beside = bare.window.original
+    bare.qtbot.waitUntil(lambda: beside.isVisible() and beside.width() > 100)
     bare.key(KEYS.Key_0)
     original = original_of(bare)
-    image = twin.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    image = beside.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     seen = rows[:, : 3 * image.width()].reshape(image.height(), -1, 3).astype(int)
     width = min(seen.shape[1], original.shape[1])
@@ -143,9 +143,9 @@ def test_the_difference_is_black_outside_and_amplified_inside(bare, pixels):
 def test_the_difference_follows_a_gesture(bare):
     bare.key(KEYS.Key_X)
     resting = pixels_of(bare)
-    slider = bare.window.recipe.percent.slider
+    slider = bare.panel("recipe").percent.slider
     QTest.keyPress(slider, KEYS.Key_Home)
-    bare.qtbot.waitUntil(lambda: bare.editor.scene.frame.rendering.recipe.percent == 0.0)
+    bare.qtbot.waitUntil(lambda: bare.editor.view.frame.rendering.recipe.percent == 0.0)
     moving = pixels_of(bare)
     QTest.keyRelease(slider, KEYS.Key_Home)
     assert moving[60:].max() <= resting[60:].max()
@@ -182,10 +182,10 @@ def test_buttons_keys_and_the_held_original_agree(bare):
     }
     for words, name in (("Wipe", "wipe"), ("Side by side", "side"), ("Difference", "difference")):
         QTest.mouseClick(buttons[words], Qt.MouseButton.LeftButton)
-        assert bare.editor.scene.compare == name
+        assert bare.editor.view.compare == name
     bare.key(KEYS.Key_X)
-    assert bare.editor.scene.compare == "off"
-    assert not bare.window.twin.isVisible()
+    assert bare.editor.view.compare == "off"
+    assert not bare.window.original.isVisible()
     bare.qtbot.waitUntil(lambda: bare.canvas.width() > 600)
     np.testing.assert_array_equal(pixels_of(bare), after)
     bare.key(KEYS.Key_W)

@@ -6,12 +6,13 @@ import shutil
 
 import cv2
 import pytest
-from kogao_app import presets, recent, theme
+from kogao_app import theme
 from kogao_app.__main__ import main
-from kogao_app.controllers.strip import photos_in, thumbnail
-from kogao_app.menus import specs
-from kogao_app.views.palette import Palette
-from kogao_app.views.shortcuts import ShortcutsDialog
+from kogao_app.features import presets, recent
+from kogao_app.features.commands import Palette, ShortcutsDialog
+from kogao_app.features.recent import EmptyState
+from kogao_app.features.strip import FilmStrip, photos_in, thumbnail
+from kogao_app.window import Window
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -42,7 +43,7 @@ def dialog(driver, kind):
 
 
 def change_something(driver):
-    slider = driver.window.recipe.percent.slider
+    slider = driver.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, KEYS.Key_PageUp)
 
@@ -71,9 +72,9 @@ def drop(driver, *paths):
 
 def test_the_history_lists_gestures_and_leads_back(opened):
     change_something(opened)
-    opened.editor.choices.set_field("lattice", 2.0)
-    opened.editor.editing.commit()
-    view = opened.window.history
+    opened.editor.recipe.set_field("lattice", 2.0)
+    opened.editor.document.commit()
+    view = opened.panel("history")
     texts = [view.model().index(row, 0).data() for row in range(view.model().rowCount())]
     assert texts == ["As it was opened", "Warp distance", "Lattice"]
     opened.editor.window.docks.show("history")
@@ -102,7 +103,7 @@ def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, an
 
 
 def test_the_papers_settings_are_a_preset(opened):
-    choose(opened.window.presets, "The paper's")
+    choose(opened.window.menus["presets"], "The paper's")
     assert opened.state.recipe == PAPER
     assert opened.editor.document.undo.undoText() == "Preset The paper's"
 
@@ -116,17 +117,17 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
     QTest.keyClick(line, KEYS.Key_Return)
     other = start()
     other.open(photo)
-    choose(other.window.presets, "Wedding")
+    choose(other.window.menus["presets"], "Wedding")
     assert other.state.recipe.percent == 5.0
-    removal = next(a for a in other.window.presets.actions() if a.menu()).menu()
+    removal = next(a for a in other.window.menus["presets"].actions() if a.menu()).menu()
     choose(removal, "Wedding")
-    other.window.presets.aboutToShow.emit()
-    assert "Wedding" not in [a.text() for a in other.window.presets.actions()]
+    other.window.menus["presets"].aboutToShow.emit()
+    assert "Wedding" not in [a.text() for a in other.window.menus["presets"].actions()]
 
 
 def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
-    opened.editor.choices.choose(0)
-    choose(opened.window.presets, "Clear")
+    opened.editor.recipe.choose(0)
+    choose(opened.window.menus["presets"], "Clear")
     assert opened.state.faces[0].recipe.percent == 6.0
     assert opened.state.recipe.percent == 4.0
 
@@ -137,7 +138,7 @@ def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
 def test_presets_that_cannot_be_read_are_left_out(opened, storage, stored):
     storage.settings().setValue("presets", stored)
     assert presets.own(storage.settings()) == {}
-    choose(opened.window.presets, "Gentle")
+    choose(opened.window.menus["presets"], "Gentle")
     assert opened.state.recipe.percent == 2.0
 
 
@@ -149,15 +150,15 @@ def test_opened_photos_are_offered_again(opened, start, photo, tmp_path):
     shutil.copy(photo, other)
     opened.open(other)
     later = start()
-    later.window.recent.aboutToShow.emit()
-    texts = [action.text() for action in later.window.recent.actions()]
+    later.window.menus["recent"].aboutToShow.emit()
+    texts = [action.text() for action in later.window.menus["recent"].actions()]
     assert texts[:2] == ["a&&b.png", "portrait.png"]
-    choose(later.window.recent, "portrait.png")
+    choose(later.window.menus["recent"], "portrait.png")
     later.settle()
     assert later.editor.document.path == photo
-    choose(later.window.recent, "Forget")
-    later.window.recent.aboutToShow.emit()
-    assert not any("portrait" in action.text() for action in later.window.recent.actions())
+    choose(later.window.menus["recent"], "Forget")
+    later.window.menus["recent"].aboutToShow.emit()
+    assert not any("portrait" in action.text() for action in later.window.menus["recent"].actions())
 
 
 def test_photos_of_one_name_are_told_apart_by_their_folders(storage, tmp_path):
@@ -199,7 +200,7 @@ def folder(tmp_path):
 
 def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
     drop(empty, folder)
-    strip = empty.window.strip
+    strip = empty.panel("strip")
     assert [strip.item(row).text() for row in range(strip.count())] == [
         *("0.png", "1.png", "2.png", "broken.jpg")
     ]
@@ -219,21 +220,21 @@ def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
 def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(empty, folder):
     drop(empty, folder)
     shutil.copy(folder / "0.png", folder / "3.png")
-    empty.qtbot.waitUntil(lambda: empty.window.strip.count() == 5, timeout=10_000)
+    empty.qtbot.waitUntil(lambda: empty.panel("strip").count() == 5, timeout=10_000)
     empty.settle()
     assert empty.editor.document.path == folder / "0.png"
 
 
 def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
     drop(empty, folder / "2.png", folder / "0.png")
-    strip = empty.window.strip
+    strip = empty.panel("strip")
     assert [strip.item(row).text() for row in range(strip.count())] == ["2.png", "0.png"]
 
 
 def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, folder):
     drop(empty, folder)
     change_something(empty)
-    strip = empty.window.strip
+    strip = empty.panel("strip")
     at = strip.visualItemRect(strip.item(1)).center()
     QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
     box = dialog(empty, QMessageBox)
@@ -250,7 +251,7 @@ def test_a_thumbnail_that_fails_keeps_none_from_the_others(empty, folder, monkey
         drawn.append(path.name)
         return thumbnail(path)
 
-    monkeypatch.setattr("kogao_app.controllers.strip.thumbnail", draw)
+    monkeypatch.setattr("kogao_app.features.strip.thumbnail", draw)
     drop(empty, folder)
     assert drawn == ["1.png", "2.png", "broken.jpg"]
 
@@ -276,11 +277,13 @@ def test_a_folder_on_the_command_line_becomes_a_film_strip(qapp, source, folder)
     seen = []
 
     def look(patience_ms):
-        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and hasattr(w, "strip"))
+        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
         if window.windowTitle() == "Kogao[*]" and patience_ms > 0:
             QTimer.singleShot(50, lambda: look(patience_ms - 50))
             return
-        seen.extend((window.windowTitle(), window.strip.count(), window.bar.isVisible()))
+        seen.extend(
+            (window.windowTitle(), window.findChild(FilmStrip).count(), window.bar.isVisible())
+        )
         window.close()
 
     QTimer.singleShot(100, lambda: look(10_000))
@@ -289,21 +292,21 @@ def test_a_folder_on_the_command_line_becomes_a_film_strip(qapp, source, folder)
 
 
 def test_the_start_card_goes_while_a_photo_is_read_and_comes_back_if_that_fails(empty, folder):
-    empty.editor.desk.show_places([folder / "broken.jpg"])
-    assert not empty.window.empty.isVisible()
+    empty.editor.strip.show_places([folder / "broken.jpg"])
+    assert not empty.editor.recent.empty.isVisible()
     empty.settle()
     assert "broken.jpg" in empty.say()
-    assert empty.window.empty.isVisible()
+    assert empty.editor.recent.empty.isVisible()
 
 
 def test_a_strip_without_photos_is_hidden_at_the_next_start(empty, start, folder):
     drop(empty, folder)
-    assert empty.window.strip.isVisible()
+    assert empty.panel("strip").isVisible()
     empty.editor.close()
     later = start()
     later.open(folder / "0.png")
     assert dock(later, "strip").isHidden()
-    assert later.window.readings.isVisible()
+    assert later.panel("readings").isVisible()
 
 
 def test_a_folder_without_photos_is_said(empty, tmp_path):
@@ -342,7 +345,7 @@ def test_the_palette_finds_and_runs_a_command(opened):
         "Place a face by hand   Ctrl+P"
     ]
     QTest.keyClick(palette.words, KEYS.Key_Return)
-    assert opened.editor.scene.placing == 1
+    assert opened.editor.view.placing == 1
 
 
 def test_arrows_walk_through_the_palette(opened):
@@ -384,12 +387,12 @@ def test_an_action_gets_another_key_that_stays(opened, start):
     assert keys.table.item(row_of(keys, "Lattice"), 1).text() == "F7"
     keys.close()
     opened.key(KEYS.Key_F7)
-    assert "lattice" in opened.editor.scene.visible
-    labels = [label.text() for label in opened.window.overlays.findChildren(QLabel)]
+    assert "lattice" in opened.editor.view.visible
+    labels = [label.text() for label in opened.panel("overlays").findChildren(QLabel)]
     assert "F7" in labels
     later = start()
     later.key(KEYS.Key_F7)
-    assert "lattice" in later.editor.scene.visible
+    assert "lattice" in later.editor.view.visible
     later.key(KEYS.Key_K, CONTROL)
     keys = dialog(later, ShortcutsDialog)
     keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
@@ -407,9 +410,10 @@ def test_a_key_that_is_taken_is_refused_in_words(opened):
     keys.close()
 
 
-def test_every_action_is_in_a_menu_or_the_palette_with_a_tip():
-    for spec in specs():
-        assert spec.text == "" or spec.tip
+def test_every_action_is_in_a_menu_or_the_palette_with_a_tip(empty):
+    for action in empty.window.actions_by_name.values():
+        assert action.text()
+        assert action.statusTip()
 
 
 # -- panels ----------------------------------------------------------------------------------------
@@ -421,13 +425,13 @@ def dock(driver, name):
 
 def test_the_layout_is_there_again_next_time(opened, start):
     opened.window.docks.show("history")
-    choose(opened.window.panels, "Faces")
+    choose(opened.window.menus["panels"], "Faces")
     assert dock(opened, "faces").isHidden()
     opened.window.resize(1180, 790)
     opened.editor.close()
     later = start()
     assert dock(later, "faces").isHidden()
-    later.qtbot.waitUntil(lambda: later.window.history.isVisible())
+    later.qtbot.waitUntil(lambda: later.panel("history").isVisible())
     next(a for n, a in later.window.actions_by_name.items() if n == "reset-layout").trigger()
     assert not dock(later, "faces").isHidden()
 
@@ -455,7 +459,7 @@ def test_the_panel_in_front_is_in_front_again(opened):
 
 
 def test_panels_that_are_all_hidden_are_there_next_time(opened, start):
-    choose(opened.window.panels, "Faces")
+    choose(opened.window.menus["panels"], "Faces")
     opened.key(KEYS.Key_F8)
     opened.editor.close()
     later = start()
@@ -476,7 +480,7 @@ def test_panels_can_be_moved_when_they_are_set_free(opened):
 
 
 def test_without_a_photo_the_window_says_what_to_do(empty, photo):
-    state = empty.window.empty
+    state = empty.editor.recent.empty
     assert state.isVisible()
     QTest.mouseClick(state.buttons[0], Qt.MouseButton.LeftButton)
     asked = dialog(empty, QFileDialog)
@@ -490,7 +494,9 @@ def test_without_a_photo_the_window_says_what_to_do(empty, photo):
 
 def test_without_a_photo_the_last_ones_are_offered(opened, start, photo):
     later = start()
-    links = [label for label in later.window.empty.findChildren(QLabel) if "href" in label.text()]
+    links = [
+        label for label in later.editor.recent.empty.findChildren(QLabel) if "href" in label.text()
+    ]
     (link,) = links
     assert "portrait.png" in link.text()
     link.linkActivated.emit("#")
@@ -504,11 +510,11 @@ def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
     seen = []
 
     def look(patience_ms):
-        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and hasattr(w, "empty"))
+        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
         if window.windowTitle() != "Kogao[*]":
             seen.append(window.windowTitle())
             window.close()
-        elif patience_ms <= 0 and window.empty.isVisible():
+        elif patience_ms <= 0 and window.findChild(EmptyState).isVisible():
             seen.append("empty")
             window.close()
         else:
@@ -525,8 +531,8 @@ def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
 
 
 def test_what_lies_round_the_work_has_names_for_screen_readers(opened):
-    window = opened.window
-    for control in (window.strip, window.history, window.empty):
+    editor = opened.editor
+    for control in (editor.strip.panel, editor.history.panel, editor.recent.empty):
         assert control.accessibleName()
 
 

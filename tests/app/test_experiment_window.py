@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from kogao_app.parts.experiments import SESSIONS
-from kogao_app.views.experiment import ExperimentDialog
+from kogao_app.features.experiments import SETTING_TIMES
+from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
@@ -19,7 +19,7 @@ from kogao_core.experiments.methods import METHODS
 @pytest.fixture(autouse=True)
 def _known_faces(source, monkeypatch):
     """Find the made-up face automatically, too."""
-    monkeypatch.setattr("kogao_app.parts.experiments.source", lambda _: source)
+    monkeypatch.setattr("kogao_app.features.experiments.source", lambda _: source)
 
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -94,7 +94,7 @@ def test_methods_hang_side_by_side(opened):
 
 def test_a_failure_is_told_in_its_window(opened, storage):
     storage.data.mkdir(parents=True, exist_ok=True)
-    (storage.data / SESSIONS).write_text('{"version": 9}\n')
+    (storage.data / SETTING_TIMES).write_text('{"version": 9}\n')
     opened.key(KEYS.Key_1, CONTROL)
     shown = window_of(opened)
     finish(opened)
@@ -106,7 +106,7 @@ def test_applied_work_is_a_session_once(manual, storage):  # noqa: F811
     mark_face(manual)
     manual.key(KEYS.Key_Return, CONTROL)
     manual.key(KEYS.Key_Return, CONTROL)
-    (session,) = setting_times.read(storage.data / SESSIONS)
+    (session,) = setting_times.read(storage.data / SETTING_TIMES)
     assert session.photo == "portrait.png"
     assert (session.faces, session.landmarks) == (1, 11)
-    assert session.setting_s == pytest.approx(manual.editor.by_hand.manual.clock.elapsed_s)
+    assert session.setting_s == pytest.approx(manual.editor.manual.clock.elapsed_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.points import Handle
+from kogao_app.canvas.handles import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
@@ -18,7 +18,7 @@ KEYS = Qt.Key
 
 
 def choose(driver, row):
-    rows = driver.window.faces.list
+    rows = driver.panel("faces").list
     QTest.mouseClick(
         rows.viewport(),
         Qt.MouseButton.LeftButton,
@@ -33,19 +33,19 @@ def press(driver, slider, key):
 
 
 def percent(driver):
-    return driver.window.recipe.percent.slider
+    return driver.panel("recipe").percent.slider
 
 
 def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     choose(two, 2)
-    assert two.window.recipe.owner.title.text() == "Face 2"
+    assert two.panel("recipe").owner.title.text() == "Face 2"
     press(two, percent(two), KEYS.Key_End)
     first, second = two.state.faces
     assert first.recipe is None
     assert second.recipe.percent == 15.0
     assert two.state.recipe.percent == 4.0
-    assert "own" in two.window.faces.item(1).text()
-    assert "own" not in two.window.faces.item(0).text()
+    assert "own" in two.panel("faces").item(1).text()
+    assert "own" not in two.panel("faces").item(0).text()
     expected = render(pixels, two.state.active, two.state.recipe).pixels
     np.testing.assert_array_equal(two.shown, expected)
     assert two.editor.document.undo.count() == 1
@@ -54,9 +54,9 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
 def test_no_row_of_a_face_is_cut(two):
     choose(two, 2)
     press(two, percent(two), KEYS.Key_End)
-    rows = two.window.faces.list
+    rows = two.panel("faces").list
     assert rows.sizeHintForColumn(0) <= rows.viewport().width()
-    spoken = two.window.faces.item(1).data(Qt.ItemDataRole.AccessibleTextRole)
+    spoken = two.panel("faces").item(1).data(Qt.ItemDataRole.AccessibleTextRole)
     assert spoken == "Face 2, by hand, settings of its own"
 
 
@@ -65,13 +65,13 @@ def test_the_panel_shows_the_selected_faces_values(two):
     press(two, percent(two), KEYS.Key_End)
     choose(two, 2)
     assert percent(two).value() == 40
-    assert two.window.recipe.owner.note.text() == "as the photo"
+    assert two.panel("recipe").owner.note.text() == "as the photo"
     choose(two, 1)
     assert percent(two).value() == 150
-    assert two.window.recipe.owner.note.text() == "its own"
+    assert two.panel("recipe").owner.note.text() == "its own"
     choose(two, 0)
     assert percent(two).value() == 40
-    assert two.window.recipe.owner.note.text() == "but 1"
+    assert two.panel("recipe").owner.note.text() == "but 1"
 
 
 def test_the_photos_settings_leave_a_face_with_its_own_alone(two):
@@ -87,7 +87,7 @@ def test_the_way_back_to_the_photos_settings(two, row):
     choose(two, 1)
     press(two, percent(two), KEYS.Key_End)
     choose(two, row)
-    button = two.window.recipe.owner.button
+    button = two.panel("recipe").owner.button
     assert button.isVisible()
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     two.settle()
@@ -99,7 +99,7 @@ def test_the_way_back_to_the_photos_settings(two, row):
 
 def test_what_only_the_photo_can_choose_stays_the_photos(two):
     choose(two, 2)
-    panel = two.window.recipe
+    panel = two.panel("recipe")
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
     panel.switches["guard"].click()
     assert two.state.recipe.guard is False
@@ -175,16 +175,16 @@ def test_a_face_that_goes_gives_the_panel_back_to_the_photo(two, source):
     press(two, percent(two), KEYS.Key_End)
     two.key(KEYS.Key_F, CONTROL)
     two.settle()
-    assert two.editor.scene.face is None
-    assert two.window.recipe.owner.title.text() == "All faces"
+    assert two.editor.view.face is None
+    assert two.panel("recipe").owner.title.text() == "All faces"
 
 
 def test_arrows_walk_through_the_faces(two):
     choose(two, 0)
-    two.window.faces.list.setFocus()
-    QTest.keyClick(two.window.faces.list, KEYS.Key_Down)
-    assert two.editor.scene.face == 0
-    QTest.keyClick(two.window.faces.list, KEYS.Key_Space)
+    two.panel("faces").list.setFocus()
+    QTest.keyClick(two.panel("faces").list, KEYS.Key_Down)
+    assert two.editor.view.face == 0
+    QTest.keyClick(two.panel("faces").list, KEYS.Key_Space)
     assert two.state.off == {0}
 
 

@@ -45,7 +45,7 @@ def test_an_unexpected_exception_is_said_and_written_down(opened, storage, where
 
 @pytest.mark.usefixtures("faults")
 def test_the_work_can_be_saved_afterwards(opened, photo):
-    opened.editor.choices.set_field("percent", 7.0)
+    opened.editor.recipe.set_field("percent", 7.0)
     in_a_slot()
     opened.qtbot.waitUntil(lambda: "a stone" in opened.say())
     opened.take_step("Save the project")
@@ -71,8 +71,8 @@ def test_what_fails_again_and_again_is_said_once(opened, faults):
 
 @pytest.mark.usefixtures("faults")
 def test_what_a_worker_raises_is_written_down(opened, storage, monkeypatch):
-    monkeypatch.setattr("kogao_app.surfaces.render", stumble_over)
-    opened.editor.choices.set_field("percent", 7.0)
+    monkeypatch.setattr("kogao_app.render.live.render", stumble_over)
+    opened.editor.recipe.set_field("percent", 7.0)
     opened.qtbot.waitUntil(lambda: "a stone" in opened.say())
     assert "in stumble_over" in storage.log.read_text()
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from kogao_app.views.bar import Message, Step
+from kogao_app.widgets.messages import BarAction, Message
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -22,7 +22,7 @@ CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 def change_something(driver):
-    slider = driver.window.recipe.percent.slider
+    slider = driver.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_PageUp)
 
@@ -110,12 +110,12 @@ def test_without_a_face_the_bar_offers_one_to_place(start, source, photo, pixels
     driver.take_step("Place a face")
     driver.settle()
     assert [face.source for face in driver.state.faces] == ["manual"]
-    assert driver.editor.scene.placing == 0
+    assert driver.editor.view.placing == 0
     assert (driver.shown != pixels).any()
     driver.key(Qt.Key.Key_Z, CONTROL)
     driver.settle()
     assert driver.state.faces == ()
-    assert driver.editor.scene.placing is None
+    assert driver.editor.view.placing is None
     np.testing.assert_array_equal(driver.shown, pixels)
 
 
@@ -133,7 +133,7 @@ def test_a_source_that_fails_still_lets_a_face_be_placed(start, source, photo):
 
 def test_find_again_undoes_corrections_as_a_step(opened):
     change_something(opened)
-    opened.editor.editing.place(lambda: opened.state.faces[0])
+    opened.editor.faces.place(lambda: opened.state.faces[0])
     assert len(opened.state.faces) == 2
     opened.key(Qt.Key.Key_F, CONTROL)
     opened.settle()
@@ -226,8 +226,8 @@ def test_the_file_dialogs_buttons_have_room_for_their_icons(opened):
 
 
 def test_after_a_step_of_the_bar_the_photo_has_the_keys(opened):
-    opened.editor.files.said.emit(Message("Something", (Step("Do it", lambda: None),)))
-    opened.window.recipe.percent.slider.setFocus()
+    opened.editor.files.message.emit(Message("Something", (BarAction("Do it", lambda: None),)))
+    opened.panel("recipe").percent.slider.setFocus()
     opened.window.bar.buttons[-1].setFocus()
     QTest.mouseClick(opened.window.bar.buttons[0], Qt.MouseButton.LeftButton)
     opened.settle()
@@ -244,7 +244,7 @@ def test_changes_made_while_the_next_photo_is_read_are_asked_about(opened, tmp_p
     other = tmp_path / "other.png"
     assert cv2.imwrite(str(other), textured_photo(seed=9)[..., ::-1])
     first = opened.editor.document.path
-    opened.editor.dialogs.open(other)
+    opened.editor.files.open(other)
     change_something(opened)
     opened.settle()
     asked = dialog(opened, QMessageBox)

@@ -6,9 +6,6 @@ import gc
 import threading
 from typing import ClassVar
 
-from kogao_app.garbage import Collector
-from PySide6.QtCore import QObject
-
 ENOUGH = 100_000
 
 
@@ -29,15 +26,13 @@ def litter() -> None:
         Cycle()
 
 
-def test_a_worker_collects_nothing(qtbot) -> None:
-    owner = QObject()
-    collector = Collector(owner)
+def test_while_an_editor_is_open_a_worker_collects_nothing(empty) -> None:
     Cycle.collected_by.clear()
     worker = threading.Thread(target=litter)
     worker.start()
     worker.join()
     assert not Cycle.collected_by
-    qtbot.waitUntil(lambda: bool(Cycle.collected_by), timeout=5000)
+    empty.qtbot.waitUntil(lambda: bool(Cycle.collected_by), timeout=5000)
     assert Cycle.collected_by == {threading.get_ident()}
-    collector.stop()
+    empty.editor.close()
     assert gc.isenabled()

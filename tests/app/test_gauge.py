@@ -10,7 +10,7 @@ KEYS = Qt.Key
 
 
 def gauge(driver):
-    return driver.window.recipe.gauge
+    return driver.panel("recipe").gauge
 
 
 def press(driver, key, times=1):
@@ -33,7 +33,7 @@ def test_it_follows_distance_and_centre_and_warns_above_six_percent(opened):
     assert gauge(opened).text.property("warn")
     press(opened, KEYS.Key_Left)
     assert not gauge(opened).text.property("warn")
-    QTest.mouseClick(opened.window.recipe.centre.buttons[3], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(opened.panel("recipe").centre.buttons[3], Qt.MouseButton.LeftButton)
     assert "6.8 %" in gauge(opened).text.text()
 
 
@@ -48,7 +48,7 @@ def test_beyond_the_table_it_says_at_least_or_at_most(opened):
 
 def test_without_an_active_face_there_is_none(opened):
     assert gauge(opened).isVisible()
-    opened.window.faces.item(0).setCheckState(Qt.CheckState.Unchecked)
+    opened.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
     assert not gauge(opened).isVisible()
 
 
@@ -62,10 +62,10 @@ def test_the_blocks_fill_and_turn_to_the_warning_colour(opened):
 
 
 def test_what_was_achieved_stands_under_it_and_the_papers_fit_goes_past(opened):
-    recipe = opened.window.recipe
+    recipe = opened.panel("recipe")
     assert recipe.residual.text().startswith("achieved 4.00 % of D\n")
     recipe.choices["fit"].setCurrentIndex(recipe.choices["fit"].findData("approximation"))
     opened.settle()
-    (achieved,) = opened.editor.scene.frame.rendering.achieved
+    (achieved,) = opened.editor.view.frame.rendering.achieved
     assert achieved > 4.2
     assert recipe.residual.text().startswith(f"achieved {achieved:.2f} % of D\n")

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from kogao_app.points import Handle, corners, position
+from kogao_app.canvas.handles import Handle, corners, position
 from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle
@@ -20,7 +20,7 @@ KEYS = Qt.Key
 
 
 def slider(driver):
-    return driver.window.recipe.percent.slider
+    return driver.panel("recipe").percent.slider
 
 
 def test_what_is_shown_is_the_pipelines_result(opened, pixels):
@@ -123,7 +123,7 @@ def test_a_dragged_landmark_follows_the_mouse_and_is_one_step(opened, pixels, ha
 
 def test_a_landmark_cannot_be_dragged_far_out_of_the_photo(opened):
     """A project with one would be refused when it is opened again."""
-    editing, image = opened.editor.editing, opened.editor.document.image
+    editing, image = opened.editor.points, opened.editor.document.image
     x, y = position(opened.state, LEFT)
     editing.grab(LEFT, x, y)
     editing.drag(-100.0, y)
@@ -183,12 +183,12 @@ def test_clicking_a_candidate_chooses_the_centre(opened):
     opened.press(at)
     opened.release(at)
     assert opened.state.recipe.center == 3
-    buttons = [b for b in opened.window.recipe.centre.buttons if b.isChecked()]
+    buttons = [b for b in opened.panel("recipe").centre.buttons if b.isChecked()]
     assert [b.text() for b in buttons] == ["3"]
 
 
 def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
-    panel = opened.window.recipe
+    panel = opened.panel("recipe")
     QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
     panel.lattice.slider.setFocus()
     QTest.keyClick(panel.lattice.slider, KEYS.Key_End)
@@ -206,11 +206,11 @@ def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
 
 
 def test_a_face_switched_off_stays_as_it_was(opened, pixels):
-    item = opened.window.faces.item(0)
+    item = opened.panel("faces").item(0)
     assert item.checkState() == Qt.CheckState.Checked
-    opened.window.faces.list.setFocus()
-    opened.window.faces.list.setCurrentItem(item)
-    QTest.keyClick(opened.window.faces.list, KEYS.Key_Space)
+    opened.panel("faces").list.setFocus()
+    opened.panel("faces").list.setCurrentItem(item)
+    QTest.keyClick(opened.panel("faces").list, KEYS.Key_Space)
     opened.settle()
     np.testing.assert_array_equal(opened.shown, pixels)
     opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
@@ -221,7 +221,7 @@ def test_a_face_switched_off_stays_as_it_was(opened, pixels):
 
 def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
     opened.key(KEYS.Key_P, Qt.KeyboardModifier.ControlModifier)
-    face = opened.editor.scene.placing
+    face = opened.editor.view.placing
     assert face == 1
     before = opened.state.faces[face]
     # Only the frame, so that no single point of the face below is in the way.
@@ -243,16 +243,16 @@ def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
         1.0,
     )
     opened.take_step("It fits")
-    assert opened.editor.scene.placing is None
+    assert opened.editor.view.placing is None
 
 
 def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
     frames = []
     opened.editor.live.drawn.connect(frames.append)
     opened.editor.live._rest.setInterval(60_000)  # the gesture goes on until it is committed
-    opened.editor.choices.set_field("percent", 4.1)
+    opened.editor.recipe.set_field("percent", 4.1)
     opened.qtbot.waitUntil(lambda: bool(frames))
-    opened.editor.editing.commit()
+    opened.editor.document.commit()
     opened.settle()
     assert frames[0].rendering.recipe.interpolation == "bilinear"
     assert frames[-1].rendering.recipe == opened.state.recipe

@@ -24,7 +24,7 @@ def middle(driver):
 
 def test_keys_select_points_and_arrows_move_them(opened):
     opened.key(KEYS.Key_Period, CONTROL)
-    first = opened.editor.scene.selected
+    first = opened.editor.view.selected
     assert (first.kind, first.index) == ("outline", 0)
     assert opened.window.status.hint_text.startswith("outline 1")
     opened.key(KEYS.Key_Period, CONTROL)
@@ -36,11 +36,11 @@ def test_keys_select_points_and_arrows_move_them(opened):
     assert np.count_nonzero(moved) == 1
     opened.key(KEYS.Key_Comma, CONTROL)
     opened.key(KEYS.Key_Comma, CONTROL)
-    assert opened.editor.scene.selected.kind == "target", "from the first one round to the last"
+    assert opened.editor.view.selected.kind == "target", "from the first one round to the last"
 
 
 def test_the_arrows_move_the_point_wherever_the_keys_went_before(opened):
-    slider = opened.window.recipe.percent.slider
+    slider = opened.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, KEYS.Key_Right)
     opened.key(KEYS.Key_Period, CONTROL)

@@ -6,10 +6,10 @@ import threading
 
 import numpy as np
 import pytest
+from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
-from kogao_app.points import Handle
-from kogao_app.pyramid import Pyramid
-from kogao_app.surfaces import FullSurface, PreviewSurface, View
+from kogao_app.render.live import Surface, VisiblePart
+from kogao_app.render.pyramid import PicturePyramid
 from kogao_app.workers import Lane
 from PySide6.QtCore import QPoint
 from scenes import oval_face, textured_photo
@@ -28,8 +28,8 @@ def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):
             lane.submit(lambda: gate.wait(60))
             lane.drop()  # what it returns is nothing that the listeners know
     try:
-        opened.editor.choices.set_field("percent", 7.0)
-        opened.editor.editing.commit()
+        opened.editor.recipe.set_field("percent", 7.0)
+        opened.editor.document.commit()
         opened.qtbot.waitUntil(lambda: not opened.editor.live.busy, timeout=10_000)
         expected = render(pixels, opened.state.active, Recipe(percent=7.0)).pixels
         np.testing.assert_array_equal(opened.shown, expected)
@@ -55,9 +55,9 @@ def test_letting_go_of_a_point_draws_the_picture_once_more(opened):
 
 
 def surfaces():
-    whole = FullSurface(Pyramid(textured_photo(1500, 1100)))
-    part = PreviewSurface(Pyramid(textured_photo(1500, 1100)))
-    view = View(0, Box(100, 50, 1300, 1050))
+    whole = Surface(PicturePyramid(textured_photo(1500, 1100)))
+    part = Surface(PicturePyramid(textured_photo(1500, 1100)))
+    view = VisiblePart(0, Box(100, 50, 1300, 1050))
     return {
         "full": (whole, lambda state: whole.render(1, state)),
         "preview": (part, lambda state: part.render(1, state, view)),
@@ -65,7 +65,7 @@ def surfaces():
 
 
 @pytest.mark.parametrize("kind", ["full", "preview"])
-@pytest.mark.parametrize("where", [(warp._Job, "run"), (Pyramid, "refresh")])
+@pytest.mark.parametrize("where", [(warp._Job, "run"), (PicturePyramid, "refresh")])
 def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fresh_editor(
     monkeypatch, kind, where
 ):
@@ -93,7 +93,7 @@ def failing_after_some(method):
 
     def fail(self, *arguments):
         calls.append(1)
-        if isinstance(self, Pyramid):
+        if isinstance(self, PicturePyramid):
             # Only the first of the boxes is reduced.
             method(self, list(*arguments)[:1])
             raise MemoryError
@@ -107,12 +107,12 @@ def failing_after_some(method):
 def test_a_failed_picture_is_said_and_the_next_change_draws_it(opened, pixels, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(warp._Job, "run", failing_after_some(warp._Job.run))
-        opened.editor.choices.set_field("percent", 9.0)
-        opened.editor.editing.commit()
+        opened.editor.recipe.set_field("percent", 9.0)
+        opened.editor.document.commit()
         opened.settle()
     assert "can't be redrawn (there is not enough memory" in opened.say()
-    opened.editor.choices.set_field("percent", 6.0)
-    opened.editor.editing.commit()
+    opened.editor.recipe.set_field("percent", 6.0)
+    opened.editor.document.commit()
     opened.settle()
     expected = render(pixels, opened.state.active, Recipe(percent=6.0)).pixels
     np.testing.assert_array_equal(opened.shown, expected)
@@ -120,11 +120,11 @@ def test_a_failed_picture_is_said_and_the_next_change_draws_it(opened, pixels, m
 
 def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
     """At the same settings there are never two different figures that both look exact."""
-    labels = opened.window.recipe.one_to_one, opened.window.recipe.residual
+    labels = opened.panel("recipe").one_to_one, opened.panel("recipe").residual
     seen: dict[str, set[tuple[str, str]]] = {}
 
     def look(*_):
-        seen.setdefault(opened.window.recipe.percent._value.text(), set()).add(
+        seen.setdefault(opened.panel("recipe").percent._value.text(), set()).add(
             tuple(label.text() for label in labels)
         )
 
@@ -133,9 +133,9 @@ def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
     settled = [label.text() for label in labels]
     assert all(settled)
     for percent in (5.0, 6.0, 7.0):
-        opened.editor.choices.set_field("percent", percent)
+        opened.editor.recipe.set_field("percent", percent)
         assert [label.text() for label in labels] == [f"≈ {text}" for text in settled]
-    opened.editor.editing.commit()
+    opened.editor.document.commit()
     opened.settle()
     assert not any(label.text().startswith("≈") for label in labels)
     exact = [{text for text in texts if not text[0].startswith("≈")} for texts in seen.values()]
@@ -144,7 +144,7 @@ def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
 
 
 def test_another_photo_begins_without_readings(opened, photo):
-    labels = opened.window.recipe.one_to_one, opened.window.recipe.residual
+    labels = opened.panel("recipe").one_to_one, opened.panel("recipe").residual
     texts = []
     opened.editor.document.opened.connect(lambda: texts.extend(label.text() for label in labels))
     opened.open(photo)

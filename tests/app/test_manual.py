@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.clock import SettingClock
-from kogao_app.controllers.modes import compared
-from kogao_app.points import Handle, position
-from kogao_app.views.modes import ModesDialog
+from kogao_app.canvas.handles import Handle, position
+from kogao_app.features.manual.panel import SettingClock
+from kogao_app.features.modes import ModesDialog, compared
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
@@ -63,7 +62,7 @@ def manual(opened):
 def test_manual_mode_begins_empty_and_says_what_to_click(manual, pixels):
     assert manual.state.mode == "manual"
     assert manual.state.faces == ()
-    assert manual.window.manual.isVisible()
+    assert manual.panel("manual").isVisible()
     assert manual.window.status.hint_text == "Click the left eye, outer corner (1 of 6)"
     np.testing.assert_array_equal(manual.shown, pixels)
 
@@ -107,10 +106,10 @@ def test_switching_modes_keeps_both_states(manual):
     manual.settle()
     found = manual.state.faces
     assert manual.state.mode == "automatic"
-    assert not manual.window.manual.isVisible()
+    assert not manual.panel("manual").isVisible()
     assert len(found[0].outline) == 21
-    manual.window.recipe.percent.slider.setFocus()
-    QTest.keyClick(manual.window.recipe.percent.slider, KEYS.Key_End)
+    manual.panel("recipe").percent.slider.setFocus()
+    QTest.keyClick(manual.panel("recipe").percent.slider, KEYS.Key_End)
     manual.key(KEYS.Key_F3)
     manual.settle()
     assert manual.state.faces is by_hand
@@ -123,10 +122,10 @@ def test_switching_modes_keeps_both_states(manual):
 def test_a_face_chosen_in_one_mode_is_none_of_the_others(manual):
     mark_face(manual)
     manual.key(KEYS.Key_F2)
-    manual.editor.choices.choose(0)
+    manual.editor.recipe.choose(0)
     manual.key(KEYS.Key_F3)
-    assert manual.editor.scene.face is None
-    assert manual.window.recipe.owner.title.text() == "All faces"
+    assert manual.editor.view.face is None
+    assert manual.panel("recipe").owner.title.text() == "All faces"
 
 
 def test_faces_found_late_leave_marks_alone(manual):
@@ -143,7 +142,7 @@ def pick(driver, handle):
     spot = driver.on_screen(handle)
     driver.press(spot)
     driver.release(spot)
-    assert driver.editor.scene.selected == handle
+    assert driver.editor.view.selected == handle
 
 
 def test_delete_removes_the_selected_landmark(manual):
@@ -152,7 +151,7 @@ def test_delete_removes_the_selected_landmark(manual):
     pick(manual, Handle("outline", 0, 4))
     manual.key(KEYS.Key_Delete)
     np.testing.assert_array_equal(manual.state.faces[0].outline, np.delete(before, 4, axis=0))
-    assert manual.editor.scene.selected is None
+    assert manual.editor.view.selected is None
 
 
 def test_the_last_three_landmarks_take_the_face_along(manual):
@@ -210,17 +209,17 @@ def test_snap_puts_the_target_on_the_line_to_the_centre(manual):
 
 def test_without_the_marker_a_press_on_nothing_pans(manual):
     manual.key(KEYS.Key_M)
-    assert not manual.editor.scene.marking
+    assert not manual.editor.view.marking
     click(manual, (20, 20))
     assert manual.state.draft == ()
 
 
 def test_a_brush_puts_the_marker_away_and_back(manual):
     manual.key(KEYS.Key_B)
-    assert not manual.editor.scene.marking
+    assert not manual.editor.view.marking
     manual.key(KEYS.Key_M)
-    assert manual.editor.scene.marking
-    assert not manual.editor.scene.brush.paints
+    assert manual.editor.view.marking
+    assert not manual.editor.view.brush.paints
 
 
 def test_escape_leaves_no_mark(manual):
@@ -265,19 +264,19 @@ def test_the_clock_runs_only_when_all_is_so(qtbot, qapp):  # noqa: ARG001
 
 
 def test_the_clock_stops_on_apply_and_goes_on_with_the_next_mark(manual):
-    clock = manual.editor.by_hand.manual.clock
+    clock = manual.editor.manual.clock
     click(manual, (90, 90))
     assert clock.running
-    assert manual.window.manual.note.text() == "setting"
+    assert manual.panel("manual").note.text() == "setting"
     manual.key(KEYS.Key_Return, CONTROL)
     assert not clock.running
-    assert manual.window.manual.note.text() == "applied"
+    assert manual.panel("manual").note.text() == "applied"
     click(manual, (100, 100))
     assert clock.running
 
 
 def test_another_window_pauses_the_clock(manual, start):
-    clock = manual.editor.by_hand.manual.clock
+    clock = manual.editor.manual.clock
     click(manual, (90, 90))
     other = start()
     other.window.activateWindow()
@@ -288,17 +287,17 @@ def test_another_window_pauses_the_clock(manual, start):
 
 
 def test_another_photo_sets_the_clock_back(manual, photo):
-    clock = manual.editor.by_hand.manual.clock
+    clock = manual.editor.manual.clock
     click(manual, (90, 90))
     manual.qtbot.waitUntil(lambda: clock.elapsed_s > 0.0)
-    manual.editor.files.open(photo)
+    manual.editor.files.read(photo)
     manual.settle()
     assert clock.elapsed_s == 0.0
     assert manual.state.mode == "automatic"
 
 
 def test_looking_at_manual_mode_is_no_change_and_takes_no_time(manual):
-    clock = manual.editor.by_hand.manual.clock
+    clock = manual.editor.manual.clock
     assert not clock.running
     assert not manual.window.isWindowModified()
     click(manual, (90, 90))
@@ -308,7 +307,7 @@ def test_looking_at_manual_mode_is_no_change_and_takes_no_time(manual):
     manual.key(KEYS.Key_F2)
     manual.key(KEYS.Key_F3)
     assert not clock.running
-    assert manual.window.manual.note.text() == "applied"
+    assert manual.panel("manual").note.text() == "applied"
     manual.key(KEYS.Key_Z, CONTROL)
     manual.key(KEYS.Key_Z, CONTROL)
     manual.key(KEYS.Key_Z, CONTROL)

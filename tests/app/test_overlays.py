@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
+import pkgutil
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pyqtgraph as pg
 import pytest
-from kogao_app.overlays.straight import SEEN_PX
+from kogao_app.canvas import overlays
+from kogao_app.canvas.overlays import glyphs
+from kogao_app.canvas.overlays.listed import LISTED
+from kogao_app.canvas.overlays.overlay import Overlay
+from kogao_app.canvas.overlays.straight import SEEN_PX
+from kogao_app.screenshot import names
+from kogao_app.view_state import ViewState
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from scenes import oval_face, textured_photo
@@ -16,8 +25,38 @@ from test_view import picture
 
 from kogao_core.bend import bends, beside, straight_lines
 
+ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key
 VERMILION, SKY = (213, 94, 0), (86, 180, 233)
+
+
+def declared():
+    """Return every class of an overlay that says how it is drawn."""
+    for module in pkgutil.iter_modules(overlays.__path__, f"{overlays.__name__}."):
+        found = vars(importlib.import_module(module.name)).values()
+        for one in found:
+            if isinstance(one, type) and issubclass(one, Overlay) and hasattr(one, "height"):
+                yield one
+
+
+def test_every_overlay_that_is_declared_is_drawn_at_a_height_of_its_own(empty):
+    heights = {one.height: one for one in declared()}
+    assert len(heights) == len(set(declared()))
+    drawn = {type(one) for one in overlays.stack(ViewState(empty.editor.document))}
+    assert drawn | {overlays.compare.Loupe} == set(heights.values())
+    assert {one for one in drawn if one.key} == set(LISTED)
+
+
+@pytest.mark.parametrize("overlay", LISTED, ids=lambda one: one.name)
+def test_an_overlay_follows_from_its_declaration(empty, overlay):
+    action = empty.window.actions_by_name[f"overlay-{overlay.name}"]
+    assert action.text() == overlay.title()
+    assert action.shortcut().toString() == overlay.key
+    assert action.isChecked() == overlay.on_at_first == (overlay.name in empty.editor.view.visible)
+    assert overlay.name in names()
+    assert f"`{overlay.name}`" in (ROOT / "docs/editor.md").read_text(encoding="utf-8")
+    swatch = glyphs.swatch(overlay.swatch, 1.0).toImage()
+    assert len({swatch.pixel(x, y) for x in range(18) for y in range(18)}) > 1
 
 
 def hide_marks(driver):
@@ -50,7 +89,7 @@ def test_the_heat_map_colours_what_moves_and_only_that(opened):
     plain = pixels_of(opened)
     opened.key(KEYS.Key_H)
     warm = pixels_of(opened)
-    field = opened.editor.scene.frame.rendering.field
+    field = opened.editor.view.frame.rendering.field
     xs, ys = rows_and_columns(opened)
     length = np.hypot(*field.on_grid(xs, ys))
     row, column = np.unravel_index(length.argmax(), length.shape)
@@ -72,7 +111,7 @@ def test_the_jacobian_map_is_red_where_pressed_and_blue_where_stretched(opened):
     opened.key(KEYS.Key_K)
     shown = pixels_of(opened) - plain
     xs, ys = rows_and_columns(opened)
-    det = opened.editor.scene.frame.rendering.field.det_jacobian(xs, ys)
+    det = opened.editor.view.frame.rendering.field.det_jacobian(xs, ys)
     for index, pressed in ((det.argmax(), True), (det.argmin(), False)):
         row, column = np.unravel_index(index, det.shape)
         red, _, blue = shown[at(opened, xs[column], ys[row])]
@@ -107,17 +146,17 @@ def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     path, x = door
     empty.open(path)
     hide_marks(empty)
-    slider = empty.window.recipe.percent.slider
+    slider = empty.panel("recipe").percent.slider
     slider.setFocus()
     for _ in range(4):
         QTest.keyClick(slider, KEYS.Key_PageUp)
     empty.settle()
-    assert not empty.editor.scene.lines, "nobody looks: nothing is looked for"
+    assert not empty.editor.view.lines, "nobody looks: nothing is looked for"
     bare = pixels_of(empty)
     empty.key(KEYS.Key_S)
     empty.settle()
-    lines = empty.editor.scene.lines
-    rendering = empty.editor.scene.frame.rendering
+    lines = empty.editor.view.lines
+    rendering = empty.editor.view.frame.rendering
     photo = empty.editor.document.pyramid.levels[0]
     found = straight_lines(photo, rendering.domain.bounds)
     found = beside(found, [empty.state.faces[0].outline])
@@ -133,7 +172,7 @@ def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     down = empty.canvas.to_screen(np.array([x, 658.0])).toPoint() - top
     empty.drag(top, down)
     empty.settle()
-    assert empty.editor.scene.lines[0].bend_px < SEEN_PX
+    assert empty.editor.view.lines[0].bend_px < SEEN_PX
 
 
 def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, photo):
@@ -153,8 +192,8 @@ def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, ph
 
 
 def test_domains_say_what_they_save(opened):
-    counts = opened.editor.scene.frame.rendering.pixel_counts
-    texts = opened.window.readings.domains.texts()
+    counts = opened.editor.view.frame.rendering.pixel_counts
+    texts = opened.panel("readings").domains.texts()
     assert texts["image"][2] == "0.0 % saved"
     saved = 100 * (1 - counts["threshold"] / counts["image"])
     assert texts["threshold"][2] == f"{saved:.1f} % saved"

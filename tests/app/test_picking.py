@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.overlays.base import Place, affine
-from kogao_app.overlays.numbers import badges
-from kogao_app.points import Handle, position
-from kogao_app.regions import face_at
-from kogao_app.views.canvas import GRAB_RADIUS_PX
+from kogao_app.canvas.handles import Handle, face_at, position
+from kogao_app.canvas.overlays.overlay import Place, affine
+from kogao_app.canvas.overlays.unlisted import badges
+from kogao_app.canvas.photo_canvas import GRAB_RADIUS_PX
 from PySide6.QtCore import QPoint, Qt
 from scenes import oval_face
 
@@ -57,10 +56,10 @@ PLACES = {
 def test_a_click_on_a_face_selects_it_and_changes_nothing(two, place):
     before = two.state
     two.click(PLACES[place](two))
-    assert two.editor.scene.face == 1
-    assert two.window.recipe.owner.title.text() == "Face 2"
-    assert two.window.faces.list.currentRow() == 2
-    assert two.editor.scene.selected is None
+    assert two.editor.view.face == 1
+    assert two.panel("recipe").owner.title.text() == "Face 2"
+    assert two.panel("faces").list.currentRow() == 2
+    assert two.editor.view.selected is None
     assert two.state is before
     assert two.editor.document.undo.count() == 0
 
@@ -70,7 +69,7 @@ def test_a_drag_from_a_point_of_a_face_not_selected_pans(two, handle):
     before, at = two.state, two.on_screen(handle)
     two.drag(at, AWAY)
     assert two.state is before
-    assert two.editor.scene.face is None
+    assert two.editor.view.face is None
     assert two.on_screen(handle) - at == AWAY
 
 
@@ -81,7 +80,7 @@ def test_the_selected_faces_points_are_dragged_and_no_others(two):
     assert position(two.state, CHIN)[1] > before[1].outline[10][1] + 5
     two.drag(two.on_screen(other), QPoint(0, 20))
     assert two.state.faces[0] is before[0]
-    assert two.editor.scene.face == 1
+    assert two.editor.view.face == 1
 
 
 def test_a_click_that_trembles_selects_and_moves_nothing(two):
@@ -89,7 +88,7 @@ def test_a_click_that_trembles_selects_and_moves_nothing(two):
     two.press(place)
     two.move(place + QPoint(2, 1))
     two.release(place + QPoint(2, 1))
-    assert two.editor.scene.face == 0
+    assert two.editor.view.face == 0
     assert cheek(two, 0) == place
 
 
@@ -97,20 +96,20 @@ def test_a_click_beside_all_faces_keeps_the_selection_and_escape_lets_it_go(two)
     two.click(cheek(two, 1))
     two.click(two.on_screen(CHIN))
     two.click(on_photo(two, 235, 20))
-    assert two.editor.scene.face == 1
+    assert two.editor.view.face == 1
     two.key(KEYS.Key_Escape)
-    assert (two.editor.scene.selected, two.editor.scene.face) == (None, 1)
+    assert (two.editor.view.selected, two.editor.view.face) == (None, 1)
     two.key(KEYS.Key_Escape)
-    assert two.editor.scene.face is None
-    assert two.window.faces.list.currentRow() == 0
+    assert two.editor.view.face is None
+    assert two.panel("faces").list.currentRow() == 0
 
 
 def test_another_face_selected_lets_the_point_of_the_first_go(two):
     two.click(cheek(two, 1))
     two.click(two.on_screen(CHIN))
-    assert two.editor.scene.selected == CHIN
+    assert two.editor.view.selected == CHIN
     two.click(cheek(two, 0))
-    assert two.editor.scene.selected is None
+    assert two.editor.view.selected is None
 
 
 def test_a_neighbour_is_selected_beside_a_point_of_the_selected_face(two, source):
@@ -124,7 +123,7 @@ def test_a_neighbour_is_selected_beside_a_point_of_the_selected_face(two, source
     at = two.canvas.to_screen(place) - two.canvas.to_screen(first.outline[18])
     assert at.x() < GRAB_RADIUS_PX
     two.click(on_photo(two, *place))
-    assert two.editor.scene.face == 1
+    assert two.editor.view.face == 1
 
 
 def test_faces_that_overlap_are_told_by_which_one_a_place_lies_deeper_in():
@@ -141,7 +140,7 @@ def test_a_brush_paints_on_a_face_that_is_not_selected(two):
     two.key(KEYS.Key_B)
     two.drag(cheek(two, 1), AWAY)
     assert len(two.state.protection.strokes) == 1
-    assert two.editor.scene.face is None
+    assert two.editor.view.face is None
 
 
 def test_the_cursor_says_what_a_click_does(two):

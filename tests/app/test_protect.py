@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
-from kogao_app.tools import tools
+from kogao_app.view_state import ToolName
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
@@ -47,13 +49,13 @@ def test_a_brush_stroke_protects_and_is_one_undo_step(opened, pixels):
     before = opened.state
     paint(opened)
     (stroke,) = strokes(opened)
-    assert stroke.radius_px == opened.editor.scene.brush.radius_px
+    assert stroke.radius_px == opened.editor.view.brush.radius_px
     assert stroke.feather_px == 0.0
     start = opened.canvas.to_photo(beside_the_cheek(opened).toPointF())
     np.testing.assert_allclose(stroke.points_px[0], start, atol=1e-3)
     assert (opened.shown != free).any()
     np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
-    moved = np.hypot(*opened.editor.scene.frame.rendering.field.at(stroke.points_px).T)
+    moved = np.hypot(*opened.editor.view.frame.rendering.field.at(stroke.points_px).T)
     assert moved.max() < 0.3
     assert opened.editor.document.undo.count() == 1
     assert opened.editor.document.undo.undoText() == "Protect"
@@ -91,13 +93,13 @@ def test_the_preview_holds_the_place_as_well(opened):
     (stroke,) = strokes(opened)
     there = preview.to_photo.inverse(stroke.points_px)
     displacement = preview.rendering.field.at(there) * preview.scale
-    full = opened.editor.scene.frame.rendering.field.at(stroke.points_px)
+    full = opened.editor.view.frame.rendering.field.at(stroke.points_px)
     np.testing.assert_allclose(displacement, full, atol=1 / 64)
 
 
 def test_a_hard_edge_keeps_every_byte_under_it(opened, pixels):
     opened.key(KEYS.Key_B, SHIFT)
-    assert opened.window.protect.hard.isChecked()
+    assert opened.panel("protect").hard.isChecked()
     paint(opened)
     (stroke,) = strokes(opened)
     assert stroke.feather_px == pytest.approx(opened.state.faces[0].anchor.spacing_px)
@@ -148,7 +150,7 @@ def test_the_eraser_cuts_a_stroke_in_two_and_undo_mends_it(opened):
     at = opened.canvas.to_photo(middle.toPointF())
     for part in (first, second):
         apart = np.linalg.norm(part.samples_px(0.5) - at, axis=1).min()
-        assert apart > opened.editor.scene.brush.radius_px - 0.5
+        assert apart > opened.editor.view.brush.radius_px - 0.5
     assert opened.editor.document.undo.undoText() == "Erase protection"
     opened.key(KEYS.Key_Z, CONTROL)
     assert strokes(opened) == whole
@@ -168,18 +170,18 @@ def test_escape_gives_a_stroke_up(opened):
 
 
 def test_brackets_and_the_slider_size_the_brush(opened):
-    first = opened.editor.scene.brush.radius_px
+    first = opened.editor.view.brush.radius_px
     for _ in range(4):
         opened.key(KEYS.Key_BracketRight)
-    assert opened.editor.scene.brush.radius_px == pytest.approx(2 * first)
+    assert opened.editor.view.brush.radius_px == pytest.approx(2 * first)
     opened.key(KEYS.Key_BracketLeft)
-    assert opened.editor.scene.brush.radius_px == pytest.approx(2 * first / 2**0.25)
-    slider = opened.window.protect.size_px.slider
+    assert opened.editor.view.brush.radius_px == pytest.approx(2 * first / 2**0.25)
+    slider = opened.panel("protect").size_px.slider
     slider.setFocus()
     QTest.keyClick(slider, KEYS.Key_End)
-    assert opened.editor.scene.brush.radius_px == 512.0
+    assert opened.editor.view.brush.radius_px == 512.0
     QTest.mouseDClick(slider, Qt.MouseButton.LeftButton)
-    assert opened.editor.scene.brush.radius_px == pytest.approx(first)
+    assert opened.editor.view.brush.radius_px == pytest.approx(first)
     assert opened.editor.document.undo.count() == 0
 
 
@@ -199,24 +201,25 @@ def test_strokes_and_the_brushs_ring_are_drawn(opened):
 
 def test_buttons_menus_and_keys_agree(opened):
     opened.key(KEYS.Key_B)
-    buttons = [b for b in opened.window.protect.findChildren(QToolButton) if b.defaultAction()]
-    assert [b.accessibleName() for b in buttons] == [t.title for t in tools()]
-    for tool, button in zip(tools(), buttons, strict=True):
+    buttons = [b for b in opened.panel("protect").findChildren(QToolButton) if b.defaultAction()]
+    tools = {name: opened.window.actions_by_name[f"tool-{name}"] for name in get_args(ToolName)}
+    assert [b.accessibleName() for b in buttons] == [one.text() for one in tools.values()]
+    for name, button in zip(tools, buttons, strict=True):
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-        assert opened.editor.scene.brush.tool == tool.name
+        assert opened.editor.view.brush.tool == name
         assert [b.isChecked() for b in buttons] == [b is button for b in buttons]
-    for tool, button in zip(tools(), buttons, strict=True):
-        opened.key(KEYS[f"Key_{tool.key}"])
+    for action, button in zip(tools.values(), buttons, strict=True):
+        opened.key(KEYS[f"Key_{action.shortcut().toString()}"])
         assert button.isChecked()
 
 
 def test_remove_all_is_one_step(opened):
     paint(opened)
     paint(opened, by=QPoint(-30, 0))
-    assert "2" in opened.window.protect.count.text()
-    QTest.mouseClick(opened.window.protect.clear, Qt.MouseButton.LeftButton)
+    assert "2" in opened.panel("protect").count.text()
+    QTest.mouseClick(opened.panel("protect").clear, Qt.MouseButton.LeftButton)
     assert not strokes(opened)
-    assert not opened.window.protect.clear.isEnabled()
+    assert not opened.panel("protect").clear.isEnabled()
     opened.key(KEYS.Key_Z, CONTROL)
     assert len(strokes(opened)) == 2
 
@@ -234,6 +237,6 @@ def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
 
 def test_another_photo_begins_unprotected(opened, photo):
     paint(opened)
-    opened.editor.files.open(photo)
+    opened.editor.files.read(photo)
     opened.settle()
     assert not strokes(opened)

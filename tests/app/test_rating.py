@@ -8,7 +8,7 @@ import urllib.error
 import urllib.request
 
 import pytest
-from kogao_app.parts import rating
+from kogao_app.features import rating
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine

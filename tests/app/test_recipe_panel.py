@@ -1,10 +1,9 @@
 """The editor has words and a place for every field of the recipe, and for every choice of one."""
 
 import pytest
-from kogao_app.controllers import choices
-from kogao_app.menus import face
-from kogao_app.panels import center, fields
-from kogao_app.panels.recipe import RecipePanel
+from kogao_app.features import recipe as choices
+from kogao_app.features.recipe import fields
+from kogao_app.features.recipe.panel import RecipePanel
 from PySide6.QtCore import QCoreApplication, QTranslator
 
 from kogao_core.landmarks import CHOICES
@@ -13,7 +12,7 @@ from kogao_core.settings import CENTERS, SETTINGS
 
 @pytest.fixture
 def panel(qtbot):
-    made = RecipePanel()
+    made = RecipePanel(lambda *_: None, lambda: None)
     qtbot.addWidget(made)
     return made
 
@@ -42,20 +41,19 @@ class Marked(QTranslator):
         return f"«{text}»" if text else ""
 
 
-def test_declared_words_are_translated(qtbot):
+def test_declared_words_are_translated(start):
     marked = Marked()
     QCoreApplication.installTranslator(marked)
     try:
-        panel = RecipePanel()
-        qtbot.addWidget(panel)
+        driver = start()
         for field, setting in SETTINGS.items():
             assert choices.gesture_name(field) == f"«{setting.title}»"
             assert f"«{setting.help}»" in fields.tip(field)
-        for field, box in panel.choices.items():
+        for field, box in driver.panel("recipe").choices.items():
             for place, one in enumerate(SETTINGS[field].alternatives):
                 assert f"«{one.title}»" in box.itemText(place)
                 assert f"«{one.help}»" in box.itemText(place)
-        texts = [spec.text for spec in face.specs()]
+        texts = [action.text() for action in driver.window.actions_by_name.values()]
         assert all(any(f"«{choice.title}»" in text for text in texts) for choice in CHOICES)
     finally:
         QCoreApplication.removeTranslator(marked)
@@ -71,8 +69,8 @@ def test_every_choice_has_an_entry_with_words_in_its_box(panel):
 
 
 def test_the_buttons_of_many_centres_give_way(qtbot, monkeypatch):
-    monkeypatch.setattr(center, "CENTERS", CENTERS * 3)
-    made = center.CenterChoice()
+    monkeypatch.setattr(fields, "CENTERS", CENTERS * 3)
+    made = fields.CenterChoice()
     qtbot.addWidget(made)
     assert len(made.buttons) == 3 * len(CENTERS)
     assert made.minimumSizeHint().width() < 0.8 * made.sizeHint().width()

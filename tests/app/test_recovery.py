@@ -16,10 +16,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
-from kogao_app.orphans import orphans
-from kogao_app.points import Handle
-from kogao_app.projects import project_of
+from kogao_app.features.files.project_file import project_of
+from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -41,24 +41,24 @@ VICTIM = """
     from PySide6.QtTest import QTest
     from PySide6.QtWidgets import QApplication
     from kogao_app.editor import Editor
-    from kogao_app.points import Handle
+    from kogao_app.canvas.handles import Handle
     from kogao_app.storage import Storage
     from scenes import KnownFaces, oval_face
 
     app = QApplication([])
     editor = Editor(app, KnownFaces(oval_face()), Storage.of_user())
     editor.window.show()
-    editor.files.open(Path(sys.argv[1]))
+    editor.files.read(Path(sys.argv[1]))
 
     def edit(count):
-        slider = editor.window.recipe.percent.slider
+        slider = editor.recipe.panel.percent.slider
         slider.setFocus()
         QTest.keyClick(slider, Qt.Key.Key_End)
-        editor.choices.choose(0)
+        editor.recipe.choose(0)
         QTest.keyClick(slider, Qt.Key.Key_Home)
-        editor.editing.grab(Handle("outline", 0, 10), 240, 280)
-        editor.editing.drag(250, 300)
-        editor.editing.release()
+        editor.points.grab(Handle("outline", 0, 10), 240, 280)
+        editor.points.drag(250, 300)
+        editor.points.release()
         tell()
 
     def tell():
@@ -67,13 +67,13 @@ VICTIM = """
         else:
             print("kept", flush=True)
 
-    editor.files.found.connect(lambda n: QTimer.singleShot(0, lambda: edit(n)))
+    editor.faces.found.connect(lambda n: QTimer.singleShot(0, lambda: edit(n)))
     app.exec()
 """
 
 
 def change_something(driver):
-    slider = driver.window.recipe.percent.slider
+    slider = driver.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_PageUp)
 
@@ -115,7 +115,7 @@ def test_nothing_is_kept_without_changes_and_after_an_orderly_end(start, photo, 
 def test_a_running_programs_work_is_not_offered(opened, start, storage):
     change_something(opened)
     kept(opened)
-    assert orphans(storage.recovery) == []
+    assert leftovers(storage.recovery) == []
     other = start()
     other.editor.recovery.look()
     other.settle()
@@ -278,7 +278,7 @@ def test_an_old_file_goes_although_its_first_successor_was_never_written(left, e
         written.append(project.automatic.recipe.percent)
         save(project, path)
 
-    monkeypatch.setattr("kogao_app.controllers.recovery.save", slow)
+    monkeypatch.setattr("kogao_app.features.recovery.save", slow)
     empty.editor.recovery.look()
     empty.settle()
     empty.take_step("Restore")
@@ -300,12 +300,12 @@ def test_work_that_was_restored_and_taken_back_stays(left, empty, monkeypatch):
         assert gate.wait(20)
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("kogao_app.controllers.recovery.save", slow)
+    monkeypatch.setattr("kogao_app.features.recovery.save", slow)
     empty.editor.recovery.look()
     empty.settle()
     empty.take_step("Restore")
     empty.qtbot.waitUntil(lambda: empty.state.recipe.percent == 5.0)
-    empty.editor.editing.undo()
+    empty.editor.history.undo()
     gate.set()
     empty.settle()
     assert not empty.window.isWindowModified()
@@ -318,7 +318,7 @@ def test_a_photo_that_goes_while_it_is_restored_is_to_be_looked_at(left, empty, 
 
     empty.editor.recovery.look()
     empty.settle()
-    monkeypatch.setattr("kogao_app.controllers.recovery.sha256_of", gone)
+    monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", gone)
     empty.take_step("Restore")
     empty.settle()
     assert empty.state.recipe.percent == 5.0
@@ -341,9 +341,9 @@ def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypa
         assert gate.wait(20)
         return sha256_of(path)
 
-    monkeypatch.setattr("kogao_app.projects.sha256_of", slow)
+    monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", slow)
     for _ in range(8):
-        opened.editor._pool.start(lambda: gate.wait(20))
+        opened.editor._pools[1].start(lambda: gate.wait(20))
     change_something(opened)
     file = opened.editor.recovery.file
     opened.qtbot.waitUntil(file.exists)
@@ -363,7 +363,7 @@ def test_what_could_not_be_kept_is_kept_once_there_is_room(opened, monkeypatch):
             raise OSError(28, "No space left on device")
         save(project, path)
 
-    monkeypatch.setattr("kogao_app.controllers.recovery.save", write)
+    monkeypatch.setattr("kogao_app.features.recovery.save", write)
     change_something(opened)
     opened.qtbot.waitUntil(lambda: "No space left" in opened.say())
     full.clear()
@@ -440,7 +440,7 @@ def test_a_full_disk_is_said_once(opened, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("kogao_app.controllers.recovery.save", full)
+    monkeypatch.setattr("kogao_app.features.recovery.save", full)
     change_something(opened)
     opened.qtbot.waitUntil(lambda: "No space left" in opened.say(), timeout=10_000)
     opened.take_step("Dismiss")

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.__main__ import main
-from kogao_app.points import Handle
+from kogao_app.canvas.handles import Handle
+from kogao_app.features.files import opening, project_file
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
@@ -39,7 +40,7 @@ def worked(start, photo):
     change_something(driver)
     driver.drag(driver.on_screen(Handle("outline", 0, 10)), QPoint(6, 9))
     state = driver.state
-    driver.editor.editing.step(
+    driver.editor.document.step(
         state.__class__(
             state.faces,
             recipe=state.recipe,
@@ -69,6 +70,25 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     save_project(other)
     assert load(file).automatic.recipe.percent == other.state.recipe.percent
     assert not other.window.isWindowModified()
+
+
+@pytest.mark.usefixtures("worked")
+def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatch):
+    calls = []
+
+    def counted(name, call):
+        return lambda *args: (calls.append(name), call(*args))[1]
+
+    monkeypatch.setattr(opening, "read", counted("read", opening.read))
+    monkeypatch.setattr(project_file, "sha256_of", counted("hash", project_file.sha256_of))
+    os.utime(photo, ns=(1, 1))  # another version than the one that was hashed before
+    driver = start()
+    driver.open(photo)
+    assert "back" in driver.say()
+    change_something(driver)
+    driver.settle()
+    save_project(driver)
+    assert sorted(calls) == ["hash", "read"]
 
 
 @pytest.mark.usefixtures("worked")
@@ -127,7 +147,7 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
     values = json.loads(sidecar_of(photo).read_text())
     values["photo"]["path"] = str(secret)
     alone.write_text(json.dumps(values))
-    empty.editor.dialogs.open(alone)
+    empty.editor.files.open(alone)
     empty.settle()
     assert empty.editor.document.photo is None
     asked = dialog(empty, QFileDialog)
@@ -161,7 +181,7 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
     save_project(driver)
     assert "another project" in driver.say()
     assert file.read_text() == text
-    driver.editor.projects.projects.open(file)
+    driver.editor.files.read(file)
     driver.settle()
     assert driver.say()
     assert driver.editor.document.path == photo
@@ -178,7 +198,7 @@ def test_closing_can_save_the_project_first(opened, photo):
 
 
 def test_where_nothing_can_be_written_another_place_is_asked_for(opened, tmp_path, monkeypatch):
-    from kogao_app.controllers import projects
+    from kogao_app.features import projects
 
     write = projects.save
 
@@ -218,7 +238,7 @@ def test_a_pipe_in_place_of_a_project_stalls_nothing(start, photo):
     driver = start()
     driver.open(photo)
     assert len(driver.state.faces) == 1
-    driver.editor.projects.projects.open(sidecar_of(photo))
+    driver.editor.files.read(sidecar_of(photo))
     driver.settle()
     assert "not an ordinary file" in driver.say()
 

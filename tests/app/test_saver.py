@@ -7,8 +7,8 @@ import threading
 
 import cv2
 import pytest
-from kogao_app import photos
-from kogao_app.points import Handle
+from kogao_app.canvas.handles import Handle
+from kogao_app.features import files
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
@@ -25,13 +25,13 @@ CONTROL = Qt.KeyboardModifier.ControlModifier
 @pytest.fixture
 def disk(monkeypatch):
     """A slow disk: copies are written once it is set."""
-    gate, write = threading.Event(), photos.saved
+    gate, write = threading.Event(), files.save_copy
 
     def slow(*args):
         assert gate.wait(20)
         return write(*args)
 
-    monkeypatch.setattr(photos, "saved", slow)
+    monkeypatch.setattr(files, "save_copy", slow)
     yield gate
     gate.set()
 
@@ -58,8 +58,8 @@ def search(source):
 
 
 def step(driver, percent):
-    driver.editor.choices.set_field("percent", percent)
-    driver.editor.editing.commit()
+    driver.editor.recipe.set_field("percent", percent)
+    driver.editor.document.commit()
 
 
 def answer(driver, words):
@@ -78,7 +78,7 @@ def closing_with_a_copy(driver, path):
 def test_undo_and_another_edit_while_a_copy_is_written_count_as_unsaved(opened, disk, tmp_path):
     step(opened, 8.0)
     opened.editor.files.save(tmp_path / "copy.png")
-    opened.editor.editing.undo()
+    opened.editor.history.undo()
     step(opened, 11.0)
     disk.set()
     opened.settle()
@@ -124,7 +124,7 @@ def test_an_edit_while_the_project_before_closing_is_written_is_asked_about(
         assert gate.wait(20)
         save(*args)
 
-    monkeypatch.setattr("kogao_app.controllers.projects.save", slow)
+    monkeypatch.setattr("kogao_app.features.projects.save", slow)
     step(opened, 8.0)
     opened.window.close()
     answer(opened, "Save project")
@@ -139,7 +139,7 @@ def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
     opened, disk, photo, other, tmp_path
 ):
     step(opened, 8.0)
-    opened.editor.dialogs.open(other)
+    opened.editor.files.open(other)
     answer(opened, "Save a copy")
     save_as(opened, tmp_path / "copy.png")
     step(opened, 11.0)
@@ -152,15 +152,15 @@ def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
 def test_undo_and_redo_lead_back_to_what_was_saved(opened, disk, tmp_path):
     step(opened, 8.0)
     opened.editor.files.save(tmp_path / "copy.png")
-    opened.editor.editing.undo()
+    opened.editor.history.undo()
     disk.set()
     opened.settle()
     assert opened.window.isWindowModified()
-    opened.editor.editing.redo()
+    opened.editor.history.redo()
     assert not opened.window.isWindowModified()
     step(opened, 11.0)
     assert opened.window.isWindowModified()
-    opened.editor.editing.undo()
+    opened.editor.history.undo()
     assert not opened.window.isWindowModified()
 
 
@@ -174,12 +174,12 @@ def test_what_a_save_on_its_way_will_write_over_is_unsaved(opened, disk, tmp_pat
     assert not opened.window.isWindowModified(), "it comes to the same"
     step(opened, 9.0)
     opened.editor.files.save(tmp_path / "copy.png")
-    opened.editor.editing.undo()
+    opened.editor.history.undo()
     assert opened.window.isWindowModified()
     disk.set()
     opened.settle()
     assert opened.window.isWindowModified()
-    opened.editor.editing.redo()
+    opened.editor.history.redo()
     assert not opened.window.isWindowModified()
 
 
@@ -207,9 +207,9 @@ def test_copies_asked_for_before_closing_are_written(opened, tmp_path):
 def test_a_copy_of_an_earlier_photo_does_not_make_the_next_one_saved(opened, disk, other, tmp_path):
     step(opened, 8.0)
     opened.editor.files.save(tmp_path / "copy.png")
-    opened.editor.files.open(other)
+    opened.editor.files.read(other)
     opened.qtbot.waitUntil(lambda: opened.editor.document.path == other)
-    opened.qtbot.waitUntil(lambda: not opened.editor.files.busy)
+    opened.qtbot.waitUntil(lambda: not (opened.editor.files.busy or opened.editor.faces.busy))
     step(opened, 8.0)
     disk.set()
     opened.settle()
@@ -219,7 +219,7 @@ def test_a_copy_of_an_earlier_photo_does_not_make_the_next_one_saved(opened, dis
 def test_a_name_is_asked_for_the_photo_that_is_open(opened, other):
     opened.key(Qt.Key.Key_S, CONTROL)
     assert dialog(opened, QFileDialog).isVisible()
-    opened.editor.files.open(other)
+    opened.editor.files.read(other)
     opened.settle()
     assert not any(asked.isVisible() for asked in opened.window.findChildren(QFileDialog))
 
@@ -252,7 +252,7 @@ def test_a_refused_save_closes_nothing(opened, photo):
 
 def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, photo, tmp_path):
     driver = start()
-    driver.editor.files.open(photo)
+    driver.editor.files.read(photo)
     driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
     driver.editor.files.save(tmp_path / "copy.png")
     search.set()
@@ -264,9 +264,9 @@ def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, 
 
 def test_a_gesture_during_the_search_for_faces_stays(start, search, photo):
     driver = start()
-    driver.editor.files.open(photo)
+    driver.editor.files.read(photo)
     driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
-    driver.editor.choices.set_field("percent", 8.0)
+    driver.editor.recipe.set_field("percent", 8.0)
     search.set()
     driver.settle()
     assert driver.state.recipe.percent == 8.0
@@ -278,9 +278,9 @@ def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, searc
     broken = tmp_path / "broken.jpg"
     broken.write_bytes(b"\xff\xd8\xff\xe0 not a photo")
     driver = start()
-    driver.editor.files.open(photo)
+    driver.editor.files.read(photo)
     driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
-    driver.editor.files.open(broken)
+    driver.editor.files.read(broken)
     driver.qtbot.waitUntil(lambda: "broken.jpg" in driver.say())
     search.set()
     driver.settle()
@@ -288,10 +288,10 @@ def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, searc
 
 
 def test_marks_of_a_face_begun_are_in_no_file_and_stay_unsaved(opened, photo):
-    opened.editor.by_hand.manual.switch("manual")
-    opened.editor.by_hand.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
-    opened.editor.by_hand.manual.release()
-    opened.editor.projects.projects.save()
+    opened.editor.manual.switch("manual")
+    opened.editor.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
+    opened.editor.manual.release()
+    opened.editor.projects.save()
     opened.settle()
     assert sidecar_of(photo).exists()
     assert opened.window.isWindowModified()
@@ -301,23 +301,23 @@ def test_marks_of_a_face_begun_are_in_no_file_and_stay_unsaved(opened, photo):
 
 def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
     step(opened, 8.0)
-    opened.editor.by_hand.manual.switch("manual")
+    opened.editor.manual.switch("manual")
     opened.editor.files.save(tmp_path / "copy.png")
     opened.settle()
     assert opened.window.isWindowModified(), "the copy is the photo as it was"
-    opened.editor.by_hand.manual.switch("automatic")
+    opened.editor.manual.switch("automatic")
     opened.editor.files.save(tmp_path / "copy.png")
     opened.settle()
     assert not opened.window.isWindowModified()
-    opened.editor.by_hand.manual.switch("manual")
+    opened.editor.manual.switch("manual")
     assert not opened.window.isWindowModified(), "it was only looked at"
     protected = opened.state.protection.with_stroke([(40.0, 20.0), (40.0, 300.0)], 6.0)
-    opened.editor.editing.step(dataclasses.replace(opened.state, protection=protected), "Protect")
+    opened.editor.document.step(dataclasses.replace(opened.state, protection=protected), "Protect")
     opened.editor.files.save(tmp_path / "other.png")
     opened.settle()
     assert opened.window.isWindowModified(), "no picture of the faces has the line"
-    opened.editor.projects.projects.save()
+    opened.editor.projects.save()
     opened.settle()
     assert not opened.window.isWindowModified()
-    opened.editor.by_hand.manual.switch("automatic")
+    opened.editor.manual.switch("automatic")
     assert not opened.window.isWindowModified()

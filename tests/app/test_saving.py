@@ -6,7 +6,7 @@ import beside
 import cv2
 import numpy as np
 import pytest
-from kogao_app.views.saving import SavingDialog
+from kogao_app.features.files.options import SavingDialog
 from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest

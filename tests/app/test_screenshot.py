@@ -92,9 +92,12 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
 @pytest.mark.parametrize(
     ("broken", "said"),
     [
-        ("kogao_app.surfaces.render", "portrait.png can't be rendered: there is not enough memory"),
-        ("kogao_app.controllers.live._counted", "portrait.png can't be rendered: there is not"),
-        ("kogao_app.controllers.bending.straight_lines", "Straight lines can't be measured"),
+        (
+            "kogao_app.render.live.render",
+            "portrait.png can't be rendered: there is not enough memory",
+        ),
+        ("kogao_app.render.live._counted", "portrait.png can't be rendered: there is not"),
+        ("kogao_app.features.straight.straight_lines", "Straight lines can't be measured"),
         ("kogao_app.screenshot.Screenshot._edit", "something went wrong in the program itself"),
     ],
 )

@@ -1,8 +1,7 @@
 """Which source finds the faces is the user's choice."""
 
 import pytest
-from kogao_app.menus import face
-from kogao_app.parts import landmarks
+from kogao_app.features import landmarks
 
 from kogao_core import assets
 from kogao_core.landmarks import CHOICES, sources
@@ -27,7 +26,6 @@ def test_the_choices_stand_in_the_menu_with_their_figures(opened):
 
 def test_a_source_without_words_or_figures_stands_in_the_menu_too(monkeypatch, start):
     made = sources.Choice("new", "mean face", lambda: None, needs_networks=False)
-    monkeypatch.setattr(face, "CHOICES", (*CHOICES, made))
     monkeypatch.setattr(landmarks, "CHOICES", (*CHOICES, made))
     driver = start()
     action = driver.window.actions_by_name["landmarks-new"]
@@ -61,7 +59,7 @@ def test_a_file_that_is_no_model_changes_nothing(opened, tmp_path):
 
 
 def test_without_the_networks_it_is_said_once_that_the_aam_stands_in(source, start, monkeypatch):
-    monkeypatch.setattr("kogao_app.parts.landmarks.networks_are_here", lambda: False)
+    monkeypatch.setattr("kogao_app.features.landmarks.networks_are_here", lambda: False)
     source.name = "aam"
     driver = start()
     for _ in range(2):

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import pytest
-from kogao_app import presets, recent, saving
+from kogao_app.features import presets, recent
+from kogao_app.features.files import options as saving
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 

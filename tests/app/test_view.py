@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from kogao_app.layers import layers
-from kogao_app.overlays.glyphs import plate
-from kogao_app.points import Handle
+from kogao_app.canvas.handles import Handle
+from kogao_app.canvas.overlays.glyphs import plate
+from kogao_app.canvas.overlays.listed import LISTED
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QWheelEvent
 from PySide6.QtTest import QTest
@@ -34,14 +34,16 @@ def picture(driver) -> np.ndarray:
     return rows[:, : 3 * image.width()].copy()
 
 
-@pytest.mark.parametrize("layer", layers(), ids=lambda layer: layer.name)
+@pytest.mark.parametrize("layer", LISTED, ids=lambda layer: layer.name)
 def test_a_key_toggles_an_overlay_and_its_box(opened, layer):
-    box = next(b for b in opened.window.overlays.findChildren(QCheckBox) if b.text() == layer.title)
-    was = layer.name in opened.editor.scene.visible
+    box = next(
+        b for b in opened.panel("overlays").findChildren(QCheckBox) if b.text() == layer.title()
+    )
+    was = layer.name in opened.editor.view.visible
     assert box.isChecked() == was
     before = picture(opened)
     opened.key(Qt.Key[f"Key_{layer.key}"])
-    assert (layer.name in opened.editor.scene.visible) != was
+    assert (layer.name in opened.editor.view.visible) != was
     assert box.isChecked() != was
     if layer.name not in ("folds", "straight", "protection"):  # there are none here
         assert (picture(opened) != before).any()
@@ -50,7 +52,7 @@ def test_a_key_toggles_an_overlay_and_its_box(opened, layer):
 
 
 def test_folded_cells_are_drawn_and_counted(opened):
-    panel = opened.window.recipe
+    panel = opened.panel("recipe")
     assert "✓" in panel.one_to_one.text()
     panel.lattice.slider.setFocus()
     QTest.keyClick(panel.lattice.slider, Qt.Key.Key_Home)
@@ -60,7 +62,7 @@ def test_folded_cells_are_drawn_and_counted(opened):
     assert "held back" in panel.one_to_one.text()
     panel.switches["guard"].click()
     opened.settle()
-    cells = len(opened.editor.scene.frame.rendering.one_to_one.folded_cells)
+    cells = len(opened.editor.view.frame.rendering.one_to_one.folded_cells)
     assert cells > 0
     assert f"folds in {cells} cells" in panel.one_to_one.text()
     drawn = picture(opened)
@@ -70,10 +72,10 @@ def test_folded_cells_are_drawn_and_counted(opened):
 
 def test_a_threshold_that_is_not_used_is_told(opened):
     recipe = Recipe(percent=8, lattice=0.5, threshold_px=2.0)
-    opened.editor.editing.step(dataclasses.replace(opened.state, recipe=recipe), "")
+    opened.editor.document.step(dataclasses.replace(opened.state, recipe=recipe), "")
     opened.settle()
-    assert "threshold not used" in opened.window.recipe.one_to_one.text()
-    shown = opened.editor.scene.frame.rendering
+    assert "threshold not used" in opened.panel("recipe").one_to_one.text()
+    shown = opened.editor.view.frame.rendering
     assert shown.pixel_counts == pixel_counts(shown.field, shown.domain.image, LOSSLESS_PX)
 
 
@@ -86,7 +88,7 @@ def test_the_backslash_shows_the_original_while_it_is_held(opened):
     assert (original != result).any()
     QTest.keyRelease(opened.window, Qt.Key.Key_Backslash)
     np.testing.assert_array_equal(picture(opened), result)
-    opened.window.faces.item(0).setCheckState(Qt.CheckState.Unchecked)
+    opened.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
     opened.settle()
     np.testing.assert_array_equal(picture(opened), original)
 
@@ -142,25 +144,25 @@ def test_space_and_a_drag_pan_even_over_a_point(opened):
 
 def test_the_point_under_the_cursor_is_named(opened):
     opened.move(opened.canvas.to_screen(opened.state.faces[0].outline[10]).toPoint())
-    assert opened.editor.scene.hovered is not None
+    assert opened.editor.view.hovered is not None
     assert opened.window.status.hint_text == "outline 11, chin"
 
 
 def test_one_key_hides_all_overlays_and_brings_the_same_ones_back(opened):
     opened.key(Qt.Key.Key_G)
-    before = set(opened.editor.scene.visible)
+    before = set(opened.editor.view.visible)
     opened.click(opened.on_screen(Handle("outline", 0, 10)))
     opened.move(QPoint(5, 5))
     marked = picture(opened)
     opened.key(Qt.Key.Key_O)
     hidden = picture(opened)
-    assert not opened.editor.scene.visible
-    boxes = opened.window.overlays.findChildren(QCheckBox)
+    assert not opened.editor.view.visible
+    boxes = opened.panel("overlays").findChildren(QCheckBox)
     assert not any(box.isChecked() for box in boxes)
     opened.key(Qt.Key.Key_Escape)
     np.testing.assert_array_equal(picture(opened), hidden, "the ring of the point stayed")
     opened.key(Qt.Key.Key_O)
-    assert opened.editor.scene.visible == before
+    assert opened.editor.view.visible == before
     opened.click(opened.on_screen(Handle("outline", 0, 10)))
     opened.move(QPoint(5, 5))
     np.testing.assert_array_equal(picture(opened), marked)
@@ -168,7 +170,7 @@ def test_one_key_hides_all_overlays_and_brings_the_same_ones_back(opened):
 
 def test_protected_places_are_hidden_with_the_rest_while_the_brush_is_in_hand(opened):
     def look():
-        opened.editor.editing.hover(None, -1.0, -1.0)
+        opened.editor.points.hover(None, -1.0, -1.0)
         return picture(opened)
 
     opened.key(Qt.Key.Key_B)
@@ -194,7 +196,7 @@ def test_the_place_of_the_cursor_follows_a_drag(opened):
 def test_the_hint_is_that_of_the_tool_in_hand(two):
     status = two.window.status
     assert status.hint_text.startswith("Click a face")
-    two.editor.choices.choose(0)
+    two.editor.recipe.choose(0)
     assert status.hint_text == "Drag a point to correct it"
     for key, words in ((Qt.Key.Key_B, "Paint"), (Qt.Key.Key_E, "Rub"), (Qt.Key.Key_A, "Drag a")):
         two.key(key)
@@ -216,7 +218,7 @@ def test_a_label_lies_within_the_canvas_as_a_whole(qapp):
 
 def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):
     def cells():
-        readings = empty.window.readings
+        readings = empty.panel("readings")
         rows = readings.domains.texts().values()
         return {*readings.timings.texts().values(), *(cell for row in rows for cell in row)}
 
@@ -233,31 +235,31 @@ def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):
 
 
 def test_a_warp_of_nothing_has_no_lattice_in_warp_distances(opened):
-    slider = opened.window.recipe.percent.slider
+    slider = opened.panel("recipe").percent.slider
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_Home)
-    note = opened.window.recipe.lattice.note.text()
+    note = opened.panel("recipe").lattice.note.text()
     assert "– × warp distance" in note  # noqa: RUF001
 
 
 def test_readings_show_the_pipelines_own_numbers(opened, pixels):
-    rendering = opened.editor.scene.frame.rendering
+    rendering = opened.editor.view.frame.rendering
     counts = rendering.pixel_counts
     assert counts["image"] == pixels.shape[0] * pixels.shape[1]
-    shown = opened.window.readings.domains.texts()
+    shown = opened.panel("readings").domains.texts()
     for name, count in counts.items():
         assert shown[name][0].replace("\u2009", "") == f"{count} px"
-    warp = opened.window.readings.timings.texts()["warp"]
+    warp = opened.panel("readings").timings.texts()["warp"]
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
 
 
 def test_every_control_has_a_name_for_screen_readers(opened):
     kinds = (QAbstractSlider, QComboBox, QListWidget)
     panels = (
-        opened.window.recipe,
-        opened.window.faces,
-        opened.window.overlays,
-        opened.window.protect,
+        opened.panel("recipe"),
+        opened.panel("faces"),
+        opened.panel("overlays"),
+        opened.panel("protect"),
     )
     controls = [
         control
@@ -278,7 +280,7 @@ def test_keys_are_given_once(opened):
 
 
 def test_the_side_panel_is_never_wider_than_its_place(opened):
-    panel, area = opened.window.recipe, opened.window.manual.window().findChild(QScrollArea)
+    panel, area = opened.panel("recipe"), opened.panel("manual").window().findChild(QScrollArea)
     assert area.isAncestorOf(panel)
     for slider in (panel.lattice.slider, panel.percent.slider):
         slider.setFocus()

@@ -21,18 +21,17 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import cv2
 import numpy as np
 from colours import profile
-from kogao_app.colour import way_of
-from kogao_app.document import State
-from kogao_app.pyramid import Pyramid
-from kogao_app.scene import Scene
-from kogao_app.surfaces import FullSurface, PreviewSurface
-from kogao_app.views.canvas import PhotoCanvas
+from kogao_app.canvas.photo_canvas import PhotoCanvas
+from kogao_app.document import Document, State
+from kogao_app.render.colour import screen_colours
+from kogao_app.render.live import Surface
+from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.view_state import ViewState
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.face import Face
-from kogao_core.geometry import Box
 from kogao_core.photo import Photo
 
 REPEATS = 15
@@ -70,17 +69,20 @@ def main() -> None:
 
     app = QApplication.instance() or QApplication([])
     state = State(faces=(face_of(width, height),))
-    scene = Scene(state=state, image=Box(0, 0, width, height))
-    photo = Pyramid(pixels)
-    canvas = PhotoCanvas(scene)
+    photo = PicturePyramid(pixels)
+    document = Document()
+    document.pyramid = photo
+    document.restore(state)
+    view = ViewState(document)
+    canvas = PhotoCanvas(view)
     canvas.resize(*SIZE)
     canvas.show()
     canvas.open(photo)
     app.processEvents()
-    full = FullSurface(photo)
-    scene.frame = full.render(1, state)
+    full = Surface(photo)
+    view.frame = full.render(1, state)
     full.shown()
-    canvas.photo.show_full(scene.frame)
+    canvas.photo.show_full(view.frame)
     target = QImage(*SIZE, QImage.Format.Format_RGB32)
 
     def paint() -> None:
@@ -96,7 +98,7 @@ def main() -> None:
     usual = {"landmarks", "targets", "centre", "folds"}
     middle = QPointF(SIZE[0] / 2, SIZE[1] / 2)
     for words, visible in (("photo alone", set()), ("usual overlays", usual)):
-        scene.visible = visible
+        view.visible = visible
         canvas.fit()
         report(f"{words}, fitted")
         for zoom in (0.33, 0.5, 1.0, 2.0, 8.0):
@@ -104,26 +106,26 @@ def main() -> None:
             report(f"{words}, {zoom:.0%}")
     canvas.fit()
     for name in ("displacement", "lattice", "domains", "heat", "jacobian"):
-        scene.visible = {name}
+        view.visible = {name}
         report(f"{name}, fitted")
-    scene.visible = usual
+    view.visible = usual
     for way in ("wipe", "difference"):
-        scene.compare = way
+        view.compare = way
         report(f"{way}, fitted")
-    scene.compare, scene.loupe, scene.cursor = "off", True, np.array([width / 2, height / 2])
+    view.compare, view.loupe, view.cursor = "off", True, np.array([width / 2, height / 2])
     report("loupe, fitted")
-    scene.loupe = False
-    preview = PreviewSurface(photo)
+    view.loupe = False
+    preview = Surface(photo)
 
     steps = itertools.count()
 
     def gesture() -> None:
         # Another distance each time, or there would be nothing to warp.
         moved = dataclasses.replace(state.recipe, percent=4.0 + next(steps) % 7 / 10)
-        scene.state = dataclasses.replace(state, recipe=moved)
-        scene.frame = preview.render(2, scene.state, canvas.view())
+        view.state = dataclasses.replace(state, recipe=moved)
+        view.frame = preview.render(2, view.state, canvas.visible_part())
         preview.shown()
-        canvas.photo.show_preview(scene.frame)
+        canvas.photo.show_preview(view.frame)
         paint()
 
     gesture()
@@ -131,7 +133,9 @@ def main() -> None:
     print(f"{'gesture to paint, fitted':<34} {lap:6.1f} ms   {lap / unit:.3f}")
 
     # The same with a wide-gamut photo, whose colours are turned into the screen's.
-    show = way_of(Photo(pixels, Path("wide"), "TIFF", icc_profile=profile("Adobe RGB"))).show
+    show = screen_colours(
+        Photo(pixels, Path("wide"), "TIFF", icc_profile=profile("Adobe RGB"))
+    ).show
 
     def once(name: str, action) -> None:
         start = time.perf_counter()
@@ -139,11 +143,11 @@ def main() -> None:
         lap = (time.perf_counter() - start) * 1e3
         print(f"{name:<34} {lap:6.1f} ms   {lap / unit:.3f}")
 
-    once("levels of the photo", lambda: Pyramid(pixels))
-    wide = Pyramid(pixels, show)
-    once("levels in the screen's colours", lambda: Pyramid(pixels, show))
+    once("levels of the photo", lambda: PicturePyramid(pixels))
+    wide = PicturePyramid(pixels, show)
+    once("levels in the screen's colours", lambda: PicturePyramid(pixels, show))
     for words, levels in (("as it is", photo), ("wide", wide)):
-        surface = FullSurface(levels)
+        surface = Surface(levels)
         for revision in (1, 2):  # fills both buffers
             surface.render(revision, state)
             surface.shown()
@@ -156,7 +160,7 @@ def main() -> None:
         lap = statistics.median(laps)
         print(f"{f'whole photo, {words}':<34} {lap:6.1f} ms   {lap / unit:.3f}")
     canvas.open(wide)
-    preview = PreviewSurface(wide)
+    preview = Surface(wide)
     gesture()
     lap = median_ms(gesture)
     print(f"{'gesture to paint, fitted, wide':<34} {lap:6.1f} ms   {lap / unit:.3f}")

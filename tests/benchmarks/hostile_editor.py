@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import hostile
 import hostile_texts
 from damaging.trials import Trial, finish, options, run
-from kogao_app import presets, recent
+from kogao_app.features import presets, recent
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray
 

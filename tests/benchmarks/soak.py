@@ -70,7 +70,7 @@ def main() -> int:
         editor = Editor(app, KnownFaces(face), Storage.in_folder(place / "home"))
         editor.window.resize(1280, 800)
         editor.window.show()
-        editor.files.open(place / "photo.png")
+        editor.files.read(place / "photo.png")
         settle(app, editor)
         code = soak(app, editor, RandomUser(editor, face, options.seed), options.edits)
         editor.close()

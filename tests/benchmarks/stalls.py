@@ -25,8 +25,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import cv2
 import numpy as np
-from kogao_app.controllers.batch import Order
 from kogao_app.editor import Editor
+from kogao_app.features.batch.run import Order
 from kogao_app.storage import Storage
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
@@ -105,15 +105,15 @@ def stalls(app: QApplication, folder: Path, megapixels: float) -> dict[str, floa
     editor.window.resize(1280, 800)
     editor.window.show()
     order = Order((folder / "in",), folder / "out", Recipe(), again=True)
-    slider = editor.window.recipe.percent.slider
+    slider = editor.recipe.panel.percent.slider
     acts = {
-        "opening and finding faces": lambda: editor.files.open(folder / "large.jpg"),
-        "finding faces": editor.files.find,
+        "opening and finding faces": lambda: editor.files.read(folder / "large.jpg"),
+        "finding faces": editor.faces.find,
         "rendering": lambda: slider.setValue(slider.value() + slider.pageStep()),
         "saving": lambda: editor.files.save(folder / "copy.jpg"),
     }
     found = {name: stall_ms(act, lambda: editor.busy) for name, act in acts.items()}
-    batch = editor.batch.batch
+    batch = editor.batch.runner
     found["a batch"] = stall_ms(lambda: batch.start(order), lambda: batch.busy)
     assert editor.document.state.faces
     assert (folder / "copy.jpg").is_file()

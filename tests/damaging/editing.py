@@ -67,8 +67,8 @@ class Visit:
     def step(self, word: str, file: Path) -> None:
         """Do one thing and wait for its end."""
         steps: dict[str, Callable[[Path], object]] = {
-            "open": self.editor.dialogs.open,
-            "import": self.editor.interchange.import_file,
+            "open": self.editor.files.open,
+            "import": self.editor.exchange.import_file,
             "paste": self._paste,
             "restore": self._restore,
         }
@@ -98,7 +98,7 @@ class Visit:
 
     def _paste(self, file: Path) -> None:
         self._app.clipboard().setText(file.read_bytes().decode("utf-8", "replace"))
-        self.editor.choices.paste()
+        self.editor.recipe.paste()
 
     def _restore(self, _: Path) -> None:
         self.editor.recovery.look()

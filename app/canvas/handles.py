@@ -1,0 +1,217 @@
+"""The points of a face that can be taken hold of, their names, and what moving one means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Array
+from kogao_core.targets import center_candidates
+
+from ..document import State
+from ..i18n import tr
+
+Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
+MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"})
+_LEAST_TURN_PX: Final = 1e-3
+# The hairline lies about as far above the eyes as the mouth lies below them.
+_FOREHEAD: Final = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Handle:
+    """Something to take hold of: point `index` of a kind, on one face."""
+
+    kind: Kind
+    face: int
+    index: int
+
+    @property
+    def movable(self) -> bool:
+        """True when it can be dragged; the centre candidates can only be chosen."""
+        return self.kind != "centre"
+
+
+def handles(
+    state: State, kinds: AbstractSet[Kind], placing: int | None = None
+) -> Iterator[tuple[Handle, Array]]:
+    """Yield the handles of all active faces with their positions, px; the first ones lie on top.
+
+    Parameters
+    ----------
+    state : State
+        What is shown.
+    kinds : set of str
+        The kinds on screen.
+    placing : int, optional
+        The face whose frame can be dragged as a whole.
+    """
+    if placing is not None:
+        yield from _numbered("corner", placing, corners(state.faces[placing]))
+    for face, (points, pairs) in enumerate(zip(state.faces, state.pairs, strict=True)):
+        if face in state.off:
+            continue
+        groups: dict[Kind, Array] = {
+            "outline": points.outline,
+            "eye": points.eyes,
+            "mouth": points.mouth,
+            "target": pairs.target_px,
+            "centre": center_candidates(points),
+        }
+        if state.mode == "manual":
+            # A target marked with a mere click lies on its landmark and must be drawn out of it.
+            groups = {"target": pairs.target_px, **groups}
+        for kind, positions in groups.items():
+            if kind in kinds:
+                yield from _numbered(kind, face, positions)
+
+
+def _numbered(kind: Kind, face: int, positions: Array) -> Iterator[tuple[Handle, Array]]:
+    for index, position in enumerate(positions):
+        yield Handle(kind, face, index), position
+
+
+def exists(state: State, handle: Handle) -> bool:
+    """Return whether a face, and a point of its outline, is still there."""
+    if handle.face >= len(state.faces):
+        return False
+    on_outline = handle.kind in ("outline", "target")
+    return not on_outline or handle.index < len(state.faces[handle.face].outline)
+
+
+def position(state: State, handle: Handle) -> Array:
+    """Return where a handle lies, px of the photo."""
+    face = state.faces[handle.face]
+    if handle.kind == "target":
+        return np.asarray(state.pairs[handle.face].target_px[handle.index])
+    if handle.kind == "centre":
+        return np.asarray(center_candidates(face)[handle.index])
+    if handle.kind == "body":
+        return np.asarray(corners(face).mean(axis=0))
+    groups = {"outline": face.outline, "eye": face.eyes, "mouth": face.mouth}
+    points = corners(face) if handle.kind == "corner" else groups[handle.kind]
+    return np.asarray(points[handle.index])
+
+
+def moved(state: State, handle: Handle, start: npt.ArrayLike, to: npt.ArrayLike) -> State:
+    """Return the state with a handle dragged from `start`, where it lay in `state`, to `to`, px."""
+    face = state.faces[handle.face]
+    match handle.kind:
+        case "outline":
+            face = face.with_outline_point(handle.index, to)
+        case "eye":
+            face = face.with_eye_point(handle.index, to)
+        case "mouth":
+            face = face.with_mouth_point(handle.index, to)
+        case "target":
+            face = face.with_target(handle.index, to)
+        case "corner":
+            face = face.mapped(_turn(corners(face).mean(axis=0), start, to))
+        case "body":
+            face = face.mapped(Affine(np.eye(2), np.asarray(to) - np.asarray(start)))
+        case "centre" | "mark":
+            return state
+    return state.with_face(handle.face, face)
+
+
+def corners(face: Face) -> Array:
+    """Return the corners of the frame round a face, shape (4, 2), clockwise from the top left."""
+    left, top, width, height = face.box
+    margin = 0.15 * max(width, height)
+    x0, x1, y0, y1 = left - margin, left + width + margin, top - margin, top + height + margin
+    return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+
+
+def name(handle: Handle, count: int) -> str:
+    """Return what the point under the cursor is called; `count` outline points there are."""
+    number = handle.index + 1
+    eyes = (
+        tr("left eye, outer corner"),
+        tr("left eye, inner corner"),
+        tr("right eye, inner corner"),
+        tr("right eye, outer corner"),
+    )
+    match handle.kind:
+        case "outline":
+            return tr("outline {n}, {part}", n=number, part=_part(handle.index, count))
+        case "target":
+            return tr("target {n}, {part}", n=number, part=_part(handle.index, count))
+        case "eye":
+            return eyes[handle.index]
+        case "mouth":
+            return (tr("left mouth corner"), tr("right mouth corner"))[handle.index]
+        case "centre":
+            return tr("centre {n}", n=number)
+        case "corner":
+            return tr("turn and size the face")
+        case "body":
+            return tr("move the face")
+        case "mark":
+            return tr("a new landmark")
+
+
+def confidence(face: Face, handle: Handle) -> float | None:
+    """Return how sure the landmark is, 0 to 1; None where nobody says or it is no landmark."""
+    first = {"outline": 0, "eye": len(face.outline), "mouth": len(face.outline) + 4}
+    if face.confidence is None or handle.kind not in first:
+        return None
+    return float(face.confidence[first[handle.kind] + handle.index])
+
+
+def _part(index: int, count: int) -> str:
+    place = index / max(1, count - 1)
+    if abs(place - 0.5) < 0.5 / count:
+        return tr("chin")
+    side = tr("left") if place < 0.5 else tr("right")
+    from_ear = min(place, 1.0 - place)
+    if from_ear < 0.5 / count:
+        return tr("{side} ear", side=side)
+    where = tr("cheek") if from_ear < 0.25 else tr("jaw")
+    return tr("{side} {where}", side=side, where=where)
+
+
+def _turn(pivot: Array, start: npt.ArrayLike, to: npt.ArrayLike) -> Affine:
+    """Return the turn and scaling about `pivot` that carries `start` to `to`."""
+    before, after = np.asarray(start) - pivot, np.asarray(to) - pivot
+    length = max(_LEAST_TURN_PX, float(np.linalg.norm(before)))
+    scale = max(_LEAST_TURN_PX, float(np.linalg.norm(after))) / length
+    degrees = np.degrees(np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0]))
+    turn = Affine.similarity(scale, float(degrees), (0.0, 0.0))
+    return Affine(turn.matrix, pivot - turn(pivot))
+
+
+def face_at(faces: Sequence[Face], at: Array, margin_px: float) -> int | None:
+    """Return the face that a point lies deepest in, by the face's own measure.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        Px of the photo.
+    at : array of shape (2,)
+        The point, px of the photo.
+    margin_px : float
+        How far outside its rim a face still counts, px of the photo.
+    """
+    found, deepest = None, -np.inf
+    for index, face in enumerate(faces):
+        x, y = at.tolist()
+        inside_px = cv2.pointPolygonTest(_rim(face), (x, y), measureDist=True)
+        depth = inside_px / face.anchor.spacing_px
+        if inside_px >= -margin_px and depth > deepest:
+            found, deepest = index, depth
+    return found
+
+
+def _rim(face: Face) -> Array:
+    """Return the hull of the landmarks and the forehead, which the outline leaves out."""
+    up = face.eye_center - face.mouth_center
+    hairline = face.eyes[[0, 3]] + _FOREHEAD * up
+    points = np.concatenate([face.points, hairline]).astype(np.float32)
+    return np.asarray(cv2.convexHull(points))

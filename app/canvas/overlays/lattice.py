@@ -1,0 +1,219 @@
+"""Overlays that show the method from inside: displacement, lattice, domains, folded cells."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QPainter, QPainterPath, QPen, QPolygonF
+
+from kogao_core import domain
+from kogao_core.field import Field
+from kogao_core.geometry import Affine, Box
+from kogao_core.lattice import Grid, Lattice
+
+from ...i18n import tr
+from ...render.live import Frame
+from . import glyphs
+from .overlay import FrameOverlay, Place
+
+_ARROWS_EVERY_PX: Final = 32.0
+_ARROW_GAIN: Final = 3.0
+_LEAST_ARROW_PX: Final = 4.0
+# A control point reaches the two cells on either side of it.
+_REACH: Final = 2
+# Regions are outlined on every third px of the screen: a ninth of the work, nothing to see.
+_SAMPLE_PX: Final = 3
+
+
+class Displacement(FrameOverlay):
+    """Arrows along the way that the picture moves, on a grid that stays with the photo."""
+
+    name = "displacement"
+    height = 80
+    key = "V"
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Displacement, 3 × as long")  # noqa: RUF001
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        y = box.center().y()
+        shaft = QLineF(box.left() + 2, y, box.right() - 2, y)
+        glyphs.arrow(painter, [shaft], glyphs.DISPLACEMENT)
+
+    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+        """Draw the arrows that are long enough to see."""
+        step = _ARROWS_EVERY_PX / place.zoom
+        (left, top), (right, bottom) = place.seen
+        xs = np.arange(np.floor(left / step), np.ceil(right / step) + 1) * step
+        ys = np.arange(np.floor(top / step), np.ceil(bottom / step) + 1) * step
+        tips = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
+        displacement = frame.rendering.field.at(frame.to_photo.inverse(tips)) * frame.scale
+        length = np.hypot(displacement[:, 0], displacement[:, 1]) * place.zoom * _ARROW_GAIN
+        tips, displacement = tips[length > _LEAST_ARROW_PX], displacement[length > _LEAST_ARROW_PX]
+        starts, ends = place.points(tips + _ARROW_GAIN * displacement), place.points(tips)
+        shafts = [QLineF(a, b) for a, b in zip(starts, ends, strict=True)]
+        glyphs.arrow(painter, shafts, glyphs.DISPLACEMENT)
+
+
+class LatticeLines(FrameOverlay):
+    """The control lattice, bent the way it bends the photo."""
+
+    name = "lattice"
+    height = 60
+    key = "G"
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Lattice")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        places = (box.left() + 4, box.center().x(), box.right() - 4)
+        rungs = [QLineF(box.left() + 2, y, box.right() - 2, y) for y in places]
+        rails = [QLineF(x, box.top() + 2, x, box.bottom() - 2) for x in places]
+        glyphs.lines(painter, [*rungs, *rails], glyphs.LATTICE, 0.9)
+
+    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+        """Draw lines through the control points, and a mark at each that moves."""
+        for lattice in frame.rendering.field.lattices:
+            rows, columns = lattice.shape
+            rows, columns = rows + 2 * _REACH, columns + 2 * _REACH
+            xs = lattice.grid.nodes_px(lattice.first[0] - _REACH, columns, 0)
+            ys = lattice.grid.nodes_px(lattice.first[1] - _REACH, rows, 1)
+            phi = np.pad(lattice.phi, ((_REACH, _REACH), (_REACH, _REACH), (0, 0)))
+            nodes = frame.to_photo(np.stack(np.meshgrid(xs, ys), axis=-1) - phi)
+            seen = place.points(nodes)
+            across = np.arange(len(seen)).reshape(rows, columns)
+            segments = [
+                QLineF(seen[a], seen[b])
+                for pairs in (across, across.T)
+                for line in pairs
+                for a, b in zip(line[:-1].tolist(), line[1:].tolist(), strict=True)
+            ]
+            glyphs.lines(painter, segments, glyphs.LATTICE, 0.8, case=False)
+            moving = np.flatnonzero(np.hypot(phi[..., 0], phi[..., 1]).ravel()).tolist()
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(glyphs.LATTICE)
+            half = min(2.0, 0.08 * lattice.grid.spacing_px * frame.scale * place.zoom)
+            for at in (seen[index] for index in moving):
+                painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))
+
+
+class DomainRegions(FrameOverlay):
+    """Figures 12 to 15: whole image, cells of the control points, and what moves beyond T."""
+
+    name = "domains"
+    height = 30
+    key = "D"
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Domains")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        for name, inset in (("control-points", 2), ("threshold", 6)):
+            glyphs.hatched(painter, box.adjusted(inset, inset, -inset, -inset), name)
+
+    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+        """Fill each domain up to the next smaller one, each with its own tint and hatch."""
+        image = self.shown.image
+        photo = place.rect(image.left - 0.5, image.top - 0.5, image.right - 0.5, image.bottom - 0.5)
+        screen = photo.intersected(place.viewport)
+        regions = _regions(place, frame, screen, self.shown.state.recipe.threshold_px)
+        whole = QPainterPath()
+        whole.addRect(screen)
+        painter.setBrushOrigin(photo.topLeft())
+        outer = {"image": whole, **regions}
+        inner = [*list(outer.values())[1:], QPainterPath()]
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        for (name, path), hole in zip(outer.items(), inner, strict=True):
+            ring = QPainterPath(path)
+            ring.addPath(hole)
+            painter.fillPath(ring, glyphs.brush(name))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for name, path in regions.items():
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(glyphs.DOMAINS[name], 1.4))
+            painter.drawPath(path)
+
+
+class Folds(FrameOverlay):
+    """Lattice cells in which the warp folds over."""
+
+    name = "folds"
+    height = 40
+    key = "J"
+    on_at_first = True
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Folded cells")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        glyphs.warning(painter, box.center() + QPointF(0, 0.5))
+
+    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+        """Fill each folded cell and mark it."""
+        for left, top, width, height in frame.rendering.one_to_one.folded_cells:
+            ends = frame.to_photo([(left, top), (left + width, top + height)])
+            cell = place.rect(*ends.ravel().tolist())
+            fill = glyphs.FOLD.lighter(100)
+            fill.setAlpha(130)
+            painter.setPen(QPen(glyphs.FOLD, 1.4))
+            painter.setBrush(fill)
+            painter.drawRect(cell)
+            glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
+
+
+def _regions(
+    place: Place, frame: Frame, screen: QRectF, threshold_px: float
+) -> dict[str, QPainterPath]:
+    """Return the outlines of the two smaller domains inside `screen`, in px of the screen."""
+    corner = np.array([screen.left(), screen.top()])
+    shrink = Affine(np.eye(2) / _SAMPLE_PX, -corner / _SAMPLE_PX)
+    to_sample = shrink.after(place.to_screen)
+    field = _carried(frame.rendering.field, to_sample.after(frame.to_photo))
+    box = Box(0, 0, int(screen.width()) // _SAMPLE_PX + 1, int(screen.height()) // _SAMPLE_PX + 1)
+    cells = domain.reduce(field, box, "control-points").mask(box)
+    moved = domain.threshold_mask(field, box, threshold_px * to_sample.scale)
+    return {
+        "control-points": _outline(cells, shrink.inverse),
+        "threshold": _outline(moved, shrink.inverse),
+    }
+
+
+def _carried(field: Field, transform: Affine) -> Field:
+    """Return the spline of a field as seen through a scaling and shift of its image."""
+    scale = transform.scale
+    lattices = []
+    for lattice in field.lattices:
+        x, y = transform(lattice.grid.origin_px).tolist()
+        grid = Grid((x, y), lattice.grid.spacing_px * scale)
+        lattices.append(Lattice(grid, lattice.first, lattice.phi * scale))
+    return Field(tuple(lattices))
+
+
+def _outline(mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
+    contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    path = QPainterPath()
+    for contour in contours:
+        smooth = cv2.approxPolyDP(contour, 0.6, closed=True).reshape(-1, 2)
+        path.addPolygon(QPolygonF([QPointF(x, y) for x, y in to_screen(smooth).tolist()]))
+        path.closeSubpath()
+    return path

@@ -1,0 +1,145 @@
+"""Overlays that follow the state at once: landmarks, targets, the centre line, placement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF
+from PySide6.QtGui import QPainter
+
+from kogao_core.face import Face
+from kogao_core.targets import center_candidates
+
+from ...i18n import tr
+from . import glyphs
+from .overlay import Overlay, Place
+
+_LOW_SCORE: Final = 0.75
+# A landmark below this is more likely hidden than seen.
+_UNSURE: Final = 0.5
+_TICK_PX: Final = 6.0
+_SMALLEST: Final = 0.4
+
+
+class Landmarks(Overlay):
+    """Outline dots, and diamonds at the corners of eyes and mouth."""
+
+    name = "landmarks"
+    height = 110
+    key = "L"
+    on_at_first = True
+    handles = frozenset({"outline", "eye", "mouth"})
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Landmarks")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        glyphs.dot(painter, box.center(), glyphs.LANDMARK)
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw off faces and unsure ones hollow."""
+        for index, face in enumerate(self.shown.state.faces):
+            off = index in self.shown.state.off or face.score < _LOW_SCORE
+            unsure = np.full(len(face.points), off)
+            if face.confidence is not None:
+                unsure |= face.confidence < _UNSURE
+            self._draw_face(painter, place, face, unsure.tolist())
+
+    def _draw_face(
+        self, painter: QPainter, place: Place, face: Face, unsure: Sequence[bool]
+    ) -> None:
+        size, outline = _size(place, face), len(face.outline)
+        for index, at in enumerate(place.points(face.points)):
+            sure = glyphs.dot if index < outline else glyphs.diamond
+            mark = glyphs.hollow if unsure[index] else sure
+            mark(painter, at, glyphs.LANDMARK, size)
+
+
+def _size(place: Place, face: Face) -> float:
+    """Return how large a face's marks are: smaller where they would hide its outline."""
+    room = face.anchor.spacing_px * place.zoom / _ROOM_PX
+    return min(1.0, max(_SMALLEST, room))
+
+
+class Targets(Overlay):
+    """Rings where the landmarks go, and the way there."""
+
+    name = "targets"
+    height = 100
+    key = "T"
+    on_at_first = True
+    handles = frozenset({"target"})
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Targets")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        glyphs.ring(painter, box.center(), glyphs.TARGET)
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw every active face's targets."""
+        for index, pairs in enumerate(self.shown.state.pairs):
+            if index in self.shown.state.off:
+                continue
+            sources, targets = place.points(pairs.source_px), place.points(pairs.target_px)
+            ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
+            glyphs.lines(painter, ways, glyphs.TARGET, 1.0)
+            size = _size(place, self.shown.state.faces[index])
+            for at in targets:
+                glyphs.ring(painter, at, glyphs.TARGET, size)
+
+
+class Centre(Overlay):
+    """The line from the eyes to the mouth with its four candidates, and the chosen one."""
+
+    name = "centre"
+    height = 90
+    key = "C"
+    on_at_first = True
+    handles = frozenset({"centre"})
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Centre and its candidates")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        glyphs.cross(painter, box.center(), glyphs.CENTRE, 0.9)
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw every active face's line."""
+        for index, face in enumerate(self.shown.state.faces):
+            if index not in self.shown.state.off:
+                self._draw_line(painter, place, face)
+
+    def _draw_line(self, painter: QPainter, place: Place, face: Face) -> None:
+        eyes, mouth = place.points([face.eye_center, face.mouth_center])
+        across = QLineF(eyes, mouth).normalVector().unitVector()
+        size = _size(place, face)
+        step = QPointF(across.dx(), across.dy()) * _TICK_PX * size
+        ticks = place.points(center_candidates(face))
+        segments = [QLineF(eyes, mouth), *(QLineF(at - step, at + step) for at in ticks)]
+        glyphs.lines(painter, segments, glyphs.CENTRE, 1.4)
+        chosen = int(self.shown.state.recipe.of_face(face.recipe).center) - 1
+        glyphs.cross(painter, ticks[chosen], glyphs.CENTRE, size)
+        if QLineF(ticks[0], ticks[3]).length() > 5 * _TICK_PX:
+            # Neighbours are closer than a label is high: odd ones stand right, even ones left.
+            for number, at in enumerate(ticks, 1):
+                beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
+                glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
+
+
+# Landmarks at least this far apart on screen have marks of full size.
+_ROOM_PX: Final = 16.0

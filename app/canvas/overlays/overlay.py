@@ -1,0 +1,162 @@
+"""What all overlays share: they draw in screen px, so lines never thicken with the zoom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainter, QTransform
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from kogao_core.geometry import Affine, Array
+
+from ...render.live import Frame
+from ...view_state import ViewState
+from ..handles import Kind
+
+_EVERYWHERE: Final = QRectF(-1e7, -1e7, 2e7, 2e7)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the photo lies on screen.
+
+    Parameters
+    ----------
+    to_screen : Affine
+        From px of the photo to px of the viewport.
+    viewport : QRectF
+        What can be seen, px of the viewport.
+    """
+
+    to_screen: Affine
+    viewport: QRectF
+
+    @property
+    def zoom(self) -> float:
+        """Screen px per photo px."""
+        return self.to_screen.scale
+
+    def points(self, positions: npt.ArrayLike) -> list[QPointF]:
+        """Return positions of shape (N, 2) on screen."""
+        return [QPointF(x, y) for x, y in self.to_screen(positions).reshape(-1, 2).tolist()]
+
+    def rect(self, left: float, top: float, right: float, bottom: float) -> QRectF:
+        """Return a rectangle of the photo on screen."""
+        first, last = self.points([(left, top), (right, bottom)])
+        return QRectF(first, last)
+
+    @property
+    def seen(self) -> Array:
+        """Corners of the viewport in px of the photo, shape (2, 2): top left, bottom right."""
+        area = self.viewport
+        corners = [(area.left(), area.top()), (area.right(), area.bottom())]
+        return self.to_screen.inverse(corners)
+
+
+class Overlay(pg.GraphicsObject):
+    """One layer over the photo, with everything that is to be known of it.
+
+    Those that can be switched on and off also have a key, a title and a swatch, and stand in
+    `listed.LISTED`; panel, menu, screenshots and their test follow from that.
+
+    Parameters
+    ----------
+    view : ViewState
+        What to draw.
+
+    Attributes
+    ----------
+    name : str
+        Which entry of `ViewState.visible` switches it on.
+    height : int
+        The larger, the nearer to the eye.
+    key : str
+        What toggles it.
+    on_at_first, in_screenshots : bool
+        Whether a new window shows it, and whether a screenshot does unless asked for others.
+    handles : frozenset of Kind
+        What can be taken hold of while it is on.
+    """
+
+    name: ClassVar[str]
+    height: ClassVar[int]
+    key: ClassVar[str] = ""
+    on_at_first: ClassVar[bool] = False
+    in_screenshots: ClassVar[bool] = True
+    handles: ClassVar[frozenset[Kind]] = frozenset()
+
+    def __init__(self, view: ViewState) -> None:
+        super().__init__()
+        self.shown = view
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the user knows it by."""
+        raise NotImplementedError
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark into a small square, for the legend."""
+        raise NotImplementedError
+
+    def boundingRect(self) -> QRectF:
+        """Cover every view: what is drawn depends on the screen, not on the photo."""
+        return _EVERYWHERE
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionGraphicsItem,  # noqa: ARG002
+        widget: QWidget | None = None,
+    ) -> None:
+        """Leave the photo's coordinates for the screen's, and draw."""
+        view = self.shown
+        if view.original or not view.image.area or not self.wanted():
+            return
+        place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
+        painter.save()
+        painter.setWorldTransform(QTransform())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self.draw(painter, place)
+        painter.restore()
+
+    def wanted(self) -> bool:
+        """Return whether there is anything to draw."""
+        return self.name in self.shown.visible
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw in px of the screen."""
+        raise NotImplementedError
+
+
+def affine(transform: QTransform) -> Affine:
+    """Return a transform of Qt's."""
+    matrix = np.array([[transform.m11(), transform.m21()], [transform.m12(), transform.m22()]])
+    return Affine(matrix, np.array([transform.dx(), transform.dy()]))
+
+
+def viewport_of(painter: QPainter, widget: QWidget | None) -> QRectF:
+    """Return what can be painted on, px of the screen; on fine screens they hold several each."""
+    return QRectF(widget.rect() if widget is not None else painter.viewport())
+
+
+class FrameOverlay(Overlay):
+    """Draws from the newest rendering."""
+
+    def wanted(self) -> bool:
+        """Return whether it is on and there is a rendering."""
+        return super().wanted() and self.shown.frame is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the newest rendering."""
+        if self.shown.frame is not None:
+            self.draw_frame(painter, place, self.shown.frame)
+
+    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+        """Draw one rendering, whose px need not be the photo's."""
+        raise NotImplementedError

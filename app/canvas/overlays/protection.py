@@ -1,0 +1,128 @@
+"""Protected places as a hatch, and the ring of the brush under the cursor."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
+
+from kogao_core.protection import NOTHING, Protection, Stroke
+
+from ...i18n import tr
+from . import glyphs
+from .overlay import Overlay, Place
+
+_THINNEST_PX: Final = 3.0
+_ROUNDNESS: Final = 0.05  # of the radius, the largest error of an outline
+
+
+class Protected(Overlay):
+    """A hatch over every stroke; hard ones have a firm edge and show their feather, dashed."""
+
+    name = "protection"
+    height = 50
+    key = "P"
+    on_at_first = True
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Protected places")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        painter.setPen(QPen(glyphs.HALO, 1.4))
+        painter.setBrush(glyphs.protected())
+        painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 5, 5)
+
+    _drawn: Protection = NOTHING
+    _shapes: tuple[tuple[Stroke, QPainterPath, QPainterPath], ...] = ()
+
+    def wanted(self) -> bool:
+        """Show it also while a tool is in hand that changes it, unless everything is hidden."""
+        handled = self.shown.brush.paints and bool(self.shown.visible)
+        return bool(self.shown.state.protection.strokes) and (super().wanted() or handled)
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Fill the strokes with one hatch that stays with the photo."""
+        self._trace(self.shown.state.protection)
+        matrix, (dx, dy) = place.to_screen.matrix, place.to_screen.shift
+        to_screen = QTransform(matrix[0, 0], matrix[1, 0], matrix[0, 1], matrix[1, 1], dx, dy)
+        painter.setBrushOrigin(QPointF(dx, dy))
+        for stroke, core, feathered in self._shapes:
+            shape = to_screen.map(core)
+            if stroke.radius_px * place.zoom < _THINNEST_PX / 2:
+                shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
+            painter.fillPath(shape, glyphs.protected())
+            hard = stroke.feather_px > 0.0
+            _edge(painter, shape, Qt.PenStyle.SolidLine if hard else Qt.PenStyle.DotLine)
+            if hard:
+                _edge(painter, to_screen.map(feathered), Qt.PenStyle.DashLine, faint=True)
+
+    def _trace(self, protection: Protection) -> None:
+        # Outlining a brush stroke takes longer than filling it: once per change, not per paint.
+        if protection is self._drawn:
+            return
+        known = {id(stroke): shape for shape in self._shapes for stroke in shape[:1]}
+        self._shapes = tuple(known.get(id(s)) or (s, *_shapes(s)) for s in protection.strokes)
+        self._drawn = protection
+
+
+class BrushRing(Overlay):
+    """How large the brush is, round the cursor; a cross in it for the eraser."""
+
+    name = "brush"
+    height = 170
+
+    def wanted(self) -> bool:
+        """Show it while a painting tool is over the photo."""
+        return self.shown.brush.paints and self.shown.cursor is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the ring in two tones, seen on any ground."""
+        if self.shown.cursor is None:
+            return
+        (at,) = place.points(self.shown.cursor)
+        radius = max(2.0, self.shown.brush.radius_px * place.zoom)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for pen in (QPen(glyphs.CASE, 3.0), QPen(glyphs.HALO, 1.4)):
+            painter.setPen(pen)
+            painter.drawEllipse(at, radius, radius)
+            if self.shown.brush.tool == "eraser":
+                arm = QPointF(3.0, 3.0)
+                painter.drawLine(at - arm, at + arm)
+                painter.drawLine(at + QPointF(-3.0, 3.0), at + QPointF(3.0, -3.0))
+
+
+def _shapes(stroke: Stroke) -> tuple[QPainterPath, QPainterPath]:
+    line = [QPointF(x, y) for x, y in stroke.points_px.tolist()]
+    core = _outline(line, stroke.radius_px)
+    return core, _outline(line, stroke.radius_px + stroke.feather_px)
+
+
+def _outline(line: list[QPointF], radius: float) -> QPainterPath:
+    path = QPainterPath()
+    if radius <= 0.0:
+        return path
+    if len(line) == 1:
+        path.addEllipse(line[0], radius, radius)
+        return path
+    path.moveTo(line[0])
+    for point in line[1:]:
+        path.lineTo(point)
+    stroker = QPainterPathStroker()
+    stroker.setWidth(2.0 * radius)
+    stroker.setCapStyle(Qt.PenCapStyle.RoundCap)
+    stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    stroker.setCurveThreshold(_ROUNDNESS * radius)
+    return stroker.createStroke(path).simplified()
+
+
+def _edge(
+    painter: QPainter, shape: QPainterPath, style: Qt.PenStyle, *, faint: bool = False
+) -> None:
+    width = 1.0 if faint else 1.4
+    painter.strokePath(shape, QPen(glyphs.CASE, width + 1.6))
+    painter.strokePath(shape, QPen(glyphs.HALO, width, style))

@@ -1,0 +1,165 @@
+"""Which face is which: their numbers, once there is more than one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
+
+from ...document import CORNERS
+from ...i18n import tr
+from ...view_state import ViewState
+from .. import handles
+from . import glyphs
+from .listed import kinds
+from .overlay import Overlay, Place
+
+FROM_ZOOM: Final = 8.0  # screen px per photo px
+# Grey half seen through darkens light pixels and lightens dark ones.
+_GREY: Final = QColor(128, 128, 128, 110)
+
+
+class Badge(NamedTuple):
+    """A face's number: what it says, whether the face is chosen, its plate in px of the screen."""
+
+    face: int
+    text: str
+    chosen: bool
+    plate: QRectF
+
+
+def badges(view: ViewState, place: Place, font: QFont) -> Iterator[Badge]:
+    """Yield the numbers above the faces' topmost landmarks, the topmost badge last."""
+    if "landmarks" not in view.visible or len(view.state.faces) < 2:
+        return
+    for index, face in enumerate(view.state.faces):
+        left, top, width, _ = face.box
+        (at,) = place.points([(left + width / 2, top)])
+        chosen = index == view.face
+        text = tr("● Face {n}", n=index + 1) if chosen else str(index + 1)
+        within = place.viewport if place.viewport.contains(at) else None
+        above = at - QPointF(8, 20)
+        yield Badge(
+            index, text, chosen, glyphs.plate(font, above, text, bold=chosen, within=within)
+        )
+
+
+class FaceNumbers(Overlay):
+    """A number over each face; the one whose settings are edited is bold and has a dot."""
+
+    name = "numbers"
+    height = 120
+
+    def wanted(self) -> bool:
+        """Show it together with the landmarks, where there is something to tell apart."""
+        return "landmarks" in self.shown.visible
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Write the numbers."""
+        for badge in badges(self.shown, place, painter.font()):
+            glyphs.on_plate(painter, badge.plate, badge.text, bold=badge.chosen)
+
+
+class Draft(Overlay):
+    """Diamonds for the corners of eyes and mouth, dots and rings for the first landmarks."""
+
+    name = "draft"
+    height = 130
+
+    def wanted(self) -> bool:
+        """Show it in manual mode, whatever is switched on."""
+        view = self.shown
+        return view.state.mode == "manual" and (bool(view.state.draft) or view.marking)
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw what has been marked so far, and where the next mark would be set."""
+        for number, (source, target) in enumerate(self.shown.state.draft):
+            at, to = place.points([source, target])
+            if number < CORNERS:
+                glyphs.diamond(painter, at, glyphs.LANDMARK)
+                continue
+            glyphs.dot(painter, at, glyphs.LANDMARK)
+            glyphs.lines(painter, [QLineF(at, to)], glyphs.TARGET, 1.0)
+            glyphs.ring(painter, to, glyphs.TARGET)
+        if self.shown.marking and self.shown.cursor is not None:
+            glyphs.cross(painter, place.points(self.shown.cursor)[0], glyphs.LANDMARK)
+
+
+class PixelGrid(Overlay):
+    """Thin lines between the pixels of the photo, half way between their centres."""
+
+    name = "pixels"
+    height = 0
+
+    def wanted(self) -> bool:
+        """Show it where the zoom is high enough, as `draw` knows, unless everything is hidden."""
+        return bool(self.shown.visible)
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the lines on screen."""
+        if place.zoom < FROM_ZOOM:
+            return
+        image, (low, high) = self.shown.image, place.seen
+        first = np.maximum(np.floor(low), (image.left, image.top)).astype(int) - 0.5
+        last = np.minimum(np.ceil(high) + 1, (image.right, image.bottom)).astype(int) - 0.5
+        (left, top), (right, bottom) = (p.toTuple() for p in place.points([first, last]))
+        xs = place.to_screen([(x, 0.0) for x in np.arange(first[0], last[0] + 1)])[..., 0]
+        ys = place.to_screen([(0.0, y) for y in np.arange(first[1], last[1] + 1)])[..., 1]
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        painter.setPen(QPen(_GREY, 0))
+        upright = [QLineF(x, top, x, bottom) for x in xs.tolist()]
+        painter.drawLines([*upright, *(QLineF(left, y, right, y) for y in ys.tolist())])
+
+
+class Placement(Overlay):
+    """A frame round a face that is being dragged into place, with corners to turn and size it."""
+
+    name = "placement"
+    height = 140
+
+    def wanted(self) -> bool:
+        """Show it only while a face is being placed, whatever is switched on."""
+        return self.shown.placing is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the frame and its corners."""
+        if self.shown.placing is None:
+            return
+        corners = place.points(handles.corners(self.shown.state.faces[self.shown.placing]))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for pen in (QPen(glyphs.CASE, 3.0), QPen(glyphs.HALO, 1.4, Qt.PenStyle.DashLine)):
+            painter.setPen(pen)
+            painter.drawPolygon(QPolygonF(corners))
+        painter.setPen(QPen(glyphs.CASE, 1.0))
+        painter.setBrush(glyphs.HALO)
+        for at in corners:
+            painter.drawRect(int(at.x()) - 5, int(at.y()) - 5, 10, 10)
+
+
+class Names(Overlay):
+    """The point under the cursor by its name, and a ring round the selected one, where shown."""
+
+    name = "names"
+    height = 150
+
+    def wanted(self) -> bool:
+        """Show it whenever there is such a point."""
+        return self.shown.hovered is not None or self.shown.selected is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the ring below the name."""
+        view = self.shown
+        shown = {*kinds(view.visible), "corner"}
+        if view.selected is not None and view.selected.kind in shown:
+            (at,) = place.points(handles.position(view.state, view.selected))
+            glyphs.ring(painter, at, glyphs.HALO, 2.0)
+        if view.hovered is not None and view.hovered.kind in shown:
+            (at,) = place.points(handles.position(view.state, view.hovered))
+            face = view.state.faces[view.hovered.face]
+            count, confidence = len(face.outline), handles.confidence(face, view.hovered)
+            sure = "" if confidence is None else tr(" · {n:.0f} % sure", n=100 * confidence)
+            text = handles.name(view.hovered, count) + sure
+            glyphs.label(painter, at + QPointF(14, -14), text, within=place.viewport)

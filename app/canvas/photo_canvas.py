@@ -1,0 +1,286 @@
+"""Taking hold of points on the canvas: it knows where handles are, not what moving one means."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtWidgets import QApplication, QWidget
+
+from ..i18n import tr
+from ..view_state import ViewState
+from .handles import Handle, corners, face_at, handles
+from .overlays.compare import KNOB_PX
+from .overlays.listed import kinds
+from .overlays.overlay import Place, affine
+from .overlays.unlisted import badges
+from .viewport import Viewport
+
+GRAB_RADIUS_PX: Final = 12.0
+_MARK_PX: Final = 5.0
+_ARROWS: Final = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+_ENTER: Final = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+_MANY_STEPS: Final = 10
+_POINTER_STEP_PX: Final = 4
+
+
+class PhotoCanvas(Viewport):
+    """The canvas of the editor.
+
+    Signals
+    -------
+    picked(int)
+        A face is clicked.
+    grabbed(Handle, float, float), dragged(float, float), released
+        A handle is taken at (x, y) px of the photo, moved there, and let go.
+    hovered(object, float, float)
+        The handle under the cursor, or None, and where the cursor is, px of the photo.
+    stroke_begun(float, float), stroked(float, float, bool), stroke_ended
+        A painting tool goes down at (x, y) px of the photo, moves, straight with Shift, and lifts.
+    wiped(float)
+        The divider between before and after is dragged to this share of the width.
+    nudged(int, int), nudge_ended
+        Arrow keys: steps in px of the photo, and the key let go.
+    """
+
+    picked = Signal(int)
+    grabbed = Signal(object, float, float)
+    dragged = Signal(float, float)
+    released = Signal()
+    hovered = Signal(object, float, float)
+    stroke_begun = Signal(float, float)
+    stroked = Signal(float, float, bool)
+    stroke_ended = Signal()
+    wiped = Signal(float)
+    nudged = Signal(int, int)
+    nudge_ended = Signal()
+
+    def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
+        super().__init__(view, parent)
+        self.setAccessibleName(tr("Photo"))
+        self.setAccessibleDescription(
+            tr(
+                "Click a face to select it, drag its points to correct them; arrow keys nudge one. "
+                "With a tool in hand they move its place, and Enter sets it down and lifts it"
+            )
+        )
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+        self._space = False
+        self._held: Handle | None = None
+        self._painting = self._wiping = False
+        # Where the button went down on no handle: a click, until the cursor goes far from there.
+        self._clicked: QPointF | None = None
+        self._pointer: QPointF | None = None
+
+    def let_go(self) -> None:
+        """Forget what is in hand, as Escape does; the button may still be down."""
+        self._held, self._painting, self._clicked = None, False, None
+
+    def hold_space(self, held: bool) -> None:
+        """Pan with the left button while Space is held."""
+        self._space = held
+        self._point_at(None)
+
+    def take_tool(self) -> None:
+        """Show the cursor of the tool in hand; keys begin in the middle of the view."""
+        self._pointer = None
+        self._point_at(None)
+
+    def handle_at(self, at: QPointF) -> Handle | None:
+        """Return the nearest handle within reach of a point of the viewport.
+
+        In another face than the selected one, those of the selected one answer only on their marks.
+        """
+        view = self.shown
+        if view.original or view.brush.paints:
+            return None
+        here, elsewhere = self.to_photo(at), self.face_at(at) not in (None, view.face)
+        nearest, least = None, self._in_photo(_MARK_PX if elsewhere else GRAB_RADIUS_PX)
+        for handle, position in handles(view.state, kinds(view.visible), view.placing):
+            distance = float(np.hypot(*(position - here)))
+            if distance < least and view.answers(handle):
+                nearest, least = handle, distance
+        if nearest is None and view.marking and view.placing is None:
+            return Handle("mark", 0, 0)
+        return nearest or self._body_at(at)
+
+    def face_at(self, at: QPointF) -> int | None:
+        """Return the face that a click on a point of the viewport selects: on number or skin."""
+        view, area = self.shown, self.viewport().rect().toRectF()
+        if len(view.state.faces) < 2 or view.busy_hands:
+            return None
+        place = Place(affine(self._to_screen()), area)
+        for badge in reversed(list(badges(view, place, self.viewport().font()))):
+            if badge.plate.contains(at):
+                return badge.face
+        return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
+
+    def _in_photo(self, screen_px: float) -> float:
+        return screen_px * float(self.devicePixelRatioF()) / self.zoom
+
+    def on_knob(self, at: QPointF) -> bool:
+        """Return whether a point of the viewport lies on the divider's knob."""
+        if self.shown.compare != "wipe":
+            return False
+        area = self.viewport().rect().toRectF()
+        away = at - QPointF(round(self.shown.wipe * area.width()), area.center().y())
+        return float(np.hypot(away.x(), away.y())) <= KNOB_PX
+
+    def _body_at(self, at: QPointF) -> Handle | None:
+        placing = self.shown.placing
+        if placing is None:
+            return None
+        low, high = corners(self.shown.state.faces[placing])[[0, 2]]
+        here = self.to_photo(at)
+        return Handle("body", placing, 0) if ((low <= here) & (here <= high)).all() else None
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of a handle, or of the photo."""
+        self.setFocus(Qt.FocusReason.MouseFocusReason)
+        at = event.position()
+        left = event.button() == Qt.MouseButton.LeftButton
+        takes = left and not self._space
+        if takes and self.on_knob(at):
+            self._wiping = True
+        elif takes and not self._set_down(at):
+            self._clicked = at
+        elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
+            self.start_pan(at)
+        event.accept()
+
+    def _set_down(self, at: QPointF) -> bool:
+        """Begin a stroke, or take hold of a handle; return whether there was one."""
+        handle = self.handle_at(at)
+        if self.shown.brush.paints:
+            self._painting = True
+            self.stroke_begun.emit(*self.to_photo(at).tolist())
+        elif handle is not None:
+            self._held = handle
+            self.grabbed.emit(handle, *self.to_photo(at).tolist())
+        return self._in_hand
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Move what is held, or say what lies under the cursor."""
+        self._pointer = at = event.position()
+        if self._wiping:
+            self.wiped.emit(at.x() / self.viewport().width())
+        elif self._in_hand:
+            shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            self._move_to(at, straight=bool(shift))
+        elif self._clicked is not None:
+            self._pan_once_dragged(self._clicked, at)
+        elif self.panning:
+            self.pan_to(at)
+        elif event.buttons() == Qt.MouseButton.NoButton:
+            handle = None if self._space or self.on_knob(at) else self.handle_at(at)
+            self._point_at(handle)
+            if self.on_knob(at):
+                self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
+            elif handle is None and self.face_at(at) not in (None, self.shown.face):
+                self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
+            self.hovered.emit(handle, *self.to_photo(at).tolist())
+        event.accept()
+
+    def _pan_once_dragged(self, start: QPointF, at: QPointF) -> None:
+        if (at - start).manhattanLength() >= QApplication.startDragDistance():
+            self._clicked = None
+            self.start_pan(start)
+            self.pan_to(at)
+
+    @property
+    def _in_hand(self) -> bool:
+        return self._painting or self._held is not None
+
+    def _move_to(self, at: QPointF, *, straight: bool) -> None:
+        x, y = self.to_photo(at).tolist()
+        if self._painting:
+            self.stroked.emit(x, y, straight)
+        else:
+            self.dragged.emit(x, y)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go, or select the face that was clicked."""
+        self._wiping = False
+        face = None if self._clicked is None else self.face_at(self._clicked)
+        if face is not None:
+            self.picked.emit(face)
+        self._lift()
+        self.end_pan()
+        self.hold_space(self._space)
+        event.accept()
+
+    def _lift(self) -> None:
+        held, painting = self._held is not None, self._painting
+        self.let_go()
+        if held:
+            self.released.emit()
+        if painting:
+            self.stroke_ended.emit()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Name no point any more."""
+        super().leaveEvent(event)
+        self.hovered.emit(None, -1.0, -1.0)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Nudge the selected point with the arrow keys, or point with the tool in hand."""
+        key, step = Qt.Key(event.key()), _ARROWS.get(Qt.Key(event.key()))
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        times = _MANY_STEPS if shift else 1
+        marks = self.shown.marking and self.shown.selected is None
+        if (step is not None or key in _ENTER) and (self.shown.brush.paints or marks):
+            self._point_by_key(step, times)
+        elif step is not None and self.shown.selected is not None:
+            self.nudged.emit(step[0] * times, step[1] * times)
+        else:
+            event.ignore()
+
+    def _point_by_key(self, step: tuple[int, int] | None, times: int) -> None:
+        area = self.viewport().rect().toRectF()
+        at = area.center() if self._pointer is None else self._pointer
+        if step is not None:
+            at += QPointF(*step) * _POINTER_STEP_PX * times
+            at = QPointF(
+                min(max(at.x(), area.left()), area.right()),
+                min(max(at.y(), area.top()), area.bottom()),
+            )
+        self._pointer = at
+        self.hovered.emit(None, *self.to_photo(at).tolist())
+        if step is not None and self._in_hand:
+            self._move_to(at, straight=False)
+        elif step is None and self._in_hand:
+            self._lift()
+        elif step is None:
+            self._set_down(at)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """End a nudge when its key is let go."""
+        nudges = Qt.Key(event.key()) in _ARROWS and not self._in_hand
+        if nudges and not event.isAutoRepeat():
+            self.nudge_ended.emit()
+        else:
+            event.ignore()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """End a nudge whose key is let go elsewhere."""
+        super().focusOutEvent(event)
+        self.nudge_ended.emit()
+
+    def _point_at(self, handle: Handle | None) -> None:
+        idle = Qt.CursorShape.CrossCursor if self.shown.brush.paints else Qt.CursorShape.ArrowCursor
+        shape = Qt.CursorShape.OpenHandCursor if self._space else idle
+        if handle is not None and handle.kind == "mark":
+            shape = Qt.CursorShape.CrossCursor
+        elif handle is not None:
+            shape = Qt.CursorShape.SizeAllCursor
+            if not handle.movable:
+                shape = Qt.CursorShape.PointingHandCursor
+        self.viewport().setCursor(shape)

@@ -1,0 +1,218 @@
+"""The photo on the canvas: before, after, or both, as the view state says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import cv2
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QColor, QImage, QPainter, QTransform
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from kogao_core.geometry import Box
+
+from ..render.live import Frame
+from ..render.pyramid import PicturePyramid, Rgb8
+from ..view_state import GAIN, ViewState
+from .overlays.overlay import viewport_of
+
+# Larger than this, a picture's pixels are shown as squares.
+_SQUARES_FROM: Final = 3.0
+_EPSILON: Final = 1e-3  # px; far below what can be seen, far above rounding
+
+
+class PhotoItem(pg.GraphicsObject):
+    """Shows the original, the newest result, or how they compare.
+
+    Parameters
+    ----------
+    view : ViewState
+        Whether the original is held, and how it is compared.
+    """
+
+    def __init__(self, view: ViewState) -> None:
+        super().__init__()
+        self._view = view
+        self.pictures = Pictures()
+
+    def open(self, photo: PicturePyramid) -> None:
+        """Show another photo."""
+        self.prepareGeometryChange()
+        self.pictures.open(photo)
+        self.update()
+
+    def show_full(self, frame: Frame) -> None:
+        """Show a whole result, unless a newer preview covers it."""
+        self.pictures.take_full(frame)
+        self.update()
+
+    def show_preview(self, frame: Frame) -> bool:
+        """Show a gesture's preview; return False when a newer whole result is here."""
+        taken = self.pictures.take_preview(frame)
+        if taken:
+            self.update()
+        return taken
+
+    def boundingRect(self) -> QRectF:
+        """Return the photo's rectangle."""
+        return self.pictures.area
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionGraphicsItem,  # noqa: ARG002
+        widget: QWidget | None = None,
+    ) -> None:
+        """Paint what the view state asks for."""
+        if self._view.original:
+            self.pictures.draw_original(painter)
+        elif self._view.compare == "difference":
+            self.pictures.draw_difference(painter)
+        else:
+            self.pictures.draw_result(painter)
+            if self._view.compare == "wipe":
+                self._draw_before(painter, viewport_of(painter, widget))
+
+    def _draw_before(self, painter: QPainter, left: QRectF) -> None:
+        """Paint the original left of the divider, which stands on screen px."""
+        painter.save()
+        in_photo = painter.worldTransform()
+        painter.setWorldTransform(QTransform())
+        left.setWidth(round(self._view.wipe * left.width()))
+        painter.setClipRect(left)
+        painter.setWorldTransform(in_photo)
+        self.pictures.draw_original(painter)
+        painter.restore()
+
+
+class Pictures:
+    """The original and the newest result: a whole one, and a gesture's preview over it."""
+
+    def __init__(self) -> None:
+        self.photo: PicturePyramid | None = None
+        self._full: Frame | None = None
+        self._preview: Frame | None = None
+
+    def open(self, photo: PicturePyramid) -> None:
+        """Take another photo."""
+        self.photo, self._full, self._preview = photo, None, None
+
+    def take_full(self, frame: Frame) -> None:
+        """Take a whole result, unless a newer preview covers it."""
+        self._full = frame
+        if self._preview is not None and self._preview.revision <= frame.revision:
+            self._preview = None
+
+    def take_preview(self, frame: Frame) -> bool:
+        """Take a gesture's preview; return False when a newer whole result is here."""
+        if self._full is not None and frame.revision <= self._full.revision:
+            return False
+        self._preview = frame
+        return True
+
+    @property
+    def area(self) -> QRectF:
+        """The photo's rectangle; pixel centres lie at whole numbers."""
+        return QRectF() if self.photo is None else _rect(self.photo.shown[0], 1.0)
+
+    def draw_original(self, painter: QPainter) -> None:
+        """Paint the photo as it was, from the level that fits the zoom."""
+        if self.photo is not None:
+            self._draw_level(painter, self.photo.shown)
+
+    def draw_result(self, painter: QPainter) -> None:
+        """Paint the newest result."""
+        if self.photo is None:
+            return
+        preview, photo = self._preview, self.area
+        seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
+        if preview is None or not _area(preview).contains(seen):
+            self._draw_level(painter, self.photo.shown if self._full is None else self._full.levels)
+        if preview is not None:
+            _smooth(painter)
+            painter.drawImage(_area(preview), _image(preview.levels[0]))
+
+    def draw_difference(self, painter: QPainter) -> None:
+        """Paint what the result changes, `GAIN` times as strong; black is untouched."""
+        if self.photo is None:
+            return
+        painter.fillRect(self.area, QColor(0, 0, 0))
+        if self._full is not None:
+            level = self.photo.level_for(_zoom(painter))
+            before, after = self.photo.shown[level], self._full.levels[level]
+            box = _visible(painter, before, 2.0**level)
+            _draw_difference(painter, before, after, box, box, 2.0**level)
+        preview = self._preview
+        if preview is not None:
+            level = round(np.log2(preview.scale))
+            before, after = self.photo.shown[level], preview.levels[0]
+            left, top = (preview.to_photo([-0.5, -0.5]) + 0.5) / preview.scale
+            inside = Box.of(after)
+            x, y = round(float(left)), round(float(top))
+            there = Box(x, y, x + inside.width, y + inside.height)
+            _draw_difference(painter, before, after, there, inside, preview.scale)
+
+    def _draw_level(self, painter: QPainter, levels: Sequence[Rgb8]) -> None:
+        if self.photo is None:
+            return
+        _smooth(painter)
+        level = self.photo.level_for(_zoom(painter))
+        painter.drawImage(_rect(levels[level], 2.0**level), _image(levels[level]))
+
+
+def _draw_difference(
+    painter: QPainter, before: Rgb8, after: Rgb8, there: Box, inside: Box, scale: float
+) -> None:
+    """Paint the difference between `there` of `before` and `inside` of `after`."""
+    if not there.area:
+        return
+    apart = cv2.absdiff(after[inside.slices], before[there.slices])
+    shown = np.asarray(cv2.convertScaleAbs(apart, alpha=GAIN), np.uint8)
+    corner = QRectF(scale * there.left - 0.5, scale * there.top - 0.5, 0.0, 0.0)
+    corner.setSize(QRectF(0.0, 0.0, scale * there.width, scale * there.height).size())
+    _smooth(painter)
+    painter.drawImage(corner, _image(shown))
+
+
+def _zoom(painter: QPainter) -> float:
+    """Return device px per photo px."""
+    return painter.worldTransform().m11() * painter.device().devicePixelRatioF()
+
+
+def _smooth(painter: QPainter) -> None:
+    # At 100 % every pixel has one of the screen's: between two of them it would only blur.
+    smooth = _zoom(painter) < _SQUARES_FROM and abs(_zoom(painter) - 1.0) > _EPSILON
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
+
+
+def _visible(painter: QPainter, pixels: Rgb8, scale: float) -> Box:
+    """Return the pixels of a level that can be seen, and a little more."""
+    seen = _seen(painter)
+    edges = np.array([seen.left(), seen.top(), seen.right(), seen.bottom()]) / scale
+    left, top, right, bottom = np.round(edges).astype(int).tolist()
+    return Box(left, top, right, bottom).grown(2).clipped(Box.of(pixels))
+
+
+def _area(frame: Frame) -> QRectF:
+    """Return where a preview lies in the photo."""
+    height, width = frame.levels[0].shape[:2]
+    left, top = frame.to_photo([-0.5, -0.5]).tolist()
+    return QRectF(left, top, width * frame.scale, height * frame.scale)
+
+
+def _seen(painter: QPainter) -> QRectF:
+    """Return the part of the photo's plane that the painter can reach."""
+    to_photo, _ = painter.worldTransform().inverted()
+    return to_photo.mapRect(QRectF(painter.viewport()))
+
+
+def _rect(pixels: Rgb8, scale: float) -> QRectF:
+    return QRectF(-0.5, -0.5, pixels.shape[1] * scale, pixels.shape[0] * scale)
+
+
+def _image(pixels: Rgb8) -> QImage:
+    height, width = pixels.shape[:2]
+    return QImage(pixels.data, width, height, pixels.strides[0], QImage.Format.Format_RGB888)

@@ -1,0 +1,241 @@
+"""The view of the photo: what is seen, at which zoom, with panning."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QMouseEvent, QResizeEvent, QTransform, QWheelEvent
+from PySide6.QtWidgets import QGraphicsView, QLabel, QWidget
+
+from kogao_core.geometry import Array, Box
+
+from ..i18n import tr
+from ..render.live import VisiblePart
+from ..render.pyramid import PicturePyramid
+from ..view_state import ViewState
+from . import overlays
+from .overlays.compare import Loupe
+from .photo_layer import PhotoItem
+
+_LARGEST_ZOOM: Final = 32.0
+_LEAST_SEEN_PX: Final = 16.0
+_ZOOM_PER_NOTCH: Final = 1.25
+_NOTCH: Final = 120.0
+_FIT_PADDING: Final = 0.02
+# Pixels a little outside the view may be pulled in while a gesture moves.
+_PREVIEW_MARGIN_PX: Final = 48
+_NAME_PX: Final = 12
+
+
+class Viewport(pg.GraphicsView):
+    """Shows the photo with its overlays; the wheel zooms at the cursor, a drag pans.
+
+    Signals
+    -------
+    view_changed
+        Another part or another zoom.
+    """
+
+    view_changed = Signal()
+
+    def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
+        super().__init__(parent, useOpenGL=False)
+        self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
+        self.shown = view
+        self.photo = PhotoItem(view)
+        self._pyramid: PicturePyramid | None = None
+        self._fitted = True
+        self._pan_from: QPointF | None = None
+        self._box = pg.ViewBox(
+            lockAspect=True, invertY=True, enableMenu=False, enableMouse=False, defaultPadding=0.0
+        )
+        self.setCentralItem(self._box)
+        self._box.addItem(self.photo, ignoreBounds=True)
+        for overlay in overlays.stack(view):
+            self._box.addItem(overlay, ignoreBounds=True)
+        self._box.addItem(Loupe(view, self.photo.pictures), ignoreBounds=True)
+        self._box.sigRangeChanged.connect(self._tell_view)
+
+    def open(self, photo: PicturePyramid) -> None:
+        """Show another photo, whole."""
+        self._pyramid = photo
+        self.photo.open(photo)
+        self.fit()
+
+    def fit(self) -> None:
+        """Show the whole photo, also after the window changes its size."""
+        self._fitted = True
+        if self._pyramid is not None:
+            self._box.setRange(self.photo.boundingRect(), padding=_FIT_PADDING)
+
+    def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
+        """Show `zoom` device px per photo px; the point `about` of the viewport stays in place."""
+        if self._pyramid is None:
+            return
+        self._fitted = False
+        least = _LEAST_SEEN_PX / max(self._pyramid.levels[0].shape[:2])
+        factor = self.zoom / min(max(zoom, least), _LARGEST_ZOOM)
+        center = self.to_photo(about or QPointF(self.viewport().rect().center())).tolist()
+        self._box.scaleBy((factor, factor), center=pg.Point(*center))
+
+    def look_like(self, other: Viewport) -> None:
+        """Show the same place at the same zoom as another view."""
+        self._fitted = False
+        scale = self.devicePixelRatioF() / other.zoom
+        width, height = scale * self._box.width(), scale * self._box.height()
+        x, y = other.to_photo(QPointF(other.viewport().rect().toRectF().center())).tolist()
+        self._box.setRange(QRectF(x - width / 2, y - height / 2, width, height), padding=0.0)
+
+    @property
+    def zoom(self) -> float:
+        """Device px per photo px."""
+        return float(self._to_screen().m11() * self.devicePixelRatioF())
+
+    def visible_part(self) -> VisiblePart | None:
+        """Return the part of the photo on screen, with a margin, at the level that fits."""
+        if self._pyramid is None:
+            return None
+        level = self._pyramid.level_for(self.zoom)
+        seen: QRectF = self._box.viewRect()
+        edges = np.array([seen.left(), seen.top(), seen.right(), seen.bottom()]) / 2**level
+        left, top, right, bottom = np.round(edges).astype(int).tolist()
+        box = Box(left, top, right, bottom).grown(_PREVIEW_MARGIN_PX)
+        box = box.clipped(Box.of(self._pyramid.levels[level]))
+        return VisiblePart(level, box) if box.area else None
+
+    def show_original(self, original: bool) -> None:
+        """Show the photo as it was, without overlays, or the result again."""
+        self.shown.original = original
+        self.redraw()
+
+    def show_overlay(self, name: str, on: bool) -> None:
+        """Switch an overlay on or off."""
+        (self.shown.visible.add if on else self.shown.visible.discard)(name)
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Draw the overlays again."""
+        self.viewport().update()
+
+    def to_photo(self, at: QPointF) -> Array:
+        """Return where a point of the viewport lies in the photo, px, shape (2,)."""
+        there = self._to_screen().inverted()[0].map(at)
+        return np.array([there.x(), there.y()])
+
+    def to_screen(self, position: Array) -> QPointF:
+        """Return where a point of the photo, shape (2,), lies in the viewport."""
+        x, y = position.tolist()
+        return self._to_screen().map(QPointF(x, y))
+
+    def _to_screen(self) -> QTransform:
+        self._box.updateMatrix()
+        transform: QTransform = self._box.childGroup.sceneTransform() * self.viewportTransform()
+        return transform
+
+    def _tell_view(self) -> None:
+        self.view_changed.emit()
+
+    def start_pan(self, at: QPointF) -> None:
+        """Begin to drag the photo under the cursor."""
+        self._pan_from = at
+        self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    @property
+    def panning(self) -> bool:
+        """True while the photo is dragged."""
+        return self._pan_from is not None
+
+    def pan_to(self, at: QPointF) -> None:
+        """Move the photo along with the cursor."""
+        if self._pan_from is not None:
+            self._fitted = False
+            x, y = (self.to_photo(self._pan_from) - self.to_photo(at)).tolist()
+            self._box.translateBy(x=x, y=y)
+            self._pan_from = at
+
+    def end_pan(self) -> None:
+        """Let the photo go."""
+        self._pan_from = None
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Keep a fitted photo fitted."""
+        super().resizeEvent(event)
+        # The base class resizes before this one's attributes exist.
+        if getattr(self, "_fitted", False):
+            self.fit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom at the cursor."""
+        notches = event.angleDelta().y() / _NOTCH
+        self.zoom_to(self.zoom * _ZOOM_PER_NOTCH**notches, event.position())
+        event.accept()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Treat a second click like a first one: two quick drags are two drags."""
+        self.mousePressEvent(event)
+
+
+class OriginalView(Viewport):
+    """A second view that leads and follows the first one.
+
+    Parameters
+    ----------
+    main : Viewport
+        The first one.
+    """
+
+    _steered = Signal()
+
+    def __init__(self, main: Viewport, parent: QWidget | None = None) -> None:
+        super().__init__(ViewState(main.shown.document, original=True), parent)
+        self.setAccessibleName(tr("Photo as it was"))
+        self._main = main
+        main.view_changed.connect(self._follow)
+        self._steered.connect(lambda: main.look_like(self))
+        name = QLabel(tr("before"), self)
+        name.setProperty("plate", "true")
+        name.move(_NAME_PX, _NAME_PX)
+        self.hide()
+
+    def open(self, photo: PicturePyramid) -> None:
+        """Show another photo."""
+        super().open(photo)
+        self._follow()
+
+    def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
+        """Zoom, and take the other view along."""
+        super().zoom_to(zoom, about)
+        self._steered.emit()
+
+    def pan_to(self, at: QPointF) -> None:
+        """Pan, and take the other view along."""
+        super().pan_to(at)
+        self._steered.emit()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of the photo."""
+        self.start_pan(event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Pan while it is held."""
+        if self.panning:
+            self.pan_to(event.position())
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: ARG002
+        """Let go."""
+        self.end_pan()
+        self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Stay where the other view is."""
+        super().resizeEvent(event)
+        # The base class resizes before this one's attributes exist.
+        if hasattr(self, "_main"):
+            self._follow()
+
+    def _follow(self) -> None:
+        if self.isVisible():
+            self.look_like(self._main)

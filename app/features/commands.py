@@ -1,0 +1,278 @@
+"""All commands at once: found by a few letters, given other keys; and what this program is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from PySide6.QtCore import QEvent, QObject, QSettings, Qt
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QHBoxLayout,
+    QHeaderView,
+    QKeySequenceEdit,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QMessageBox,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from kogao_core import __version__
+from kogao_core.cli import licences
+
+from ..actions import Spec, first_key
+from ..i18n import tr
+from ..theme import GRID_PX
+from ..widgets.controls import column_of, muted_label
+from ..widgets.dialogs import question
+from .feature import Context, Feature
+
+_SIZE_PX: Final = (440, 360)
+_ROWS: Final = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
+_GROUP = "shortcuts"
+
+
+class Palette(QDialog):
+    """Type to narrow the list, Return to run what is selected, Escape to leave.
+
+    Parameters
+    ----------
+    actions : iterable of QAction
+        What can be run; those that can't be now are left out.
+    parent : QWidget
+        The window.
+    """
+
+    def __init__(self, actions: Iterable[QAction], parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Commands"))
+        self.words, self.list = QLineEdit(), QListWidget()
+        self.words.setPlaceholderText(tr("What do you want to do?"))
+        self.words.setAccessibleName(tr("Search commands"))
+        self.words.installEventFilter(self)
+        self.list.setAccessibleName(tr("Commands"))
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._actions = [action for action in actions if action.isEnabled() and action.text()]
+        for action in self._actions:
+            QListWidgetItem(_title(action), self.list)
+        column = column_of(self, margin=8)
+        column.addWidget(self.words)
+        column.addWidget(self.list)
+        self.resize(*_SIZE_PX)
+        self.words.textChanged.connect(self._narrow)
+        self.words.returnPressed.connect(self._run)
+        self.list.itemClicked.connect(self._run)
+        self._narrow("")
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Let keys that walk through a list reach it while the line has the focus."""
+        if event.type() == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+            if event.key() not in _ROWS:
+                return False
+            self.list.keyPressEvent(event)
+            return True
+        return super().eventFilter(watched, event)
+
+    def _narrow(self, text: str) -> None:
+        words = text.casefold().split()
+        first = -1
+        for row in range(self.list.count()):
+            item = self.list.item(row)
+            hidden = not all(word in item.text().casefold() for word in words)
+            item.setHidden(hidden)
+            if not hidden and first < 0:
+                first = row
+        self.list.setCurrentRow(first)
+
+    def _run(self) -> None:
+        row = self.list.currentRow()
+        if row >= 0 and not self.list.item(row).isHidden():
+            # The action may open a dialog of its own: this one goes first.
+            self.accept()
+            self._actions[row].trigger()
+
+
+def _title(action: QAction) -> str:
+    name = action.text().replace("&", "").rstrip("…")
+    key = action.shortcut().toString()
+    return f"{name}   {key}" if key else name
+
+
+def restore(settings: QSettings, actions: Mapping[str, QAction]) -> None:
+    """Give the actions the keys that the user chose."""
+    settings.beginGroup(_GROUP)
+    for name in settings.childKeys():
+        if name in actions:
+            actions[name].setShortcut(QKeySequence(str(settings.value(name))))
+    settings.endGroup()
+
+
+class ShortcutsDialog(QDialog):
+    """A list of actions, and a field that takes a new key for the selected one.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        By name.
+    settings : QSettings
+        Where keys other than the first ones are kept.
+    parent : QWidget
+        The window.
+    """
+
+    def __init__(
+        self, actions: Mapping[str, QAction], settings: QSettings, parent: QWidget
+    ) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Keys"))
+        self._actions, self._settings = actions, settings
+        self._first = {name: first_key(action) for name, action in actions.items()}
+        self._names = list(self._first)
+        self.table = self._table()
+        self.key = QKeySequenceEdit()
+        self.key.setMaximumSequenceLength(1)
+        self.key.setAccessibleName(tr("New key"))
+        self.key.setClearButtonEnabled(True)
+        self.key.editingFinished.connect(self._take)
+        self.reset = QPushButton(tr("&First key again"))
+        self.reset.clicked.connect(lambda: self._give(self._first[self._name]))
+        self.note = muted_label()
+        self.table.currentCellChanged.connect(self._show_current)
+        self._lay_out()
+        self.table.setCurrentCell(0, 0)
+        self.resize(480, 520)
+
+    def _lay_out(self) -> None:
+        label = QLabel(tr("&New key"))
+        label.setBuddy(self.key)
+        row = QHBoxLayout()
+        row.setSpacing(2 * GRID_PX)
+        row.addWidget(label)
+        row.addWidget(self.key, 1)
+        row.addWidget(self.reset)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column = column_of(self, margin=3 * GRID_PX, spacing=2 * GRID_PX)
+        column.addWidget(self.table, 1)
+        column.addLayout(row)
+        column.addWidget(self.note)
+        column.addWidget(buttons)
+
+    def _table(self) -> QTableWidget:
+        table = QTableWidget(len(self._names), 2)
+        table.setAccessibleName(tr("Actions and their keys"))
+        table.setHorizontalHeaderLabels([tr("Action"), tr("Key")])
+        table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        table.verticalHeader().hide()
+        table.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
+        table.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)
+        for row, name in enumerate(self._names):
+            action = self._actions[name]
+            table.setItem(row, 0, QTableWidgetItem(action.text().replace("&", "")))
+            table.setItem(row, 1, QTableWidgetItem(action.shortcut().toString()))
+        return table
+
+    @property
+    def _name(self) -> str:
+        return self._names[self.table.currentRow()]
+
+    def _show_current(self) -> None:
+        self.key.setKeySequence(self._actions[self._name].shortcut())
+        self.note.clear()
+
+    def _take(self) -> None:
+        self._give(self.key.keySequence())
+
+    def _give(self, key: QKeySequence) -> None:
+        name = self._name
+        if key == self._actions[name].shortcut():
+            return
+        owner = next(
+            (other for other in self._names if other != name and self._has(other, key)), None
+        )
+        if owner is not None:
+            what = self._actions[owner].text().replace("&", "")
+            self.note.setText(tr("{key} belongs to “{what}”", key=key.toString(), what=what))
+            self.key.setKeySequence(self._actions[name].shortcut())
+            return
+        self._actions[name].setShortcut(key)
+        if key == self._first[name]:
+            self._settings.remove(f"{_GROUP}/{name}")
+        else:
+            self._settings.setValue(f"{_GROUP}/{name}", key.toString())
+        self.table.setItem(self.table.currentRow(), 1, QTableWidgetItem(key.toString()))
+        self._show_current()
+
+    def _has(self, name: str, key: QKeySequence) -> bool:
+        return not key.isEmpty() and self._actions[name].shortcut() == key
+
+
+def about_box(parent: QWidget) -> QMessageBox:
+    """Return the box; `open` shows it without stopping the program."""
+    text = tr("Kogao {version}, an exact small-face editor", version=__version__)
+    box = question(parent, text, QMessageBox.Icon.NoIcon)
+    box.setWindowTitle(tr("About Kogao"))
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    box.setInformativeText("\n\n".join((_paper(), _licences())))
+    box.setDetailedText(licences.text())
+    box.setStandardButtons(QMessageBox.StandardButton.Close)
+    return box
+
+
+def _paper() -> str:
+    return tr(
+        "After M. Seo, Y.-W. Chen and H. Aoki, “Automatic Transformation of “KOGAO” (Small Face) "
+        "based on Fast B-spline Approximation”, 2011."
+    )
+
+
+def _licences() -> str:
+    return tr(
+        "Licensed under Apache-2.0. The details name everything it is built on and its licence."
+    )
+
+
+class Commands(Feature):
+    """Shows the palette, the keys and the About box."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.add_actions(
+            Spec(
+                "palette",
+                tr("&Commands…"),
+                "Ctrl+Shift+P",
+                tr("Find every command by its name"),
+                self._show_palette,
+            ),
+            Spec("keys", tr("&Keys…"), "Ctrl+K", tr("Choose other keys"), self._show_keys),
+            Spec(
+                "about",
+                tr("&About Kogao"),
+                "F1",
+                tr("Version, paper and licences"),
+                lambda: about_box(self.window).open(),
+            ),
+        )
+
+    def restore(self) -> None:
+        """Give all actions the keys that the user chose."""
+        restore(self.settings, self.actions)
+
+    def _show_palette(self) -> None:
+        named = [action for name, action in self.actions.items() if name != "palette"]
+        inside = self.window.menus["presets"].actions()
+        presets = [a for a in inside if a.text() and not a.menu() and a not in named]
+        Palette([*named, *presets], self.window).open()
+
+    def _show_keys(self) -> None:
+        ShortcutsDialog(self.actions, self.settings, self.window).open()

@@ -1,0 +1,98 @@
+"""The photo before and after: wipe, side by side, difference, and a loupe."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtGui import QActionGroup
+
+from ..actions import Spec
+from ..i18n import tr
+from ..view_state import GAIN, CompareName
+from .feature import Context, Feature
+
+_WIPE_STEP: Final = 1 / 40
+
+
+class Compare(Feature):
+    """Chooses how before and after are seen."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.add_actions(
+            self._kind(
+                "wipe",
+                tr("Wipe"),
+                "W",
+                tr("Before and after, with a divider to drag; , and . move it"),
+            ),
+            self._kind("side", tr("Side by side"), "Y", tr("Before and after beside each other")),
+            self._kind(
+                "difference",
+                tr("Difference"),
+                "X",
+                tr("What has changed, {n} times as strong", n=GAIN),
+            ),
+            Spec(
+                "wipe-left",
+                tr("Divider to the &left"),
+                ",",
+                tr("See more of the result"),
+                lambda: self.wipe_by(-_WIPE_STEP),
+            ),
+            Spec(
+                "wipe-right",
+                tr("Divider to the &right"),
+                ".",
+                tr("See more of the original"),
+                lambda: self.wipe_by(_WIPE_STEP),
+            ),
+            Spec(
+                "loupe",
+                tr("&Loupe"),
+                "Z",
+                tr("Before and after magnified"),
+                toggled=self.use_loupe,
+                checked=False,
+            ),
+        )
+        group = QActionGroup(self)
+        group.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
+        for name in ("wipe", "side", "difference"):
+            group.addAction(self.actions[f"compare-{name}"])
+        self.window.canvas.wiped.connect(self.wipe_to)
+        self.document.opened.connect(self._open)
+
+    def _kind(self, name: CompareName, text: str, key: str, tip: str) -> Spec:
+        def toggle(on: bool) -> None:
+            self.toggle(name, on)
+
+        return Spec(f"compare-{name}", text, key, tip, toggled=toggle, checked=False)
+
+    def toggle(self, name: CompareName, on: bool) -> None:
+        """Compare this way, or no longer."""
+        if on:
+            self.view.compare = name
+        elif self.view.compare == name:
+            self.view.compare = "off"
+        self.window.original.setVisible(self.view.compare == "side")
+        self.window.canvas.redraw()
+
+    def wipe_to(self, share: float) -> None:
+        """Put the divider at this share of the canvas's width."""
+        self.view.wipe = min(max(share, 0.0), 1.0)
+        self.window.canvas.redraw()
+
+    def wipe_by(self, share: float) -> None:
+        """Move the divider, as the keys do."""
+        if self.view.compare == "wipe":
+            self.wipe_to(self.view.wipe + share)
+
+    def use_loupe(self, on: bool) -> None:
+        """Magnify what lies under the cursor."""
+        self.view.loupe = on
+        self.window.canvas.redraw()
+
+    def _open(self) -> None:
+        if self.document.pyramid is not None:
+            self.window.original.open(self.document.pyramid)

@@ -1,0 +1,192 @@
+"""The paper's experiments on the open photo, and windows with what they find."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Final, get_args
+
+from PySide6.QtCore import QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+
+from kogao_core import atomic
+from kogao_core.experiments import setting_times
+from kogao_core.experiments.subjects import Subject
+from kogao_core.face import LandmarkSource
+from kogao_core.landmarks import source
+
+from ...actions import Spec
+from ...i18n import sentence, tr
+from ...widgets.dialogs import ask_path
+from ..feature import Context, Feature
+from ..landmarks import LandmarkSources
+from ..manual import Manual
+from .dialog import ExperimentDialog
+from .model import ExperimentName, ExperimentTask, Findings, title
+
+SETTING_TIMES: Final = "setting-times.jsonl"
+
+
+class _Stopped(Exception):
+    """The user has seen enough."""
+
+
+class Experiments(Feature):
+    """Runs one experiment at a time, and keeps the setting times that one of them needs."""
+
+    _progressed = Signal(int, int)
+
+    def __init__(self, context: Context, landmarks: LandmarkSources, manual: Manual) -> None:
+        super().__init__(context)
+        self._landmarks, self._clock = landmarks, manual.clock
+        self._sessions = self.storage.data / SETTING_TIMES
+        self._reports = self.storage.data / "reports"
+        self._dialog: ExperimentDialog | None = None
+        self._findings: Findings | None = None
+        self._enough = threading.Event()
+        self._running = self.lane(self._show, self._fail)
+        self._progressed.connect(self._show_progress)
+        manual.applied.connect(self._record)
+        self.add_actions(
+            self._spec(
+                "timing",
+                tr("Setting and computing &time…"),
+                tr("Manual and automatic, whole and reduced, on this photo (table 2)"),
+            ),
+            self._spec(
+                "domains",
+                tr("Reduced &domains…"),
+                tr("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
+            ),
+            self._spec(
+                "distortion",
+                tr("D&istortion…"),
+                tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
+            ),
+            self._spec(
+                "methods",
+                tr("&Methods side by side…"),
+                tr("Other warps on the same points: speed, exactness, folds"),
+            ),
+        )
+
+    def _spec(self, name: ExperimentName, text: str, tip: str) -> Spec:
+        key = f"Ctrl+{get_args(ExperimentName).index(name) + 1}"
+        return Spec(f"experiment-{name}", text, key, tip, lambda: self.start(name))
+
+    def start(self, name: ExperimentName) -> None:
+        """Run an experiment on the photo's faces that are on."""
+        task = self._task()
+        if task is None:
+            self.say(tr("An experiment needs a photo with a face that is on."))
+            return
+        if self._dialog is not None:
+            self._dialog.close()
+        self._dialog = dialog = ExperimentDialog(title(name), self.window)
+        dialog.stopped.connect(self._let_go)
+        dialog.browse.connect(self._browse)
+        dialog.save.connect(self._ask_where)
+        dialog.open()
+        self._run(name, task)
+
+    def _record(self) -> None:
+        state, path = self.document.state, self.document.path
+        if path is None or not state.active or not self._clock.elapsed_s:
+            return
+        image = self.document.image
+        landmarks = [len(face.outline) for face in state.active]
+        size = (image.width, image.height)
+        session = setting_times.SettingTime.now(path.name, size, landmarks, self._clock.elapsed_s)
+        try:
+            setting_times.append(self._sessions, session)
+        except OSError as problem:
+            self.say(tr("The setting time wasn't kept ({why}).", why=problem.strerror))
+
+    def _task(self) -> ExperimentTask | None:
+        photo, state, path = self.document.photo, self.document.state, self.document.path
+        if photo is None or path is None or not state.active:
+            return None
+        wanted = self._landmarks.wanted
+
+        def finder() -> LandmarkSource:
+            return source(wanted)
+
+        subject = Subject(path.name, photo.pixels, tuple(state.active))
+        return ExperimentTask(subject, state.recipe, finder, self._sessions)
+
+    def _run(self, name: ExperimentName, task: ExperimentTask) -> None:
+        self.stop()
+        self._enough = enough = threading.Event()
+
+        def progress(done: int, of: int) -> None:
+            if enough.is_set():
+                raise _Stopped
+            self._progressed.emit(done, of)
+
+        def job() -> Findings:
+            # Here, on a worker, and not when the editor starts.
+            from .measure import measured
+
+            return measured(name, task, progress)
+
+        self._running.submit(job)
+
+    def stop(self) -> None:
+        """End the one under way after its current run; nothing comes of it."""
+        self._enough.set()
+        super().stop()
+
+    def _show_progress(self, done: int, of: int) -> None:
+        if self._dialog is not None:
+            self._dialog.show_progress(done, of)
+
+    def _show(self, findings: Findings) -> None:
+        self._findings = findings
+        if self._dialog is not None:
+            self._dialog.show_findings(findings)
+
+    def _fail(self, problem: Exception) -> None:
+        if self._dialog is not None and not isinstance(problem, _Stopped):
+            self._dialog.show_failure(sentence(problem))
+
+    def _let_go(self) -> None:
+        self._dialog = self._findings = None
+        self.stop()
+
+    def _browse(self) -> None:
+        if self._findings is not None:
+            file = self._reports / f"{self._findings.name}.html"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            if self._save(file):
+                QDesktopServices.openUrl(QUrl.fromLocalFile(str(file)))
+
+    def _ask_where(self) -> None:
+        if self._findings is None or self._dialog is None:
+            return
+        kinds = {"html": tr("Report"), "json": tr("All figures"), "csv": tr("Table")}
+        dialog = ask_path(
+            self._dialog,
+            tr("Save the report"),
+            self._save,
+            "new",
+            filters=[f"{words} (*.{kind})" for kind, words in kinds.items()],
+        )
+        dialog.setDefaultSuffix("html")
+        dialog.filterSelected.connect(
+            lambda chosen: dialog.setDefaultSuffix(chosen.rstrip(")").rpartition(".")[2])
+        )
+        dialog.selectFile(f"{self._findings.name}.html")
+
+    def _save(self, file: Path) -> bool:
+        if self._findings is None or self._dialog is None:
+            return False
+        try:
+            kind = file.suffix.lower().lstrip(".")
+            texts = self._findings.texts
+            atomic.put(texts.get(kind, texts["html"]).encode(), file)
+        except OSError as problem:
+            self._dialog.state.setText(
+                tr("{file} can't be written ({why}).", file=file, why=problem.strerror)
+            )
+            return False
+        return True

@@ -1,0 +1,172 @@
+"""One experiment in a window: how far it is, then its tables, its pictures and its report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QGridLayout,
+    QHeaderView,
+    QLabel,
+    QProgressBar,
+    QScrollArea,
+    QTableWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from kogao_core.geometry import Image
+
+from ...i18n import tr
+from ...theme import GRID_PX
+from ...widgets.controls import heading, muted_label
+from ...widgets.dialogs import room_px, table
+from ...widgets.pictures import scaled
+from .model import Findings
+
+if TYPE_CHECKING:
+    from kogao_core.experiments.report import Table
+
+_SIZE_PX: Final = (900, 680)
+_PICTURE_PX: Final = 260
+_COLUMNS: Final = 3
+
+
+class ExperimentDialog(QDialog):
+    """Follows an experiment and shows what came of it.
+
+    Parameters
+    ----------
+    title : str
+        What it is called.
+    parent : QWidget
+        The window.
+
+    Signals
+    -------
+    stopped
+        It isn't wanted any more.
+    browse, save
+        The report in a browser, or in a file.
+    """
+
+    stopped = Signal()
+    browse = Signal()
+    save = Signal()
+
+    def __init__(self, title: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(title)
+        self.finished.connect(lambda _: self.stopped.emit())
+        self.progress = QProgressBar()
+        self.progress.setAccessibleName(tr("Progress"))
+        self.progress.setTextVisible(False)
+        self.state = _words(tr("Measuring…"))
+        self.kinds = QComboBox()
+        self.kinds.setAccessibleName(tr("Pictures"))
+        self.tables: list[QTableWidget] = []
+        self._page = QVBoxLayout()
+        self._page.setSpacing(3 * GRID_PX)
+        self._gallery = QGridLayout()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[4 * GRID_PX] * 4)
+        column.setSpacing(3 * GRID_PX)
+        column.addWidget(heading(title))
+        column.addWidget(self.state)
+        column.addWidget(self.progress)
+        column.addWidget(_scrolled(self._page), 1)
+        column.addWidget(self._buttons())
+        self.resize(_SIZE_PX[0], min(_SIZE_PX[1], room_px(parent)))
+
+    def show_progress(self, done: int, of: int) -> None:
+        """Show that so many runs are done, of so many."""
+        self.progress.setRange(0, of)
+        self.progress.setValue(done)
+
+    def show_findings(self, findings: Findings) -> None:
+        """Show what was found in place of the progress."""
+        self.progress.hide()
+        self.state.setText("\n".join([findings.lead, *findings.left_out]))
+        self._show_pictures(findings.pictures)
+        for content in findings.tables:
+            self._page.addWidget(heading(content.caption))
+            self.tables.append(_table(content))
+            self._page.addWidget(self.tables[-1])
+            if content.note:
+                self._page.addWidget(_words(content.note))
+        self._page.addStretch()
+        for button in (self.in_browser, self.to_file):
+            button.setEnabled(True)
+
+    def show_failure(self, sentence: str) -> None:
+        """Say why nothing was found."""
+        self.progress.hide()
+        self.state.setText(sentence)
+
+    def _buttons(self) -> QDialogButtonBox:
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        role = QDialogButtonBox.ButtonRole.ActionRole
+        self.in_browser = buttons.addButton(tr("Open in a &browser"), role)
+        self.to_file = buttons.addButton(tr("&Save the report…"), role)
+        for button, signal in ((self.in_browser, self.browse), (self.to_file, self.save)):
+            button.setEnabled(False)
+            button.clicked.connect(lambda _=False, signal=signal: signal.emit())
+        buttons.rejected.connect(self.reject)
+        return buttons
+
+    def _show_pictures(self, pictures: dict[str, list[tuple[str, Image]]]) -> None:
+        if not pictures:
+            return
+        for kind in pictures:
+            self.kinds.addItem(kind)
+        self._page.addWidget(self.kinds)
+        self._page.addLayout(self._gallery)
+        self.kinds.currentTextChanged.connect(lambda kind: self._hang(kind, pictures[kind]))
+        self._hang(self.kinds.currentText(), pictures[self.kinds.currentText()])
+
+    def _hang(self, kind: str, pictures: list[tuple[str, Image]]) -> None:
+        while (item := self._gallery.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.deleteLater()
+        for place, (caption, pixels) in enumerate(pictures):
+            row, column = divmod(place, _COLUMNS)
+            label = QLabel()
+            label.setAccessibleName(f"{kind}: {caption}")
+            label.setPixmap(scaled(pixels, _PICTURE_PX, self.devicePixelRatioF()))
+            self._gallery.addWidget(_words(caption), 2 * row, column)
+            self._gallery.addWidget(label, 2 * row + 1, column)
+
+
+def _words(text: str) -> QLabel:
+    label = muted_label()
+    label.setText(text)
+    label.setWordWrap(True)
+    return label
+
+
+def _scrolled(page: QVBoxLayout) -> QScrollArea:
+    inside, area = QWidget(), QScrollArea()
+    inside.setLayout(page)
+    page.setContentsMargins(0, 0, 2 * GRID_PX, 0)
+    area.setWidgetResizable(True)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setAccessibleName(tr("Results"))
+    area.setWidget(inside)
+    return area
+
+
+def _table(content: Table) -> QTableWidget:
+    made = table(
+        content.caption, content.header, content.rows, QHeaderView.ResizeMode.ResizeToContents
+    )
+    made.setWordWrap(False)
+    rows_px = sum(made.rowHeight(row) for row in range(len(content.rows)))
+    bar_px = made.horizontalScrollBar().sizeHint().height()
+    made.setFixedHeight(made.horizontalHeader().sizeHint().height() + rows_px + bar_px + 4)
+    made.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    return made

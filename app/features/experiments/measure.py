@@ -1,0 +1,117 @@
+"""The experiments themselves: measured, and told as tables, pictures and texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from kogao_core.display import reduced
+from kogao_core.experiments import (
+    distortion,
+    distortion_report,
+    domains,
+    domains_report,
+    setting_times,
+    timing,
+    timing_report,
+)
+from kogao_core.experiments.methods import comparing, methods_report
+from kogao_core.experiments.page import files
+from kogao_core.experiments.report import Made
+from kogao_core.experiments.subjects import Progress
+from kogao_core.geometry import Image
+from kogao_core.settings import DOMAINS
+
+from ...i18n import tr
+from .model import ExperimentName, ExperimentTask, Findings
+
+_REPEATS: Final = {"timing": 5, "domains": 3, "methods": 2}
+_REPORTS: Final[dict[ExperimentName, Any]] = {
+    "timing": timing_report,
+    "domains": domains_report,
+    "distortion": distortion_report,
+    "methods": methods_report,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    result: object
+    left_out: list[str] = field(default_factory=list)
+    pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
+
+
+def measured(name: ExperimentName, task: ExperimentTask, progress: Progress) -> Findings:
+    """Return what an experiment finds; `progress` is told how far it is, and ends it by raising."""
+    return _outcome(name, task, _RUNS[name](task, progress))
+
+
+def _outcome(name: ExperimentName, task: ExperimentTask, found: _Found) -> Findings:
+    made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
+    report = _REPORTS[name].report(found.result)
+    return Findings(
+        name,
+        report.lead,
+        report.tables,
+        found.pictures,
+        found.left_out,
+        {kind: text() for kind, text in files(report, made).items()},
+    )
+
+
+def _timing(task: ExperimentTask, progress: Progress) -> _Found:
+    known = tuple(setting_times.read(task.sessions)) if task.sessions.exists() else ()
+    warm_up, repeats = 1, _REPEATS["timing"]
+    found, left_out = timing.measure(
+        task.subject,
+        task.source(),
+        task.recipe,
+        repeats=repeats,
+        warm_up=warm_up,
+        progress=progress,
+    )
+    return _Found(timing.TimingResult(tuple(found), known, task.recipe, repeats, warm_up), left_out)
+
+
+def _domains(task: ExperimentTask, progress: Progress) -> _Found:
+    photo = domains.measure(
+        task.subject, task.recipe, repeats=_REPEATS["domains"], progress=progress
+    )
+    names = {domain.name: tr(domain.title) for domain in DOMAINS}
+    masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
+    result = domains.DomainsResult((photo,), task.recipe)
+    return _Found(result, pictures={tr("Domains"): masks})
+
+
+def _distortion(task: ExperimentTask, progress: Progress) -> _Found:
+    found = distortion.measure(task.subject, task.recipe, progress=progress)
+    return _Found(distortion.DistortionResult(tuple(found), task.recipe))
+
+
+def _methods(task: ExperimentTask, progress: Progress) -> _Found:
+    repeats, absent = _REPEATS["methods"], comparing.missing()
+    compared, failed = comparing.measure(
+        task.subject, task.recipe, repeats=repeats, progress=progress
+    )
+    seen = compared.views()
+    kinds = {
+        "result": tr("Result"),
+        "difference": tr("Difference to the photo, amplified"),
+        "heat": tr("Displacement"),
+    }
+    pictures = {
+        words: [(one.method.title, one.pictures[kind]) for one in seen.methods]
+        for kind, words in kinds.items()
+    }
+    pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))
+    result = comparing.MethodsResult((seen,), task.recipe, repeats)
+    return _Found(result, [*absent, *failed], pictures)
+
+
+_RUNS: Final[dict[ExperimentName, Callable[[ExperimentTask, Progress], _Found]]] = {
+    "timing": _timing,
+    "domains": _domains,
+    "distortion": _distortion,
+    "methods": _methods,
+}

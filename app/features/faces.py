@@ -1,0 +1,263 @@
+"""The faces of the photo: found, placed by hand, switched on and off, chosen."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
+
+from kogao_core.face import Face, LandmarkSource
+from kogao_core.landmarks import template_face
+from kogao_core.photo import Photo
+
+from ..actions import Spec
+from ..document import State
+from ..i18n import reason, sentence, tr
+from ..render.pyramid import PicturePyramid
+from ..widgets.controls import column_of, heading
+from ..widgets.docks import Dock
+from ..widgets.messages import BarAction
+from ..widgets.pictures import face_icon
+from .feature import Context, Feature
+from .recipe import RecipeEditing
+
+_TEMPLATE_SHARE = 0.35  # of the photo's shorter side
+_THUMBNAIL_PX = 48
+_ALL_ROWS = 1  # the row of all faces comes before those of single ones
+
+
+class Faces(Feature):
+    """Finds faces and lists them.
+
+    Signals
+    -------
+    found(int)
+        The search for faces is over, with so many.
+    not_found(str)
+        The search for faces failed, and why; `found(0)` follows.
+    """
+
+    found = Signal(int)
+    not_found = Signal(str)
+
+    def __init__(self, context: Context, recipe: RecipeEditing, source: LandmarkSource) -> None:
+        super().__init__(context)
+        self._source = source
+        # What table 2 calls the setting time of the automatic method.
+        self.finding_s: float | None = None
+        self._finding = self.lane(self._take, self._not_found)
+        self.add_actions(
+            Spec(
+                "find",
+                tr("&Find faces again"),
+                "Ctrl+F",
+                tr("Undo all corrections of points"),
+                self.find,
+            ),
+            Spec(
+                "place",
+                tr("&Place a face by hand"),
+                "Ctrl+P",
+                tr("A mean face to drag into place"),
+                self.place_template,
+            ),
+        )
+        self.panel: FacesPanel = FacesPanel()
+        self.dock = Dock("faces", tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)
+        self.panel.switched.connect(self.switch)
+        self.panel.chosen.connect(recipe.choose)
+        self.document.opened.connect(self._open)
+        recipe.chosen.connect(self._show)
+        self.watch(lambda: (self.document.state.faces, self.document.state.off), self._show)
+
+    # -- the search ------------------------------------------------------------------------------
+
+    def use(self, source: LandmarkSource) -> None:
+        """Take landmarks from another source from now on, and look for faces again."""
+        self._source = source
+        self.find()
+
+    def find(self) -> None:
+        """Look for faces again."""
+        self.window.bar.clear()
+        self.look()
+
+    def look(self) -> None:
+        """Look for faces in the open photo."""
+        photo, source = self.document.photo, self._source
+        if photo is not None:
+            self._finding.drop()
+            self.working.emit(tr("Looking for faces…"))
+            self._finding.submit(lambda: _found(source, photo))
+
+    def _take(self, found: tuple[list[Face], float]) -> None:
+        faces, self.finding_s = found
+        if not faces:
+            self._offer_placing(tr("No face was found in this photo."))
+        elif self.document.undo.count() or self.document.in_gesture:
+            self.document.step(self.document.state.with_found(faces), tr("Find faces"))
+        else:
+            self.document.start_with(faces)
+        self.working.emit("")
+        self.found.emit(len(faces))
+
+    def _not_found(self, problem: Exception) -> None:
+        self._offer_placing(sentence(problem))
+        self.working.emit("")
+        self.not_found.emit(reason(problem))
+        self.found.emit(0)
+
+    # -- placing by hand -------------------------------------------------------------------------
+
+    def _offer_placing(self, text: str) -> None:
+        place = BarAction(tr("Place a face by hand"), self.place_template)
+        self.say(text, place, BarAction(tr("Open a photo…"), self.actions["open"].trigger))
+
+    def place_template(self) -> None:
+        """Put a mean face in the middle of the photo, to be dragged into place."""
+        image = self.document.image
+        if not image.area:
+            return
+        middle = np.array([image.width, image.height]) / 2.0
+        width = _TEMPLATE_SHARE * min(image.width, image.height)
+        self.place(lambda: template_face(middle, width))
+        done = BarAction(tr("It fits"), self.end_placing)
+        text = tr(
+            "Drag the frame onto the face; a corner turns and sizes it. Then drag single points."
+        )
+        self.say(text, done, wrong=False, holds=lambda: self.view.placing is not None)
+
+    def place(self, make: Callable[[], Face]) -> None:
+        """Add a face and let it be dragged into place."""
+        state = self.document.state
+        self.document.step(
+            dataclasses.replace(state, faces=(*state.faces, make())), tr("Place a face")
+        )
+        self.view.placing = len(state.faces)
+        self.window.canvas.redraw()
+
+    def end_placing(self) -> None:
+        """Take the frame away: the face is in place."""
+        self.view.placing = None
+        self.window.canvas.redraw()
+
+    # -- the list --------------------------------------------------------------------------------
+
+    def switch(self, index: int, on: bool) -> None:
+        """Make a face smaller, or leave it as it is."""
+        state = self.document.state
+        off = state.off - {index} if on else state.off | {index}
+        self.document.step(dataclasses.replace(state, off=off), tr("Switch a face"))
+
+    def _open(self) -> None:
+        self._finding.drop()
+        self.finding_s = None
+        if self.document.pyramid is not None:
+            self.panel.open(self.document.pyramid)
+
+    def _show(self) -> None:
+        self.panel.show_state(self.document.state, self.view.face)
+
+
+def _found(source: LandmarkSource, photo: Photo) -> tuple[list[Face], float]:
+    """Look for faces; return them and how long that took, s."""
+    start = time.perf_counter()
+    return source.find(photo.pixels), time.perf_counter() - start
+
+
+class FacesPanel(QWidget):
+    """All faces in the first row, then each with a check box, a thumbnail and its score.
+
+    Signals
+    -------
+    switched(int, bool)
+        A face is switched on or off.
+    chosen(object)
+        The face whose settings are to be edited; None for those of the photo.
+    """
+
+    switched = Signal(int, bool)
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._pyramid: PicturePyramid | None = None
+        self._known: tuple[Face, ...] = ()
+        self.list = QListWidget()
+        self.list.setAccessibleName(tr("Faces"))
+        self.list.setIconSize(QSize(_THUMBNAIL_PX, _THUMBNAIL_PX))
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.itemChanged.connect(self._tell_switch)
+        self.list.currentRowChanged.connect(self._tell_choice)
+        title = heading(tr("Face&s"))
+        title.setBuddy(self.list)
+        column = column_of(self, margin=8)
+        column.addWidget(title)
+        column.addWidget(self.list)
+        self.setFixedWidth(160)
+
+    def open(self, photo: PicturePyramid) -> None:
+        """Take thumbnails from another photo."""
+        self._pyramid, self._known = photo, ()
+        with QSignalBlocker(self.list):
+            self.list.clear()
+
+    def item(self, face: int) -> QListWidgetItem:
+        """Return the row of a face."""
+        return self.list.item(face + _ALL_ROWS)
+
+    def show_state(self, state: State, chosen: int | None = None) -> None:
+        """Show the faces; thumbnails stay while points are dragged."""
+        with QSignalBlocker(self.list):
+            if len(self._known) != len(state.faces) or not self.list.count():
+                self._fill(state.faces)
+            self._known = state.faces
+            for index, face in enumerate(state.faces):
+                off = index in state.off
+                check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
+                item = self.item(index)
+                item.setCheckState(check)
+                item.setText("\n".join(_caption(index, face)))
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face))
+            self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
+
+    def _fill(self, faces: tuple[Face, ...]) -> None:
+        self.list.clear()
+        everyone = QListWidgetItem(tr("All faces"))
+        everyone.setToolTip(tr("The settings of the photo"))
+        self.list.addItem(everyone)
+        for number, face in enumerate(faces, 1):
+            icon = QIcon()
+            if self._pyramid is not None:
+                icon = face_icon(self._pyramid, face, _THUMBNAIL_PX, self.devicePixelRatioF())
+            item = QListWidgetItem(icon, "")
+            item.setToolTip(
+                tr("Face {n}: select it for settings of its own, uncheck to leave it", n=number)
+            )
+            self.list.addItem(item)
+
+    def _tell_switch(self, item: QListWidgetItem) -> None:
+        on = item.checkState() == Qt.CheckState.Checked
+        self.switched.emit(self.list.row(item) - _ALL_ROWS, on)
+
+    def _tell_choice(self, row: int) -> None:
+        if row >= 0:
+            self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
+
+
+def _caption(index: int, face: Face) -> list[str]:
+    """Return the lines beside the thumbnail: number, score, and whose settings the face goes by."""
+    by_hand = face.source == "manual"
+    score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
+    return [str(index + 1), score, *([] if face.recipe is None else [tr("own")])]
+
+
+def _spoken(index: int, face: Face) -> str:
+    _, score, *own = _caption(index, face)
+    what = [tr("Face {n}", n=index + 1), score, *(tr("settings of its own") for _ in own)]
+    return ", ".join(what)

@@ -1,0 +1,139 @@
+"""What all features of the editor are: actions, perhaps a panel, and work that can be ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from ..actions import Spec
+from ..document import Document
+from ..render.live import Live
+from ..storage import Storage
+from ..view_state import ViewState
+from ..widgets.docks import Dock
+from ..widgets.messages import BarAction, Message
+from ..window import Window
+from ..workers import Lane
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """What features work with.
+
+    Parameters
+    ----------
+    document : Document
+        The open photo and what is done to it.
+    view : ViewState
+        What is on screen.
+    live : Live
+        Keeps the picture up with the document.
+    window : Window
+        The editor's.
+    pool : QThreadPool
+        For work off the GUI thread.
+    storage : Storage
+        The user's folders.
+    settings : QSettings
+        What outlives the program.
+    """
+
+    document: Document
+    view: ViewState
+    live: Live
+    window: Window
+    pool: QThreadPool
+    storage: Storage
+    settings: QSettings
+
+
+class Feature(QObject):
+    """One thing that a user can name.
+
+    Parameters
+    ----------
+    context : Context
+        What it works with; its parts are the feature's own attributes.
+
+    Signals
+    -------
+    message(Message)
+        For the bar over the canvas.
+    working(str)
+        What is under way or has just been done; empty for nothing.
+    """
+
+    message = Signal(object)
+    working = Signal(str)
+    # What it adds to the window: a panel in the column at the side, or in a dock of its own.
+    panel: QWidget | None = None
+    dock: Dock | None = None
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.document)
+        self.document, self.view, self.live = context.document, context.view, context.live
+        self.window, self.pool = context.window, context.pool
+        self.storage, self.settings = context.storage, context.settings
+        self._lanes: list[Lane] = []
+
+    @property
+    def busy(self) -> bool:
+        """True while work is under way."""
+        return any(lane.busy for lane in self._lanes)
+
+    def stop(self) -> None:
+        """Start nothing more, and forget what is under way."""
+        for lane in self._lanes:
+            lane.drop()
+
+    def finish(self) -> None:
+        """Bring to an end what must not be lost; the window is closed."""
+
+    @property
+    def actions(self) -> Mapping[str, QAction]:
+        """The actions of the whole window by name."""
+        return self.window.actions_by_name
+
+    def lane(
+        self,
+        done: Callable[[Any], object],
+        failed: Callable[[Exception], object],
+        pool: QThreadPool | None = None,
+    ) -> Lane:
+        """Return a lane for work that `busy` and `stop` know of."""
+        lane = Lane(pool or self.pool, failed, self)
+        lane.done.connect(done)
+        self._lanes.append(lane)
+        return lane
+
+    def add_actions(self, *specs: Spec) -> None:
+        """Add actions to the window."""
+        self.window.add_actions(specs)
+
+    def say(
+        self,
+        text: str,
+        *steps: BarAction,
+        wrong: bool = True,
+        holds: Callable[[], bool] | None = None,
+    ) -> None:
+        """Say something in the bar over the canvas, see `Message`."""
+        self.message.emit(Message(text, steps, wrong, holds))
+
+    def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
+        """Call `show` now, and after each change of the document that makes `value` another."""
+        last = [value()]
+
+        def follow() -> None:
+            now = value()
+            if now != last[0]:
+                last[0] = now
+                show()
+
+        self.document.changed.connect(follow)
+        show()

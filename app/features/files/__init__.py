@@ -1,0 +1,247 @@
+"""Opening photos and saving copies, in workers; what goes wrong is said in the bar."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+
+from kogao_core import assets
+from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, write
+from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
+from kogao_core.pipeline import render
+from kogao_core.sidecar import SUFFIX, Applied
+
+from ...actions import Spec
+from ...document import State
+from ...i18n import reason, sentence, tr
+from ...widgets.dialogs import ask_path, photo_filter
+from ...widgets.messages import BarAction
+from ..faces import Faces
+from ..feature import Context, Feature
+from .opening import Opened, PhotoNotBeside, is_sample, open_photo
+from .options import SaveOptions
+from .project_file import EarlierWork
+from .saver import Request, Saver, Then
+
+
+class Files(Feature):
+    """Moves photos in and out of the document.
+
+    Signals
+    -------
+    began
+        A photo is being read.
+    restored(EarlierWork, str)
+        What this holds has been taken over, and how the photo differs from the one it is about.
+    unreadable(str)
+        The photo that was asked for can't be opened, and why.
+    wants_photo(Path)
+        The user has to say which photo this project file is about.
+    """
+
+    began = Signal()
+    restored = Signal(object, str)
+    unreadable = Signal(str)
+    wants_photo = Signal(object)
+
+    def __init__(self, context: Context, saver: Saver, faces: Faces, options: SaveOptions) -> None:
+        super().__init__(context)
+        self._saver, self._faces, self._options = saver, faces, options
+        self._left = self.document.state
+        self._reading = self.lane(self._opened, self._not_opened)
+        self.add_actions(
+            Spec("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self.ask_open),
+            Spec(
+                "sample",
+                tr("Open the sample &portrait"),
+                "",
+                tr("A face to try things on"),
+                self.open_sample,
+            ),
+            Spec(
+                "save",
+                tr("&Save a copy…"),
+                "Ctrl+S",
+                tr("Save the result under another name; the original is never touched"),
+                self.ask_save,
+            ),
+            Spec("quit", tr("&Quit"), "Ctrl+Q", tr("Close the window"), self.window.close),
+        )
+
+    # -- opening ---------------------------------------------------------------------------------
+
+    def ask_open(self) -> None:
+        """Ask which photo to open."""
+        filters = [photo_filter(READABLE, f"*{SUFFIX}")]
+        ask_path(self.window, tr("Open a photo"), self.open, filters=filters, at=self.folder)
+
+    @property
+    def folder(self) -> Path | None:
+        """Where the open photo lies, for dialogs to begin in."""
+        path = self.document.path
+        return None if path is None or is_sample(path) else path.parent
+
+    def open(self, path: Path) -> None:
+        """Open a photo or a project once unsaved changes are dealt with."""
+        # Recent files and recovery outlive the folder that this program was started in.
+        path = path.absolute()
+        self._saver.guard(lambda: self.read(path))
+
+    def open_sample(self) -> bool:
+        """Open the portrait that travels with the program; return whether it is there."""
+        try:
+            path = assets.sample()
+        except assets.AssetMissing as problem:
+            self._not_opened(problem)
+            return False
+        self.open(path)
+        return True
+
+    def read(self, path: Path, work: EarlierWork | None = None, *, afresh: bool = False) -> None:
+        """Read a photo without a question, see `open_photo`, or look for faces in it."""
+        self.window.bar.clear()
+        self.began.emit()
+        self._reading.drop()
+        self._left = self.document.state
+        self.working.emit(tr("Opening {name}…", name=path.name))
+        self._reading.submit(lambda: open_photo(path, work, afresh))
+
+    def welcome(self) -> None:
+        """Open the sample and say what to try."""
+        if self.open_sample():
+            lines = (
+                tr("Move the slider “Warp distance”: the face gets smaller."),
+                tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
+                tr("Hold \\ to see the photo as it was."),
+            )
+            self.say("\n".join(lines), self._open_step(), wrong=False, holds=self._on_sample)
+
+    def _on_sample(self) -> bool:
+        path = self.document.path
+        return path is None or is_sample(path)
+
+    def _opened(self, opened: Opened) -> None:
+        # Whoever went on with the old photo meanwhile hasn't been asked about that.
+        if self.document.in_gesture or self.document.state is not self._left:
+            self.working.emit("")
+            self._saver.guard(lambda: self._show(opened))
+        else:
+            self._show(opened)
+
+    def _show(self, opened: Opened) -> None:
+        self.document.open(opened.photo, opened.pyramid)
+        if opened.work is not None and opened.state is not None:
+            self._go_on(opened.work, opened.state, opened.note)
+            return
+        if opened.note:
+            text = tr(
+                "The photo starts afresh, its project can't be used: {problem}", problem=opened.note
+            )
+            self.say(sentence(text))
+        self._faces.look()
+
+    def _go_on(self, work: EarlierWork, state: State, note: str) -> None:
+        if work.file is None:
+            self.document.step(state, tr("Restore"))
+            self.working.emit(tr("The unsaved changes are back"))
+        else:
+            self.document.begin_with(state)
+            self.working.emit("")
+        self.restored.emit(work, note)
+        self._faces.found.emit(len(state.faces))
+
+    def _not_opened(self, problem: Exception) -> None:
+        self.working.emit("")
+        if isinstance(problem, PhotoNotBeside):
+            self._ask_photo(problem.work, problem.file)
+            self.wants_photo.emit(problem.file)
+            return
+        self.say(sentence(problem), self._open_step())
+        self.unreadable.emit(reason(problem))
+
+    def _ask_photo(self, work: EarlierWork, file: Path) -> None:
+        ask_path(
+            self.window,
+            tr("Which photo is {name} about?", name=file.name),
+            lambda path: self.read(path, work),
+            filters=[photo_filter()],
+            at=file.parent,
+        )
+
+    def _open_step(self) -> BarAction:
+        return BarAction(tr("Open a photo…"), self.ask_open)
+
+    # -- saving ----------------------------------------------------------------------------------
+
+    def ask_save(self, then: Then | None = None) -> None:
+        """Ask where the copy goes; a name beside the original is suggested."""
+        suggested = self.suggested()
+        if suggested is None:
+            return
+        self._saver.forget()
+        dialog = ask_path(
+            self.window,
+            tr("Save a copy"),
+            lambda path: self.save(path, then),
+            "new",
+            filters=[photo_filter(FORMATS)],
+            at=suggested,
+        )
+        dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
+        # The name is for the photo that is open now, and for no other.
+        self.document.opened.connect(dialog.reject)
+
+    def suggested(self) -> Path | None:
+        """Return a name for a copy beside the original."""
+        path = self.document.path
+        if path is None:
+            return None
+        suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
+        return path.with_name(f"{path.stem}_kogao{suffix}")
+
+    def save(self, path: Path, then: Then | None = None) -> None:
+        """Render the photo at its own depth and write it; the original is refused.
+
+        Parameters
+        ----------
+        path : Path
+            Where; a file there is written over.
+        then : callable, optional
+            What to do once it is written, see `Saver`.
+        """
+        self.window.bar.clear()
+        original, disclosure = self.document.path, self._options.current
+        there = original is not None and path.exists() and original.exists()
+        if original is not None and there and path.samefile(original):
+            self._refuse(tr("That is the original; it is never written over."))
+            return
+
+        def write_copy(photo: Photo, state: State) -> str:
+            return save_copy(photo, state, disclosure, path)
+
+        self._saver.save(path, write_copy, self._written, self._not_written, then)
+
+    def _written(self, request: Request, notes: str) -> None:
+        text = sentence(tr("Saved {name}", name=request.file.name))
+        self.say(f"{text} {notes}".strip(), wrong=False)
+
+    def _not_written(self, problem: Exception) -> None:
+        if isinstance(problem, CannotDisclose):
+            self.say(sentence(problem), BarAction(tr("Save options…"), self._options.ask))
+        else:
+            self._refuse(sentence(problem))
+
+    def _refuse(self, text: str) -> None:
+        self.say(text, BarAction(tr("Choose another name…"), self.ask_save))
+
+
+def save_copy(photo: Photo, state: State, disclosure: Disclosure, path: Path) -> str:
+    """Write a copy and return what is worth knowing of it, in sentences."""
+    done = Applied(state.active, state.recipe, state.protection)
+    rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection)
+    left_out = undisclosed(photo, rendering.pixels, disclosure)
+    copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
+    # The dialog has asked before replacing a file.
+    kept = write(copy, pixels, path, force=True)
+    return " ".join(sentence(note) for note in (kept, left_out) if note)

@@ -1,0 +1,170 @@
+"""Every save of the open photo, as a copy or as a project: one owner, one request each."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import get_args
+
+from PySide6.QtCore import QThreadPool
+from PySide6.QtWidgets import QMessageBox
+
+from kogao_core.photo import Photo
+from kogao_core.project import Mode
+
+from ...document import Saving, State
+from ...i18n import tr
+from ...widgets.dialogs import question
+from ...workers import Lane
+from ..feature import Context, Feature
+
+Then = Callable[[], object]
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """One save: what is written, where, and what comes after it.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo that was open.
+    saving : Saving
+        What the file will hold.
+    file : Path
+        Where it goes.
+    then : callable, optional
+        What the user wanted to do once everything is saved: close, or open another photo.
+    """
+
+    photo: Photo
+    saving: Saving
+    file: Path
+    then: Then | None
+
+
+class Saver(Feature):
+    """Writes one request after the other, in the order they were made, and guards unsaved changes.
+
+    A request holds the committed state of the moment it was made in. Once written it marks what
+    the file holds of that state as saved, and of no other. What comes after it asks again before
+    anything is lost; it is forgotten when the save fails, when the user wants something else
+    meanwhile, and when another photo is open by then.
+    """
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        # One thread of its own: a slow disk holds nobody else up, and the order stays.
+        self._one_thread = QThreadPool(self)
+        self._one_thread.setMaxThreadCount(1)
+        self._requests: dict[Request, Lane] = {}
+        self._goes_on: Request | None = None
+        self._save_copy: Callable[[Then | None], object] = lambda _: None
+        self._save_project: Callable[[Then | None], object] = lambda _: None
+
+    def offer(
+        self, copy: Callable[[Then | None], object], project: Callable[[Then | None], object]
+    ) -> None:
+        """Take what the question offers: both save, then do what was to follow."""
+        self._save_copy, self._save_project = copy, project
+
+    @property
+    def busy(self) -> bool:
+        """True while something is written or waits for it."""
+        return bool(self._requests)
+
+    def stop(self) -> None:
+        """Tell nobody how saving goes."""
+        for lane in self._requests.values():
+            lane.drop()
+
+    def finish(self) -> None:
+        """Write what was asked for."""
+        self._one_thread.waitForDone()
+
+    def guard(self, then: Then) -> None:
+        """Do `then` at once, or after the user has saved or discarded unsaved changes."""
+        self.forget()
+        if not self.document.dirty:
+            then()
+            return
+        buttons = QMessageBox.StandardButton
+        box = question(self.window, tr("Save before the changes are lost?"))
+        lines = [
+            tr("A copy is the finished picture; a project keeps points and settings to go on with.")
+        ]
+        if self.document.state.draft:
+            lines.append(tr("Points of a face that isn't complete yet are in neither."))
+        box.setInformativeText("\n".join(lines))
+        box.setStandardButtons(buttons.Save | buttons.Discard | buttons.Cancel)
+        box.button(buttons.Save).setText(tr("&Save a copy…"))
+        box.button(buttons.Save).clicked.connect(lambda: self._save_copy(then))
+        box.button(buttons.Discard).clicked.connect(lambda: then())
+        project = box.addButton(tr("Save &project"), QMessageBox.ButtonRole.AcceptRole)
+        project.clicked.connect(lambda: self._save_project(then))
+        box.setDefaultButton(buttons.Save)
+        # It was asked about the photo that was open.
+        self.document.opened.connect(box.reject)
+        box.open()
+
+    def forget(self) -> None:
+        """Only save: the user wants something else than what was to come after."""
+        self._goes_on = None
+
+    def save(
+        self,
+        file: Path,
+        write: Callable[[Photo, State], str],
+        saved: Callable[[Request, str], object],
+        failed: Callable[[Exception], object],
+        then: Then | None = None,
+        *,
+        whole: bool = False,
+    ) -> None:
+        """End the gesture in hand and write the committed state.
+
+        Parameters
+        ----------
+        file : Path
+            Where it goes, for messages.
+        write : callable
+            Takes photo and state, writes them in a worker and returns notes for the user.
+        saved, failed : callable
+            Called when it is over, with the request and its notes, or with what went wrong.
+        then : callable, optional
+            What comes after.
+        whole : bool
+            True for a file that holds both modes, False for a picture made in the one at work.
+        """
+        photo = self.document.photo
+        if photo is None:
+            return
+        self.document.commit()
+        # Points of a face that isn't one yet are in no file.
+        state = dataclasses.replace(self.document.committed, draft=())
+        modes: tuple[Mode, ...] = get_args(Mode) if whole else (state.mode,)
+        request = Request(photo, self.document.begin_saving(state, modes), file, then)
+        lane = self._requests[request] = Lane(
+            self._one_thread,
+            lambda problem: self._end(request, lambda: failed(problem), False),
+            self,
+        )
+        lane.done.connect(lambda notes: self._end(request, lambda: saved(request, notes), True))
+        self._goes_on = request
+        self.working.emit(tr("Saving {name}…", name=file.name))
+        lane.submit(lambda: write(photo, state))
+
+    def _end(self, request: Request, report: Callable[[], object], written: bool) -> None:
+        self._requests.pop(request).deleteLater()
+        self.document.end_saving(request.saving, written=written)
+        then = request.then if request is self._goes_on else None
+        if written:
+            self.working.emit(tr("Saved {name}", name=request.file.name))
+        else:
+            self.working.emit("")
+        report()
+        if written and then is not None and self.document.photo is request.photo:
+            self._goes_on = None
+            self.guard(then)

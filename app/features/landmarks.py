@@ -1,0 +1,191 @@
+"""Where landmarks come from, with what each source was measured to do; and files of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import partial
+from itertools import chain, repeat
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtGui import QActionGroup
+
+from kogao_core import interchange
+from kogao_core.face import Face, LandmarkSource
+from kogao_core.landmarks import CHOICES, Measured, ModelRefused, networks_are_here, source
+from kogao_core.strict import BadFile
+
+from ..actions import Spec
+from ..i18n import tr
+from ..widgets.dialogs import ask_path
+from .faces import Faces
+from .feature import Context, Feature
+
+_KEYS: Final = ("F5", "F6", "F7")  # of the landmark sources, in turn
+
+
+class LandmarkSources(Feature):
+    """Joins the actions of the Face menu to the source that `Faces` asks."""
+
+    def __init__(self, context: Context, faces: Faces, first: LandmarkSource) -> None:
+        super().__init__(context)
+        self._faces = faces
+        choice = next((choice for choice in CHOICES if choice.name == first.name), None)
+        # As `source` takes it; None for what it gives by itself.
+        self.wanted = None if choice is None else choice.name
+        if choice is not None and not choice.needs_networks and not networks_are_here():
+            faces.found.connect(self._tell_of_fallback)
+        specs = [
+            Spec(
+                f"landmarks-{choice.name}",
+                tr("Landmarks by the &{title}", title=tr(choice.title)),
+                key,
+                _figures(choice.measured),
+                partial(self.use, choice.name),
+                checked=False,
+            )
+            for choice, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False)
+        ]
+        specs.append(
+            Spec(
+                "landmarks-file",
+                tr("Landmarks by a model of &yours…"),
+                "Shift+F6",
+                tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
+                self.ask_for_file,
+                checked=False,
+            )
+        )
+        self.add_actions(*specs)
+        self._group = QActionGroup(self)
+        for spec in specs:
+            self._group.addAction(self.actions[spec.name])
+        self._now = self.actions.get(f"landmarks-{first.name}", self.actions[specs[0].name])
+        self._now.setChecked(True)
+
+    def use(self, wanted: str) -> None:
+        """Find the faces again by a source: its name or a model file; a bad one changes nothing."""
+        try:
+            chosen = source(wanted)
+        except ModelRefused as refusal:
+            self._now.setChecked(True)
+            self.say(str(refusal))
+            return
+        self.wanted = wanted
+        self._now = self._group.checkedAction()
+        self._faces.use(chosen)
+
+    def ask_for_file(self) -> None:
+        """Ask for a model that the user brings."""
+        dialog = ask_path(
+            self.window,
+            tr("A landmark model for cv2.face"),
+            lambda path: self.use(str(path)),
+            filters=[tr("Models (*.yaml *.dat)")],
+        )
+        dialog.rejected.connect(lambda: self._now.setChecked(True))
+
+    def _tell_of_fallback(self) -> None:
+        self._faces.found.disconnect(self._tell_of_fallback)
+        self.say(
+            tr(
+                "The networks are missing, so landmarks come from the AAM, which is less "
+                "exact. kogao-cli doctor says how to get them."
+            )
+        )
+
+
+class Exchange(Feature):
+    """Asks for files and passes points between them and the document."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.add_actions(
+            Spec(
+                "import-landmarks",
+                tr("I&mport landmarks…"),
+                "Ctrl+Shift+I",
+                tr("Points from WebMorph, iBUG or a table in place of those found"),
+                self.ask_import,
+            ),
+            Spec(
+                "export-landmarks",
+                tr("&Export landmarks…"),
+                "Ctrl+Shift+E",
+                tr("The points for WebMorph, iBUG or a table"),
+                self.ask_export,
+            ),
+        )
+        self.watch(lambda: bool(self.document.photo and self._faces()), self._show)
+
+    def ask_import(self) -> None:
+        """Ask for a file of points."""
+        endings = " ".join(f"*{form.suffix}" for form in interchange.FORMATS.values())
+        filters = [tr("Landmarks ({endings})", endings=endings)]
+        ask_path(self.window, tr("Import landmarks"), self.import_file, filters=filters)
+
+    def import_file(self, path: Path) -> None:
+        """Take a file's faces in place of the present ones, as one undo step."""
+        try:
+            faces = interchange.read(path)
+            interchange.check_inside(faces, self.document.image)
+        except BadFile as problem:
+            self.say(f"{problem}.")
+            return
+        # Into the mode at work: points by hand may come from a file as well.
+        state = dataclasses.replace(self.document.state, faces=tuple(faces), off=frozenset())
+        self.document.step(state, tr("Import landmarks"))
+        self.working.emit(tr("Landmarks from {name}", name=path.name))
+
+    def ask_export(self) -> None:
+        """Ask where to write the points; the chosen kind tells the format."""
+        forms = {f"{form.title} (*{form.suffix})": form for form in interchange.FORMATS.values()}
+        path = self.document.path
+        dialog = ask_path(
+            self.window,
+            tr("Export landmarks"),
+            self.export_file,
+            "new",
+            filters=list(forms),
+            at=None if path is None else path.with_name(path.stem),
+        )
+        dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(forms[kind].name))
+        dialog.setDefaultSuffix(next(iter(forms.values())).name)
+
+    def export_file(self, path: Path) -> None:
+        """Write the faces' points; several faces take a file each where the format holds one."""
+        faces = self._faces()
+        try:
+            # The dialog has asked about the first file only.
+            there = [file for file in interchange.files(path, faces)[1:] if file.exists()]
+            if there:
+                raise BadFile(tr("{name} is there already", name=there[0].name))
+            written = interchange.write(faces, path)
+        except BadFile as problem:
+            self.say(f"{problem}.")
+        except OSError as problem:
+            reason = problem.strerror or str(problem)
+            text = tr("{path} can't be written ({reason}).", path=path, reason=reason)
+            self.say(text)
+        else:
+            notes = {one.note for one in written if one.note}
+            text = tr("Landmarks written to {name}", name=path.name)
+            self.working.emit("; ".join([text, *sorted(notes)]))
+
+    def _faces(self) -> list[Face]:
+        return list(self.document.state.faces)
+
+    def _show(self) -> None:
+        self.actions["export-landmarks"].setEnabled(bool(self.document.photo and self._faces()))
+
+
+def _figures(measured: Measured | None) -> str:
+    if measured is None:
+        return tr("How exact it is wasn't measured")
+    return tr(
+        "Outline within {studio:g} % of the eyes' distance on studio portraits, "
+        "{wild:g} % elsewhere; about {ms:.0f} ms",
+        studio=measured.studio_jaw,
+        wild=measured.wild_jaw,
+        ms=measured.typical_ms,
+    )

@@ -1,0 +1,185 @@
+"""Faces marked point by point, as the paper's conventional method has it (section 2)."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Final
+
+import numpy as np
+
+from kogao_core.face import Face
+from kogao_core.geometry import Affine, Array
+
+from ...canvas.handles import Handle, name
+from ...document import CORNERS, Mark, State
+from ...i18n import tr
+
+_EYES: Final = 4
+FEWEST: Final = 3
+# Nearer to the axis than this, in landmark spacings, a point belongs to both sides.
+_MIDDLE: Final = 0.25
+# A landmark belongs to a face this far away, in its larger side.
+_REACH: Final = 0.5
+
+
+def marked(state: State, face: int | None, at: Mark) -> State:
+    """Return the state with one more point: of the face being begun, or a landmark of `face`.
+
+    Parameters
+    ----------
+    state : State
+        What is shown.
+    face : int or None
+        The face that gets the landmark; None begins a new one.
+    at : Mark
+        The landmark and its target, px of the photo.
+    """
+    if face is not None:
+        return state.with_face(face, _with_landmark(state.faces[face], at))
+    draft = (*state.draft, at)
+    if len(draft) < CORNERS + FEWEST:
+        return dataclasses.replace(state, draft=draft)
+    return dataclasses.replace(state, draft=(), faces=(*state.faces, _begun(draft)))
+
+
+def owner(state: State, chosen: int | None, at: tuple[float, float]) -> int | None:
+    """Return the face that a new landmark at (x, y) belongs to; None where a new face begins."""
+    if state.draft:
+        return None
+    if chosen is not None:
+        return chosen
+    for index, face in enumerate(state.faces):
+        left, top, width, height = face.box
+        reach = _REACH * max(width, height)
+        inside_x = left - reach <= at[0] <= left + width + reach
+        if inside_x and top - reach <= at[1] <= top + height + reach:
+            return index
+    return None
+
+
+def _begun(draft: tuple[Mark, ...]) -> Face:
+    sources = np.array([source for source, _ in draft])
+    targets = np.array([target for _, target in draft])
+    face = Face(outline=sources[CORNERS:], eyes=sources[:_EYES], mouth=sources[_EYES:CORNERS])
+    order = np.argsort(_turns(face, face.outline))
+    return dataclasses.replace(face, outline=face.outline[order], targets=targets[CORNERS:][order])
+
+
+def _with_landmark(face: Face, at: Mark) -> Face:
+    source, target = at
+    before = _turns(face, face.outline) < _turns(face, np.array([source]))
+    where = int(before.sum())
+    outline = np.insert(face.outline, where, source, axis=0)
+    return _reshaped(face, outline, np.insert(_targets(face), where, target, axis=0))
+
+
+def _turns(face: Face, points: Array) -> Array:
+    """Return the angle of each point round the middle of the face: left ear, chin, right ear."""
+    right = _normal(face)
+    down = np.array([-right[1], right[0]])
+    away = points - (face.eye_center + face.mouth_center) / 2.0
+    return np.asarray(np.arctan2(away @ right, away @ down))
+
+
+def _targets(face: Face) -> Array:
+    return np.full_like(face.outline, np.nan) if face.targets is None else face.targets
+
+
+def _reshaped(face: Face, outline: Array, targets: Array) -> Face:
+    # The mean spacing, which the lattice hangs on, is another one: the frame is found anew.
+    return dataclasses.replace(
+        face,
+        outline=outline,
+        targets=None if np.isnan(targets).all() else targets,
+        pinned_anchor=None,
+        confidence=None,
+    )
+
+
+def without_landmark(state: State, handle: Handle) -> State:
+    """Return the state without a landmark and its target; a face needs three, or it goes."""
+    face = state.faces[handle.face]
+    if len(face.outline) <= FEWEST:
+        return state.without_face(handle.face)
+    outline = np.delete(face.outline, handle.index, axis=0)
+    targets = np.delete(_targets(face), handle.index, axis=0)
+    return state.with_face(handle.face, _reshaped(face, outline, targets))
+
+
+def mirrored(state: State, handle: Handle) -> State:
+    """Return the state with a landmark and its target also on the other side of the face axis."""
+    face = state.faces[handle.face]
+    across, spacing = _reflection(face), face.anchor.spacing_px
+    source = across(face.outline[handle.index])
+    target = across(state.pairs[handle.face].target_px[handle.index])
+    apart = np.linalg.norm(face.outline - source, axis=1)
+    apart[handle.index] = np.inf
+    nearest = int(np.argmin(apart))
+    if apart[nearest] < _SAME * spacing:
+        face = face.with_outline_point(nearest, source).with_target(nearest, target)
+    else:
+        face = _with_landmark(face, (_pair(source), _pair(target)))
+    return state.with_face(handle.face, face)
+
+
+def with_sides_alike(state: State, handle: Handle) -> State:
+    """Return the state with the side of a point mirrored onto the other one, which goes."""
+    face, targets = state.faces[handle.face], state.pairs[handle.face].target_px
+    across, spacing = _reflection(face), face.anchor.spacing_px
+    side = (face.outline - across(face.outline)) @ _normal(face)
+    middle = np.abs(side) < 2.0 * _MIDDLE * spacing
+    wanted = np.sign(side[handle.index]) or 1.0
+    kept = (np.sign(side) == wanted) & ~middle
+    outline, aims = face.outline[kept], targets[kept]
+    other, other_aims = across(outline)[::-1], across(aims)[::-1]
+    parts = (outline, face.outline[middle], other), (aims, targets[middle], other_aims)
+    if wanted > 0.0:  # the outline runs from the left ear to the right one
+        parts = (parts[0][::-1], parts[1][::-1])
+    if 2 * kept.sum() + middle.sum() < FEWEST:
+        return state
+    changed = _reshaped(face, np.concatenate(parts[0]), np.concatenate(parts[1]))
+    return state.with_face(handle.face, changed)
+
+
+def snapped(state: State, handle: Handle) -> State:
+    """Return the state with a target moved onto the line from its landmark to the centre."""
+    pairs = state.pairs[handle.face]
+    source, target = pairs.source_px[handle.index], pairs.target_px[handle.index]
+    line = pairs.center_px - source
+    share = float((target - source) @ line / max(1e-12, line @ line))
+    face = state.faces[handle.face].with_target(handle.index, source + share * line)
+    return state.with_face(handle.face, face)
+
+
+def _normal(face: Face) -> Array:
+    """Return the direction across the face axis, to the right of an upright head."""
+    down = face.mouth_center - face.eye_center
+    down = down / max(1e-12, float(np.linalg.norm(down)))
+    return np.array([down[1], -down[0]])
+
+
+def _reflection(face: Face) -> Affine:
+    """Return the mirroring at the line through the middle of the eyes and of the mouth."""
+    normal, on_axis = _normal(face), face.eye_center
+    matrix = np.eye(2) - 2.0 * np.outer(normal, normal)
+    return Affine(matrix, on_axis - matrix @ on_axis)
+
+
+def _pair(point: Array) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
+
+
+def next_hint(state: State) -> str:
+    """Return what is to be marked next."""
+    done = len(state.draft)
+    if state.faces and not done:
+        return tr("Press on the outline and drag to where it goes; drag any point to correct it")
+    if done < CORNERS:
+        kind, index = ("eye", done) if done < _EYES else ("mouth", done - _EYES)
+        what = name(Handle(kind, 0, index), 0)  # type: ignore[arg-type]
+        return tr("Click the {what} ({n} of {all})", what=what, n=done + 1, all=CORNERS)
+    return tr("Press on the outline, beginning at the left ear, and drag to where it goes")
+
+
+# A mirrored point this near to one of the other side, in landmark spacings, takes its place.
+_SAME: Final = 0.4

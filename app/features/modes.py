@@ -1,0 +1,238 @@
+"""Renders what was set by hand and what the machine found, in a worker, for the comparison."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QGridLayout,
+    QLabel,
+    QTableWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from kogao_core.differences import Differences, differences, matching
+from kogao_core.geometry import Box
+from kogao_core.pipeline import render
+from kogao_core.project import Mode, Sheet
+
+from ..actions import Spec
+from ..canvas.handles import Handle, name
+from ..document import State
+from ..i18n import reason, tr
+from ..render.pyramid import PicturePyramid, Rgb8
+from ..theme import GRID_PX
+from ..widgets.controls import heading, muted_label
+from ..widgets.dialogs import room_px, table
+from ..widgets.pictures import scaled
+from .faces import Faces
+from .feature import Context, Feature
+from .manual import Manual
+
+_MARGIN: Final = 0.25  # of the faces' larger side
+_LONGEST_SIDE_PX: Final = 1024
+_PICTURE_PX = 320
+_HEIGHT_PX = 800
+_NONE = "–"  # noqa: RUF001
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One mode's result: the part of it round the faces, and the two times of table 2, s."""
+
+    mode: Mode
+    faces: int
+    pixels: Rgb8
+    setting_s: float | None
+    computing_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class ModesCompared:
+    """Both modes, and how far each face's points lie apart; pairs of face indices first."""
+
+    sides: tuple[Side, Side]
+    faces: tuple[tuple[int, int, Differences], ...]
+
+
+class Modes(Feature):
+    """Compares the two modes of the document."""
+
+    def __init__(self, context: Context, faces: Faces, manual: Manual) -> None:
+        super().__init__(context)
+        self._faces, self._clock = faces, manual.clock
+        self._lane = self.lane(self._show, self._not_compared)
+        self.add_actions(
+            Spec(
+                "compare-modes",
+                tr("&Compare…"),
+                "F4",
+                tr("Manual and automatic side by side, with their times"),
+                self.compare,
+            )
+        )
+        manual.panel.add_button(self.actions["compare-modes"])
+
+    def compare(self) -> None:
+        """Render both modes as they are now."""
+        pyramid, state = self.document.pyramid, self.document.state
+        if pyramid is None:
+            return
+        times = self._clock.elapsed_s or None, self._faces.finding_s
+        self._lane.submit(lambda: compared(pyramid, state, times))
+
+    def _show(self, both: ModesCompared) -> None:
+        ModesDialog(both, self.window).open()
+
+    def _not_compared(self, problem: Exception) -> None:
+        text = tr("The two modes can't be compared ({why}).", why=reason(problem))
+        self.say(text)
+
+
+def compared(
+    photo: PicturePyramid, state: State, times: tuple[float | None, float | None]
+) -> ModesCompared:
+    """Render both modes of `state`; `times` are the setting times, manual first, s."""
+    manual, automatic = state.sheet("manual"), state.sheet("automatic")
+    box = _round_faces(manual, automatic, Box.of(photo.levels[0]))
+    sides = (
+        _side("manual", manual, state, photo, box, times[0]),
+        _side("automatic", automatic, state, photo, box, times[1]),
+    )
+    faces = []
+    for index, face in enumerate(manual.faces):
+        other = matching(face, automatic.faces)
+        if other is not None:
+            found = automatic.faces[other]
+            apart = differences(face, found, (manual.recipe, automatic.recipe))
+            faces.append((index, other, apart))
+    return ModesCompared(sides, tuple(faces))
+
+
+def _side(
+    mode: Mode, sheet: Sheet, state: State, photo: PicturePyramid, box: Box, setting_s: float | None
+) -> Side:
+    rendering = render(photo.levels[0], sheet.active, sheet.recipe, protection=state.protection)
+    rows, columns = box.slices
+    seen = PicturePyramid(_reduced(rendering.pixels[rows, columns]), photo.show).shown[0]
+    computing_s = sum(rendering.timings_ms.values()) / 1e3
+    return Side(mode, len(sheet.active), seen, setting_s, computing_s)
+
+
+def _reduced(pixels: Rgb8) -> Rgb8:
+    # Here, off the GUI thread: a face of a large photo has many times a dialog's pixels.
+    shrink = max(1.0, max(pixels.shape[:2]) / _LONGEST_SIDE_PX)
+    size = [max(1, round(side / shrink)) for side in pixels.shape[1::-1]]
+    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _round_faces(first: Sheet, second: Sheet, image: Box) -> Box:
+    faces = (*first.faces, *second.faces)
+    if not faces:
+        return image
+    points = np.vstack([face.points for face in faces])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN * float((high - low).max())
+    left, top = np.floor(low - margin).astype(int).tolist()
+    right, bottom = np.ceil(high + margin).astype(int).tolist()
+    return Box(left, top, right, bottom).clipped(image)
+
+
+class ModesDialog(QDialog):
+    """Two pictures above the times of table 2 and a table of points.
+
+    Parameters
+    ----------
+    comparison : ModesCompared
+        What to show.
+    parent : QWidget
+        The window.
+    """
+
+    def __init__(self, comparison: ModesCompared, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Manual and automatic"))
+        self.times = _times_table(comparison.sides)
+        self.points = _points_table(comparison)
+        grid = QGridLayout()
+        grid.setSpacing(3 * GRID_PX)
+        for column, side in enumerate(comparison.sides):
+            grid.addWidget(heading(_title(side)), 0, column)
+            grid.addWidget(_picture(side, self.devicePixelRatioF()), 1, column)
+        column_layout = QVBoxLayout(self)
+        column_layout.setContentsMargins(4 * GRID_PX, 4 * GRID_PX, 4 * GRID_PX, 4 * GRID_PX)
+        column_layout.setSpacing(3 * GRID_PX)
+        column_layout.addLayout(grid)
+        column_layout.addWidget(self.times)
+        column_layout.addWidget(heading(tr("How far the points lie apart")))
+        column_layout.addWidget(muted_label(summary(comparison)))
+        column_layout.addWidget(self.points, 1)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column_layout.addWidget(buttons)
+        self.resize(2 * _PICTURE_PX + 12 * GRID_PX, min(_HEIGHT_PX, room_px(parent)))
+
+
+def summary(comparison: ModesCompared) -> str:
+    """Return mean and largest difference of landmarks and targets over all faces."""
+    if not comparison.faces:
+        return tr("No face is marked by hand where one was found.")
+    return "\n".join(
+        tr(
+            "face {n}: landmarks {mean:.1f} px on average, up to {most:.1f} px; "
+            "targets {t_mean:.1f} px, up to {t_most:.1f} px",
+            n=index + 1,
+            mean=apart.landmarks_px.mean(),
+            most=apart.landmarks_px.max(),
+            t_mean=apart.targets_px.mean(),
+            t_most=apart.targets_px.max(),
+        )
+        for index, _, apart in comparison.faces
+    )
+
+
+def _title(side: Side) -> str:
+    mode = tr("Manual") if side.mode == "manual" else tr("Automatic")
+    return tr("{mode}, faces: {n}", mode=mode, n=side.faces)
+
+
+def _picture(side: Side, ratio: float) -> QLabel:
+    label = QLabel()
+    label.setPixmap(scaled(side.pixels, _PICTURE_PX, ratio))
+    label.setAccessibleName(_title(side))
+    return label
+
+
+def _times_table(sides: tuple[Side, Side]) -> QTableWidget:
+    head = [tr("Time"), tr("Setting"), tr("Computing"), tr("Total")]
+    rows = []
+    for side in sides:
+        mode = tr("Manual") if side.mode == "manual" else tr("Automatic")
+        total = None if side.setting_s is None else side.setting_s + side.computing_s
+        seconds = (side.setting_s, side.computing_s, total)
+        rows.append([mode, *(_NONE if s is None else tr("{s:.2f} s", s=s) for s in seconds)])
+    made = table(tr("Times"), head, rows)
+    made.setFixedHeight(
+        made.horizontalHeader().sizeHint().height() + len(rows) * made.rowHeight(0) + 4
+    )
+    return made
+
+
+def _points_table(comparison: ModesCompared) -> QTableWidget:
+    head = [tr("Face"), tr("Point by hand"), tr("Found"), tr("Landmark"), tr("Target")]
+    rows = []
+    for index, _, apart in comparison.faces:
+        for point, partner in enumerate(apart.partners.tolist()):
+            label = name(Handle("outline", index, point), len(apart.partners))
+            px = (apart.landmarks_px[point], apart.targets_px[point])
+            far = (tr("{px:.1f} px", px=value) for value in px)
+            rows.append([str(index + 1), label, str(partner + 1), *far])
+    return table(tr("Points"), head, rows)

@@ -1,0 +1,188 @@
+"""Taking hold of points on the canvas, and what that makes of the document."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+
+from kogao_core.geometry import Array
+from kogao_core.limits import OutOfBounds, check_faces
+
+from ..actions import Spec
+from ..canvas import handles
+from ..canvas.handles import Handle
+from ..document import State
+from ..i18n import tr
+from .feature import Context, Feature
+
+
+class Points(Feature):
+    """Drags, nudges and names points; each gesture is one undo step.
+
+    Signals
+    -------
+    escaped
+        There was nothing to abort and no point to let go.
+    restyled
+        Something is marked otherwise: the overlays need drawing.
+    took(int)
+        A point of this face is in hand.
+    center_taken(int, int)
+        A centre candidate of a face was clicked: face and number.
+    """
+
+    escaped = Signal()
+    restyled = Signal()
+    took = Signal(int)
+    center_taken = Signal(int, int)
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._held: Handle | None = None
+        self._before = State()
+        self._offset: Array = np.zeros(2)
+        self.document.changed.connect(self._follow)
+        self.document.opened.connect(self._forget)
+        self.document.aborted.connect(self._drop)
+        tip = tr("Select a point for the arrow keys")
+        self.add_actions(
+            Spec("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1)),
+            Spec("previous-point", tr("Pre&vious point"), "Ctrl+,", tip, lambda: self._walk(-1)),
+            Spec(
+                "abort",
+                tr("&Abort the gesture"),
+                "Escape",
+                tr(
+                    "Leave everything as it was; without a gesture, let the point go, then the face"
+                ),
+                self.abort,
+            ),
+        )
+        canvas = self.window.canvas
+        self.document.aborted.connect(canvas.let_go)
+        self.restyled.connect(canvas.redraw)
+        canvas.grabbed.connect(self.grab)
+        canvas.dragged.connect(self.drag)
+        canvas.released.connect(self.release)
+        canvas.nudged.connect(self.nudge)
+        canvas.nudge_ended.connect(self.document.commit)
+        canvas.hovered.connect(self.hover)
+
+    def abort(self) -> None:
+        """End the gesture in hand as if it hadn't been; without one, let point, then face go."""
+        in_gesture = self.document.in_gesture
+        self.document.abort()
+        if in_gesture:
+            return
+        if self.view.selected is not None:
+            self._select(None)
+        else:
+            self.escaped.emit()
+
+    def grab(self, handle: Handle, x: float, y: float) -> None:
+        """Take hold of a handle at (x, y), px of the photo."""
+        self.document.commit()
+        if handle.kind == "mark":
+            return
+        self._held, self._before = handle, self.document.state
+        self._offset = handles.position(self._before, handle) - np.array([x, y])
+        self._select(handle if handle.kind not in ("corner", "body") else None)
+        self.took.emit(handle.face)
+
+    def drag(self, x: float, y: float) -> None:
+        """Move the handle in hand; it stays under the cursor where it was taken."""
+        if self._held is not None and self._held.movable:
+            start = handles.position(self._before, self._held)
+            to = self._offset + np.array([x, y])
+            self._take(self._held, handles.moved(self._before, self._held, start, to))
+
+    def release(self) -> None:
+        """Let go: a moved point is one undo step, a centre is chosen."""
+        held, self._held = self._held, None
+        self.document.commit()
+        if held is not None and held.kind == "centre":
+            self.center_taken.emit(held.face, held.index + 1)
+
+    def nudge(self, dx: int, dy: int) -> None:
+        """Move the selected point by whole px of the photo."""
+        handle, state = self.view.selected, self.document.state
+        if handle is not None and handle.movable:
+            at = handles.position(state, handle)
+            self._take(handle, handles.moved(state, handle, at, at + np.array([dx, dy])))
+
+    def _take(self, handle: Handle, moved: State) -> None:
+        """Show a handle moved; one drawn far out of the photo stays where it was."""
+        try:
+            check_faces([moved.faces[handle.face]], self.document.image)
+        except OutOfBounds:
+            return
+        self.document.preview(moved, self._name_of(handle))
+
+    def select_next(self, step: int) -> None:
+        """Select the point that comes `step` places after the selected one, going round."""
+        movable = [
+            handle
+            for handle, _ in handles.handles(self.document.state, handles.MOVABLE)
+            if self.view.face in (None, handle.face)
+        ]
+        if not movable:
+            return
+        self.document.commit()
+        here = self.view.selected
+        place = movable.index(here) + step if here in movable else min(0, step)
+        handle = movable[place % len(movable)]
+        self._select(handle)
+        self.window.status.name_point(self._name_of(handle))
+
+    def _walk(self, step: int) -> None:
+        # Wherever the keys went before, the arrows move the point now.
+        self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.select_next(step)
+
+    def make_automatic(self) -> None:
+        """Put the selected target back on its line to the centre."""
+        handle, state = self.view.selected, self.document.state
+        if handle is not None and handle.kind == "target":
+            face = state.faces[handle.face].with_target(handle.index, None)
+            self.document.step(state.with_face(handle.face, face), tr("Automatic target"))
+
+    def let_selection_go(self) -> None:
+        """Select nothing: what the points are numbered by has changed."""
+        self.view.hovered = None
+        self._select(None)
+
+    def hover(self, handle: Handle | None, x: float, y: float) -> None:
+        """Name the point under the cursor, and note where that is; the canvas says -1 for away."""
+        self.view.cursor = None if (x, y) == (-1.0, -1.0) else np.array([x, y])
+        if self.view.brush.paints or self.view.loupe or self.view.marking:
+            self.restyled.emit()
+        if handle is not None and handle.kind == "mark":
+            handle = None
+        if handle != self.view.hovered:
+            self.view.hovered = handle
+            self.window.status.name_point("" if handle is None else self._name_of(handle))
+            self.restyled.emit()
+
+    def _name_of(self, handle: Handle) -> str:
+        return handles.name(handle, len(self.document.state.faces[handle.face].outline))
+
+    def _select(self, handle: Handle | None) -> None:
+        self.view.selected = handle
+        self.restyled.emit()
+
+    def _follow(self) -> None:
+        state = self.document.state
+        if self.view.placing is not None and self.view.placing >= len(state.faces):
+            self.view.placing = None
+        for kept in ("selected", "hovered"):
+            handle = getattr(self.view, kept)
+            if handle is not None and not handles.exists(state, handle):
+                setattr(self.view, kept, None)
+
+    def _forget(self) -> None:
+        self.view.frame = None
+        self.view.placing = self.view.selected = self.view.hovered = None
+        self._drop()
+
+    def _drop(self) -> None:
+        self._held = None

@@ -1,0 +1,304 @@
+"""Strokes of the brush, line and eraser become protection; each is one undo step."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from typing import Final, get_args
+
+import cv2
+import numpy as np
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QWidget
+
+from kogao_core.geometry import Array
+from kogao_core.protection import NOTHING
+
+from ..actions import Spec
+from ..document import State
+from ..i18n import tr
+from ..theme import GRID_PX
+from ..view_state import Brush, ToolName
+from ..widgets.controls import Fold, SliderScale, ValueSlider, action_button, column_of, muted_label
+from .feature import Context, Feature
+
+_OF_PHOTO: Final = 1 / 100  # the first brush's radius in the photo's longer side
+# A stroke may leave the cursor's way by this share of its radius: fewer corners, quicker fits.
+_LOOSE: Final = 1 / 8
+_LOOSE_PX: Final = 0.5
+# A feather as wide as the landmarks are apart carries the move past a hard edge without folding.
+_FEATHER_SPACINGS: Final = 1.0
+_STEPS_PER_OCTAVE: Final = 8
+_SMALLEST_PX: Final = 1.0
+_LARGEST_PX: Final = 512.0
+# Four presses of a bracket key double the brush.
+_PRESSES_PER_OCTAVE: Final = 4
+
+
+class Protect(Feature):
+    """Paints and erases.
+
+    Signals
+    -------
+    changed
+        Another tool, size or edge, as `ViewState.brush` says.
+    """
+
+    changed = Signal()
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._before: State | None = None
+        self._path: list[tuple[float, float]] = []
+        self.add_actions(
+            self._tool("points", tr("Points"), "A", tr("Drag landmarks and targets")),
+            self._tool("brush", tr("Brush"), "B", tr("Paint what must not move")),
+            self._tool(
+                "line",
+                tr("Line"),
+                "N",
+                tr("Protect a straight edge; Shift keeps it level or upright"),
+            ),
+            self._tool("eraser", tr("Eraser"), "E", tr("Rub protection out")),
+            Spec(
+                "hard",
+                tr("&Hard edge"),
+                "Shift+B",
+                tr("Not a pixel of it moves"),
+                toggled=self.set_hard,
+                checked=False,
+            ),
+            Spec(
+                "smaller",
+                tr("&Smaller brush"),
+                "[",
+                tr("Make brush and eraser smaller"),
+                lambda: self.resize(-1),
+            ),
+            Spec(
+                "larger",
+                tr("&Larger brush"),
+                "]",
+                tr("Make brush and eraser larger"),
+                lambda: self.resize(1),
+            ),
+            Spec(
+                "unprotect",
+                tr("&Remove all protection"),
+                "Shift+E",
+                tr("Let every place move again"),
+                self.clear,
+            ),
+        )
+        tools, group = (
+            [self.actions[f"tool-{name}"] for name in get_args(ToolName)],
+            QActionGroup(self),
+        )
+        for action in tools:
+            group.addAction(action)
+        self.panel: ProtectPanel = ProtectPanel(
+            tools, self.actions["hard"], self.actions["unprotect"]
+        )
+        self.panel.resized.connect(self.set_radius)
+        self.panel.reset.connect(self.fit_brush)
+        canvas = self.window.canvas
+        canvas.stroke_begun.connect(self.begin)
+        canvas.stroked.connect(self.extend)
+        canvas.stroke_ended.connect(self.end)
+        self.changed.connect(canvas.take_tool)
+        self.changed.connect(canvas.redraw)
+        self.changed.connect(lambda: self.panel.show_brush(self.view.brush))
+        self.document.opened.connect(self.fit_brush)
+        self.document.aborted.connect(self._drop)
+        self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
+
+    def _tool(self, name: ToolName, text: str, key: str, tip: str) -> Spec:
+        first = name == self.view.brush.tool
+        return Spec(f"tool-{name}", text, key, tip, lambda: self.take(name), checked=first)
+
+    # -- the brush -------------------------------------------------------------------------------
+
+    def take(self, tool: ToolName) -> None:
+        """Take another tool in hand."""
+        self._set(tool=tool)
+
+    def set_radius(self, radius_px: float) -> None:
+        """Make the brush this large, px of the photo."""
+        self._set(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
+
+    def fit_brush(self) -> None:
+        """Make the brush as large as suits the photo."""
+        self._drop()
+        image = self.document.image
+        self.set_radius(_OF_PHOTO * max(image.width, image.height))
+
+    def resize(self, steps: int) -> None:
+        """Make the brush larger or smaller by so many presses of a key."""
+        self.set_radius(self.view.brush.radius_px * 2.0 ** (steps / _PRESSES_PER_OCTAVE))
+
+    def set_hard(self, hard: bool) -> None:
+        """Choose whether the next strokes have a hard edge."""
+        self._set(hard=hard)
+
+    # -- strokes ---------------------------------------------------------------------------------
+
+    def begin(self, x: float, y: float) -> None:
+        """Begin a stroke at (x, y), px of the photo."""
+        self.document.commit()
+        self._before, self._path = self.document.state, [(x, y)]
+        if self.view.brush.tool != "line":
+            self._show()
+
+    def extend(self, x: float, y: float, straight: bool) -> None:
+        """Go on to (x, y); a `straight` line is level or upright."""
+        if self._before is None:
+            return
+        self.view.cursor = np.array([x, y])
+        if self.view.brush.tool == "line":
+            self._path = [self._path[0], _squared(self._path[0], (x, y)) if straight else (x, y)]
+        else:
+            self._path.append((x, y))
+        self._show()
+
+    def end(self) -> None:
+        """Let go: the stroke is one undo step."""
+        if self._before is not None:
+            self._drop()
+            self.document.commit()
+
+    def clear(self) -> None:
+        """Take all protection away."""
+        if self.document.state.protection.strokes:
+            state = dataclasses.replace(self.document.state, protection=NOTHING)
+            self.document.step(state, tr("Remove all protection"))
+
+    def _show(self) -> None:
+        if self._before is None:
+            return
+        brush, before = self.view.brush, self._before.protection
+        path = _smoothed(self._path, max(_LOOSE_PX, _LOOSE * brush.radius_px))
+        if brush.tool == "eraser":
+            protection, text = before.erased(path, brush.radius_px), tr("Erase protection")
+        else:
+            feather = self._feather_px() if brush.hard else 0.0
+            protection, text = before.with_stroke(path, brush.radius_px, feather), tr("Protect")
+        if protection.strokes != self.document.state.protection.strokes:
+            state = dataclasses.replace(self._before, protection=protection)
+            self.document.preview(state, text)
+
+    def _feather_px(self) -> float:
+        spacings = [face.anchor.spacing_px for face in self.document.state.active]
+        return _FEATHER_SPACINGS * (
+            min(spacings) if spacings else max(1.0, self.view.brush.radius_px)
+        )
+
+    def _set(self, **changes: object) -> None:
+        self.view.brush = dataclasses.replace(self.view.brush, **changes)  # type: ignore[arg-type]
+        self.changed.emit()
+
+    def _drop(self) -> None:
+        self._before, self._path = None, []
+
+    def _show_count(self) -> None:
+        self.panel.show_count(len(self.document.state.protection.strokes))
+
+
+def _smoothed(path: list[tuple[float, float]], loose_px: float) -> Array:
+    points = np.array(path, np.float32)[:, None]
+    if len(points) < 3:
+        return np.asarray(points[:, 0], np.float64)
+    return np.asarray(cv2.approxPolyDP(points, loose_px, closed=False)[:, 0], np.float64)
+
+
+def _squared(start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
+    """Return `end` moved so that the line to it is level or upright, whichever is nearer."""
+    level = abs(end[0] - start[0]) >= abs(end[1] - start[1])
+    return (end[0], start[1]) if level else (start[0], end[1])
+
+
+class ProtectPanel(QWidget):
+    """Tools, size, edge, and a way to remove everything.
+
+    Parameters
+    ----------
+    tools : iterable of QAction
+        The checkable action of each tool.
+    hard : QAction
+        Whether the next strokes have a hard edge.
+    clear : QAction
+        Removes all protection.
+
+    Signals
+    -------
+    resized(float)
+        Another radius of the brush, px of the photo.
+    reset
+        The brush's first size is wanted.
+    """
+
+    resized = Signal(float)
+    reset = Signal()
+
+    def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
+        super().__init__()
+        self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), _size_tip(), 0)
+        self.size_px.edited.connect(self.resized)
+        self.size_px.reset.connect(self.reset)
+        self.hard = QCheckBox(tr("Har&d edge: not a pixel of it moves"))
+        self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
+        self.hard.toggled.connect(hard.setChecked)
+        hard.toggled.connect(self.hard.setChecked)
+        self.count = muted_label()
+        self.clear = QPushButton(tr("Remove all"))
+        self.clear.setAccessibleName(tr("Remove all protection"))
+        self.clear.clicked.connect(clear.trigger)
+        body = QWidget()
+        self.fold = Fold(tr("Protect"), body)
+        column_of(self).addWidget(self.fold)
+        column = column_of(body, spacing=2 * GRID_PX)
+        column.addLayout(_row(tools))
+        column.addWidget(self.size_px)
+        column.addWidget(self.hard)
+        foot = QHBoxLayout()
+        foot.addWidget(self.count)
+        foot.addStretch()
+        foot.addWidget(self.clear)
+        column.addLayout(foot)
+
+    def show_brush(self, brush: Brush) -> None:
+        """Show how large the tool in hand is, and unfold for one that paints."""
+        if brush.paints:
+            self.fold.button.setChecked(True)
+        self.size_px.show_value(brush.radius_px)
+
+    def show_count(self, strokes: int) -> None:
+        """Show how many strokes there are."""
+        words = tr("Strokes: {n}", n=strokes) if strokes else tr("Nothing is protected")
+        self.count.setText(words)
+        self.clear.setEnabled(strokes > 0)
+
+
+def _row(tools: Iterable[QAction]) -> QHBoxLayout:
+    row = QHBoxLayout()
+    row.setSpacing(GRID_PX)
+    for action in tools:
+        row.addWidget(action_button(action), 1)
+    return row
+
+
+def _sizes() -> SliderScale:
+    low, high = (round(_STEPS_PER_OCTAVE * math.log2(px)) for px in (_SMALLEST_PX, _LARGEST_PX))
+    return SliderScale(
+        low,
+        high,
+        _STEPS_PER_OCTAVE,
+        lambda n: 2.0 ** (n / _STEPS_PER_OCTAVE),
+        lambda v: round(_STEPS_PER_OCTAVE * math.log2(v)),
+        lambda v: tr("{v:.0f} px across", v=2 * v),
+    )
+
+
+def _size_tip() -> str:
+    return tr("Width of brush, line and eraser in px of the photo; [ and ] change it")

@@ -1,0 +1,77 @@
+"""A study's pictures to rate, from the menu to the page in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QUrl
+from PySide6.QtGui import QDesktopServices, QGuiApplication
+
+from kogao_core.strict import BadFile
+
+from ..actions import Spec
+from ..i18n import tr
+from ..widgets.dialogs import ask_path
+from ..widgets.messages import BarAction
+from .feature import Context, Feature
+
+if TYPE_CHECKING:
+    from kogao_core.experiments.study.server import Server
+
+
+class Rating(Feature):
+    """Asks for a study's folder, serves its page and opens it."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._server: Server | None = None
+        self.add_actions(
+            Spec(
+                "rate",
+                tr("&Rate pictures…"),
+                "Ctrl+R",
+                tr("Say which pictures of a study look natural (table 1, figure 11)"),
+                self.ask_folder,
+            )
+        )
+
+    def ask_folder(self) -> None:
+        """Ask which study to rate."""
+        ask_path(self.window, tr("The folder of a study"), self.open, "folder")
+
+    def open(self, folder: Path) -> None:
+        """Open a study's page in the browser; say why a folder has none."""
+        from kogao_core.experiments.study.server import Server
+
+        try:
+            server = Server(folder)
+        except BadFile as problem:
+            step = tr("Choose a folder that kogao-cli experiment study make has made.")
+            self.say(f"{problem}. {step}")
+            return
+        except OSError as problem:
+            reason = problem.strerror or str(problem)
+            self.say(tr("The page can't be served: {reason}.", reason=reason))
+            return
+        self.stop()
+        self._server = server
+        server.start()
+        self._browse(server.address)
+
+    def stop(self) -> None:
+        """Serve no more; every answer is on the disk already."""
+        if self._server is not None:
+            self._server.stop()
+            self._server = None
+
+    def _browse(self, address: str) -> None:
+        if QDesktopServices.openUrl(QUrl(address)):
+            text = tr("The study is open in your browser, for as long as Kogao runs.")
+            self.say(text, wrong=False)
+            return
+        copy = BarAction(
+            tr("Copy the address"), lambda: QGuiApplication.clipboard().setText(address)
+        )
+        text = tr("No browser could be opened. Open {address} in one.", address=address)
+        self.say(text, copy)

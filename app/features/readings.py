@@ -1,0 +1,197 @@
+"""Measured: the time of each stage and the pixels of each domain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from kogao_core.pipeline import Rendering
+from kogao_core.settings import DOMAINS, DomainName
+
+from ..canvas.overlays import glyphs
+from ..i18n import tr
+from ..theme import GRID_PX
+from ..widgets.controls import column_of, heading, muted_label
+from ..widgets.docks import Dock
+from .feature import Context, Feature
+from .recipe import fields
+
+_BAR_PX: Final = 8
+_NONE: Final = "–"  # noqa: RUF001
+
+
+class ReadingsPanel(QWidget):
+    """Timings and domains of the newest whole result, side by side."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.timings, self.domains = _Timings(), _Domains()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 8, 12, 8)
+        row.setSpacing(8 * GRID_PX)
+        row.addWidget(self.timings, 1)
+        row.addWidget(self.domains, 1)
+        self.forget()
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def show_rendering(self, rendering: Rendering) -> None:
+        """Show what a whole result took and changed; dashes where no face was to be moved."""
+        if rendering.pairs:
+            self.timings.show_laps(rendering.timings_ms)
+            self.domains.show_counts(rendering.pixel_counts)
+        else:
+            self.forget()
+
+    def forget(self) -> None:
+        """Show dashes: nothing is measured yet."""
+        self.timings.forget()
+        self.domains.forget()
+
+
+class _Timings(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        self.total = muted_label()
+        grid = _table(self, tr("Timings"), self.total)
+        self._rows: dict[str, tuple[_Bar, QLabel]] = {}
+        for row, (stage, title) in enumerate(_stages().items()):
+            bar, value = _Bar(), _number()
+            grid.addWidget(muted_label(title), row, 0)
+            grid.addWidget(bar, row, 1)
+            grid.addWidget(value, row, 2)
+            self._rows[stage] = (bar, value)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnMinimumWidth(2, 64)
+
+    def show_laps(self, laps_ms: Mapping[str, float]) -> None:
+        """Show the time of each stage, in ms."""
+        total = sum(laps_ms.values())
+        self.total.setText(tr("full photo {ms:.0f} ms", ms=total))
+        for stage, (bar, value) in self._rows.items():
+            lap = laps_ms.get(stage, 0.0)
+            bar.show_share(lap / total if total else 0.0)
+            value.setText(tr("{ms:.1f} ms", ms=lap))
+
+    def forget(self) -> None:
+        """Show a dash for each stage."""
+        self.total.clear()
+        for bar, value in self._rows.values():
+            bar.show_share(0.0)
+            value.setText(_NONE)
+
+    def texts(self) -> dict[str, str]:
+        """Return what each stage's row says."""
+        return {stage: value.text() for stage, (_, value) in self._rows.items()}
+
+
+class _Domains(QWidget):
+    def __init__(self) -> None:
+        super().__init__()
+        grid = _table(self, tr("Domains"), muted_label())
+        self._rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
+        for row, domain in enumerate(DOMAINS):
+            mark = QLabel()
+            draw = partial(_hatch, domain.name)
+            mark.setPixmap(glyphs.swatch(draw, self.devicePixelRatioF()))
+            title = muted_label(tr(domain.title))
+            title.setToolTip(fields.help_of(domain))
+            pixels, share, saved = _number(), _number(), _number()
+            saved.setProperty("muted", "true")
+            for column, cell in enumerate((mark, title, pixels, share, saved)):
+                grid.addWidget(cell, row, column)
+            self._rows[domain.name] = (pixels, share, saved)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnMinimumWidth(3, 64)
+        grid.setColumnMinimumWidth(4, 88)
+        grid.setRowStretch(len(DOMAINS), 1)
+
+    def show_counts(self, counts: Mapping[DomainName, int]) -> None:
+        """Show how many pixels each domain has, and how much of the whole it saves."""
+        whole = max(1, counts.get("image", 0))
+        for name, (pixels, share, saved) in self._rows.items():
+            count = counts.get(name, 0)
+            pixels.setText(tr("{n:,} px", n=count).replace(",", "\u2009"))
+            share.setText(tr("{n:.1f} %", n=100 * count / whole))
+            saved.setText(tr("{n:.1f} % saved", n=100 * (1 - count / whole)))
+
+    def forget(self) -> None:
+        """Show a dash for each domain."""
+        for row in self._rows.values():
+            for cell in row:
+                cell.setText(_NONE)
+
+    def texts(self) -> dict[DomainName, tuple[str, ...]]:
+        """Return what each domain's row says: pixels, their share, and what is saved."""
+        return {name: tuple(cell.text() for cell in row) for name, row in self._rows.items()}
+
+
+class _Bar(QWidget):
+    """A horizontal bar for a share of one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._share = 0.0
+        self.setMinimumSize(48, _BAR_PX)
+
+    def show_share(self, share: float) -> None:
+        self._share = share
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
+        painter = QPainter(self)
+        top = (self.height() - _BAR_PX) / 2
+        painter.fillRect(
+            QRectF(0, top, self.width() * self._share, _BAR_PX), self.palette().accent()
+        )
+
+
+def _hatch(name: DomainName, painter: QPainter, box: QRectF) -> None:
+    glyphs.hatched(painter, box.adjusted(2, 2, -2, -2), name)
+
+
+def _stages() -> dict[str, str]:
+    return {
+        "targets": tr("targets"),
+        "lattice": tr("lattice"),
+        "guard": tr("guard"),
+        "domain": tr("domain"),
+        "copy": tr("copy"),
+        "warp": tr("warp"),
+    }
+
+
+def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:
+    top = QHBoxLayout()
+    top.addWidget(heading(title))
+    top.addStretch()
+    top.addWidget(note)
+    grid = QGridLayout()
+    grid.setHorizontalSpacing(2 * GRID_PX)
+    grid.setVerticalSpacing(GRID_PX // 2)
+    column = column_of(widget)
+    column.addLayout(top)
+    column.addLayout(grid)
+    column.addStretch()
+    return grid
+
+
+def _number() -> QLabel:
+    label = QLabel()
+    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return label
+
+
+class Readings(Feature):
+    """Shows what the newest whole result took and changed."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.panel: ReadingsPanel = ReadingsPanel()
+        self.dock = Dock("readings", tr("Readings"))
+        self.document.opened.connect(self.panel.forget)
+        self.live.measured.connect(self.panel.show_rendering)

@@ -1,0 +1,175 @@
+"""The photos opened last."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
+
+from ..i18n import tr
+from ..theme import GRID_PX
+from ..widgets.controls import heading, muted_label
+from .feature import Context, Feature
+from .files import Files
+from .files.opening import is_sample
+from .strip import Strip
+
+_KEY: Final = "recent"
+_MOST: Final = 10
+_MOST_RECENT: Final = 5
+
+
+def paths(settings: QSettings) -> list[Path]:
+    """Return the photos opened last, newest first."""
+    stored = settings.value(_KEY)
+    names = stored if isinstance(stored, list) else [stored]
+    return [Path(name) for name in names if isinstance(name, str) and name][:_MOST]
+
+
+def there(settings: QSettings) -> list[Path]:
+    """Return those of them that are there now; a drive that is away may come back."""
+    return [path for path in paths(settings) if path.is_file()]
+
+
+def titles(photos: Sequence[Path]) -> list[str]:
+    """Return the photos' names, with as much of the folder as tells equal names apart."""
+    return [_title(photo, [one for one in photos if one != photo]) for photo in photos]
+
+
+def _title(photo: Path, others: Sequence[Path]) -> str:
+    named_alike = [other.parent for other in others if other.name == photo.name]
+    if not named_alike:
+        return photo.name
+    folder = photo.parent
+    enough = folder.name not in [other.name for other in named_alike]
+    shown = folder.name if enough else str(folder)
+    return tr("{name} – {folder}", name=photo.name, folder=shown)  # noqa: RUF001
+
+
+def add(settings: QSettings, path: Path) -> None:
+    """Put a photo at the top of the list."""
+    others = [other for other in paths(settings) if other != path]
+    settings.setValue(_KEY, [str(p) for p in (path, *others)][:_MOST])
+
+
+def clear(settings: QSettings) -> None:
+    """Forget all of them."""
+    settings.remove(_KEY)
+
+
+class EmptyState(QFrame):
+    """Buttons to begin with.
+
+    Parameters
+    ----------
+    begin : sequence of QAction
+        Open a photo, open the sample.
+
+    Signals
+    -------
+    wanted(Path)
+        A photo opened lately is wanted again.
+    """
+
+    wanted = Signal(object)
+
+    def __init__(self, begin: Sequence[QAction]) -> None:
+        super().__init__()
+        self.setProperty("bar", "hint")
+        self.setAccessibleName(tr("No photo is open"))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*(6 * GRID_PX,) * 4)
+        column.setSpacing(2 * GRID_PX)
+        column.addWidget(heading(tr("Make a face a little smaller")))
+        drop = muted_label(tr("Drop photos or a folder here, or"))
+        column.addWidget(drop)
+        self.buttons = [_button(action) for action in begin]
+        for button in self.buttons:
+            column.addWidget(button)
+        self._title = muted_label(tr("Opened lately"))
+        column.addSpacing(2 * GRID_PX)
+        column.addWidget(self._title)
+        self._links: list[QLabel] = []
+        self._recent = QVBoxLayout()
+        self._recent.setSpacing(GRID_PX)
+        column.addLayout(self._recent)
+        self.show_recent([])
+
+    def show_recent(self, paths: Sequence[Path]) -> None:
+        """Offer the photos opened lately."""
+        for link in self._links:
+            link.deleteLater()
+        shown = paths[:_MOST_RECENT]
+        self._links = [self._link(*one) for one in zip(shown, titles(shown), strict=True)]
+        for link in self._links:
+            self._recent.addWidget(link)
+        self._title.setVisible(bool(paths))
+
+    def _link(self, path: Path, title: str) -> QLabel:
+        link = QLabel(f'<a href="#">{_escaped(title)}</a>')
+        link.setToolTip(str(path))
+        link.setAccessibleName(tr("Open {name}", name=title))
+        link.setTextInteractionFlags(
+            Qt.TextInteractionFlag.LinksAccessibleByMouse
+            | Qt.TextInteractionFlag.LinksAccessibleByKeyboard
+        )
+        link.linkActivated.connect(lambda _: self.wanted.emit(path))
+        return link
+
+
+def _button(action: QAction) -> QPushButton:
+    button = QPushButton(action.text().replace("&", ""))
+    button.setToolTip(action.toolTip())
+    button.clicked.connect(action.trigger)
+    return button
+
+
+def _escaped(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+class Recent(Feature):
+    """Keeps the menu of recent photos and what stands there while none is open."""
+
+    def __init__(self, context: Context, files: Files, strip: Strip) -> None:
+        super().__init__(context)
+        self._open, self._files = strip.open, files
+        self.empty = EmptyState([self.actions["open"], self.actions["sample"]])
+        self.empty.wanted.connect(strip.open)
+        self.empty.show_recent(there(self.settings))
+        self.window.show_in_middle(self.empty)
+        self.menu = self.window.menus["recent"] = QMenu(tr("Open &recent"))
+        self.menu.setToolTipsVisible(True)
+        self.menu.aboutToShow.connect(self._fill)
+        self.document.opened.connect(self._follow)
+        files.began.connect(self.empty.hide)
+        files.unreadable.connect(lambda _: self.empty.setVisible(self.document.photo is None))
+        self._fill()
+
+    def begin(self) -> None:
+        """Welcome a new user; one who has been here is left to choose."""
+        if not self.settings.value("welcomed", False, bool):
+            self.settings.setValue("welcomed", True)
+            self._files.welcome()
+
+    def _follow(self) -> None:
+        path = self.document.path
+        if path is not None and not is_sample(path):
+            add(self.settings, path)
+            self.empty.show_recent(there(self.settings))
+
+    def _fill(self) -> None:
+        photos = there(self.settings)
+        self.menu.clear()
+        for path, title in zip(photos, titles(photos), strict=True):
+            action = self.menu.addAction(title.replace("&", "&&"))
+            action.setToolTip(str(path))
+            action.triggered.connect(lambda _=False, path=path: self._open(path))
+        self.menu.addSeparator()
+        forget = self.menu.addAction(tr("&Forget these"))
+        forget.setEnabled(bool(paths(self.settings)))
+        forget.triggered.connect(lambda: clear(self.settings))

@@ -1,0 +1,167 @@
+"""The recipe of the photo and of single faces: one field at a time, or whole from the clipboard."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QGuiApplication
+
+from kogao_core.recipe import Recipe
+from kogao_core.settings import SETTINGS
+
+from ...actions import Spec
+from ...i18n import tr
+from ...render.live import Frame
+from ..feature import Context, Feature
+from ..points import Points
+from .panel import RecipePanel
+
+_LONGEST_TEXT = 10_000
+
+
+class RecipeEditing(Feature):
+    """Edits the recipe of the chosen face, or the photo's when none is chosen.
+
+    Signals
+    -------
+    chosen
+        Another face's settings are edited now, or the photo's.
+    """
+
+    chosen = Signal()
+
+    def __init__(self, context: Context, points: Points) -> None:
+        super().__init__(context)
+        self._points = points
+        self._mode = self.document.state.mode
+        self.panel: RecipePanel = RecipePanel(self.set_field, self.document.commit)
+        self.panel.follow.connect(self.follow_photo)
+        self.document.aborted.connect(self.panel.abort)
+        self.document.opened.connect(self.panel.clear_readings)
+        self.document.changed.connect(self._follow)
+        points.took.connect(self._take)
+        points.center_taken.connect(self._take_center)
+        points.escaped.connect(lambda: self.choose(None))
+        self.window.canvas.picked.connect(self.choose)
+        self.chosen.connect(self._show)
+        self.chosen.connect(self.window.canvas.redraw)
+        self.live.drawn.connect(self._show_frame)
+        self.add_actions(
+            Spec(
+                "copy-settings",
+                tr("&Copy settings"),
+                "Ctrl+Shift+C",
+                tr("Copy the settings of the photo or of the selected face"),
+                self.copy,
+            ),
+            Spec(
+                "paste-settings",
+                tr("&Paste settings"),
+                "Ctrl+Shift+V",
+                tr("Use the copied settings for this photo or the selected face"),
+                self.paste,
+            ),
+            Spec(
+                "follow-photo",
+                tr("&Use the photo's settings"),
+                "",
+                tr("Forget the settings of this face's own"),
+                self.follow_photo,
+            ),
+        )
+        self._show()
+
+    def choose(self, face: int | None) -> None:
+        """Edit the settings of a face from now on; None for the photo's."""
+        if face != self.view.face:
+            self.document.commit()
+            self.view.face = face
+            selected = self.view.selected
+            if face is not None and selected is not None and selected.face != face:
+                self._points.let_selection_go()
+            self.chosen.emit()
+
+    def set_field(self, field: str, value: object) -> None:
+        """Preview another value of a field of the recipe; the same one is no gesture."""
+        now = getattr(self.document.state.recipe_of(self.view.face), field)
+        if value == now and not self.document.in_gesture:
+            return
+        state = self.document.state.with_choices(self.view.face, **{field: value})
+        self.document.preview(state, gesture_name(field))
+
+    def follow_photo(self) -> None:
+        """Let the chosen face, or every one, go by the photo's recipe again."""
+        state, chosen = self.document.state, self.view.face
+        own = {i for i, face in enumerate(state.faces) if face.recipe and chosen in (None, i)}
+        for index in own:
+            state = state.with_face(index, dataclasses.replace(state.faces[index], recipe=None))
+        if own:
+            self.document.step(state, tr("Use the photo's settings"))
+
+    def use(self, recipe: Recipe, text: str) -> None:
+        """Take a whole recipe; a chosen face takes its own part of it."""
+        state, chosen = self.document.state, self.view.face
+        if chosen is None:
+            state = dataclasses.replace(state, recipe=recipe)
+        else:
+            own = dataclasses.replace(state.faces[chosen], recipe=recipe)
+            state = state.with_face(chosen, own)
+        self.document.step(state, text)
+
+    def copy(self) -> None:
+        """Put the settings on the clipboard, as text that another Kogao or an editor can read."""
+        recipe = self.document.state.recipe_of(self.view.face)
+        QGuiApplication.clipboard().setText(json.dumps(recipe.to_dict(), indent=1))
+
+    def paste(self) -> None:
+        """Take the settings that lie on the clipboard."""
+        text = QGuiApplication.clipboard().text()
+        try:
+            recipe = Recipe.from_dict(json.loads(text[:_LONGEST_TEXT]))
+        # Whatever was copied last may lie there, brackets a thousand deep included.
+        except (ValueError, TypeError, RecursionError):
+            self.say(tr("The clipboard holds no settings; copy some first."))
+            return
+        self.use(recipe, tr("Paste settings"))
+
+    def _take(self, face: int) -> None:
+        # Someone who edits face by face goes on with the face in hand.
+        if self.view.face is not None:
+            self.choose(face)
+
+    def _take_center(self, face: int, number: int) -> None:
+        own = self.document.state.faces[face].recipe is not None or self.view.face == face
+        state = self.document.state.with_choices(face if own else None, center=number)
+        self.document.step(state, gesture_name("center"))
+
+    def _follow(self) -> None:
+        chosen, state = self.view.face, self.document.state
+        # The other mode's faces are others, whatever their numbers.
+        gone = state.mode != self._mode or (chosen is not None and chosen >= len(state.faces))
+        self._mode = state.mode
+        if gone:
+            self.view.face = None
+            self.chosen.emit()
+        shown = (state.faces, state.off, state.recipe)
+        if shown != self._shown:
+            self._show()
+        self._mark_readings()
+
+    def _show(self) -> None:
+        state = self.document.state
+        self._shown = (state.faces, state.off, state.recipe)
+        self.panel.show_state(state, self.view.face)
+
+    def _mark_readings(self) -> None:
+        self.panel.mark_readings(final=self.live.is_final(self.view.frame))
+
+    def _show_frame(self, frame: Frame) -> None:
+        self.panel.show_frame(frame)
+        self._mark_readings()
+
+
+def gesture_name(field: str) -> str:
+    """Return what undo calls a change of a field of the recipe."""
+    return tr(SETTINGS[field].title)

@@ -1,0 +1,219 @@
+"""The fields of the recipe: their scales, their choices, what they do; and small controls of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QButtonGroup,
+    QHBoxLayout,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
+
+from kogao_core.settings import CENTERS, SETTINGS, Alternative, cited
+
+from ...document import DEFAULT, State
+from ...i18n import tr
+from ...theme import GRID_PX
+from ...widgets.controls import SliderScale, column_of, heading, muted_label
+
+_LEAST_PX: Final = 3 * GRID_PX
+_STEPS: Final = 100
+_PER_OCTAVE: Final = 50
+_THRESHOLD_STEPS_PER_PX: Final = 64
+
+
+def percent() -> SliderScale:
+    """Return the slider of the warp distance."""
+    return SliderScale(
+        0, 150, 10, lambda n: n / 10, lambda v: round(v * 10), lambda v: tr("{v:.1f} % of D", v=v)
+    )
+
+
+def lattice() -> SliderScale:
+    """Return the slider of the lattice."""
+    # Twice as coarse is as far to the right as twice as fine is to the left.
+    return SliderScale(
+        -2 * _PER_OCTAVE,
+        2 * _PER_OCTAVE,
+        10,
+        lambda n: 2.0 ** (n / _PER_OCTAVE),
+        lambda v: round(math.log2(v) * _PER_OCTAVE),
+        lambda v: tr("R {v:.2f}", v=v),
+    )
+
+
+def threshold() -> SliderScale:
+    """Return the slider of the threshold."""
+    per_px = _THRESHOLD_STEPS_PER_PX
+    return SliderScale(
+        0, 2 * per_px, 8, lambda n: n / per_px, lambda v: round(v * per_px), _threshold_text
+    )
+
+
+def _threshold_text(value: float) -> str:
+    lossless = value <= DEFAULT.threshold_px
+    return tr("{v:.2f} px, lossless", v=value) if lossless else tr("{v:.2f} px", v=value)
+
+
+def scale(field: str) -> SliderScale:
+    """Return the slider of a number of the recipe: over all its range, unless it has its own."""
+    if field in _SCALES:
+        return _SCALES[field]()
+    setting = SETTINGS[field]
+    low, high = setting.within or (0.0, 1.0)
+    step = 1.0 if setting.is_whole else (high - low) / _STEPS
+    return SliderScale(
+        0,
+        round((high - low) / step),
+        10,
+        lambda n: low + n * step,
+        lambda v: round((v - low) / step),
+        lambda v: tr("{v:.4g} {unit}", v=v, unit=setting.unit).rstrip(),
+    )
+
+
+def label(field: str) -> str:
+    """Return what a field is called, with its mnemonic."""
+    title = tr(SETTINGS[field].title)
+    return title.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else title
+
+
+def tip(field: str) -> str:
+    """Return what a field of the recipe does, and where the paper has it."""
+    setting = SETTINGS[field]
+    return cited(tr(setting.help), tr(setting.where))
+
+
+def options(field: str) -> list[tuple[str, str, str]]:
+    """Return the choices of a field: what they are called, where they are from, their values."""
+    return [
+        (tr("{title}: {help}", title=tr(one.title), help=tr(one.help)), help_of(one), one.name)
+        for one in SETTINGS[field].alternatives
+    ]
+
+
+def help_of(one: Alternative[str]) -> str:
+    """Return what one of the choices is, and where the paper has it."""
+    return cited(tr(one.help), tr(one.where))
+
+
+_SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
+# The keys that lead to a field's control, together with Alt.
+_LETTERS: Final = {
+    "percent": "W",
+    "center": "C",
+    "lattice": "L",
+    "lattice_unit": "u",
+    "fit": "i",
+    "domain": "m",
+    "threshold_px": "r",
+    "interpolation": "n",
+    "guard": "G",
+}
+
+
+class CenterChoice(QWidget):
+    """A row of buttons: the candidates of figure 7a.
+
+    Signals
+    -------
+    chosen(int)
+        The number of a candidate, from 1.
+    """
+
+    chosen = Signal(int)
+
+    def __init__(self) -> None:
+        super().__init__()
+        name = heading(label("center"))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(GRID_PX)
+        row.addWidget(name)
+        row.addStretch()
+        self._group = QButtonGroup(self)
+        for number in range(1, len(CENTERS) + 1):
+            button = QToolButton()
+            button.setText(str(number))
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            button.setProperty("segment", "true")
+            # As wide as it likes while there is room, narrower where there are many.
+            button.setMinimumWidth(_LEAST_PX)
+            button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+            button.setAccessibleName(tr("Centre {n}", n=number))
+            button.setToolTip(_center_tip(number))
+            self._group.addButton(button, number)
+            row.addWidget(button)
+        name.setBuddy(self._group.button(1))
+        self._group.idClicked.connect(self.chosen)
+
+    def show_number(self, number: int) -> None:
+        """Show which candidate is chosen."""
+        self._group.button(number).setChecked(True)
+
+    @property
+    def buttons(self) -> list[QAbstractButton]:
+        """The buttons, candidate 1 first."""
+        return self._group.buttons()
+
+
+def _center_tip(number: int) -> str:
+    candidate = CENTERS[number - 1]
+    tenths = 10.0 * candidate.fraction
+    share = f"{tenths:g} : {10.0 - tenths:g}"
+    words = tr("Distance to the eyes : to the mouth = {share}", share=share)
+    return cited(words, tr(candidate.where))
+
+
+class OwnerLine(QWidget):
+    """Says whose settings these are; the button leads back to the photo's.
+
+    Signals
+    -------
+    follow
+        The face shall go by the photo's recipe again.
+    """
+
+    follow = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.title, self.note = heading(""), muted_label()
+        self.note.setWordWrap(True)
+        self.button = QPushButton(tr("&Use the photo's"))
+        self.button.setToolTip(tr("Forget this face's own settings"))
+        self.button.setAccessibleName(tr("Use the photo's settings"))
+        self.button.clicked.connect(self.follow)
+        row = QHBoxLayout()
+        row.setSpacing(2 * GRID_PX)
+        row.addWidget(self.title)
+        row.addWidget(self.note, 1)
+        row.addWidget(self.button)
+        column_of(self).addLayout(row)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Nothing below may jump when the button comes and goes: keep its height, as dressed."""
+        self.button.ensurePolished()
+        self.setMinimumHeight(self.button.sizeHint().height())
+        super().showEvent(event)
+
+    def show_state(self, state: State, chosen: int | None) -> None:
+        """Show whose settings are edited and which faces have their own."""
+        own = [index for index, face in enumerate(state.faces) if face.recipe is not None]
+        if chosen is None:
+            numbers = ", ".join(str(index + 1) for index in own)
+            self.title.setText(tr("All faces"))
+            self.note.setText(tr("but {numbers}", numbers=numbers) if own else "")
+        else:
+            self.title.setText(tr("Face {n}", n=chosen + 1))
+            self.note.setText(tr("its own") if chosen in own else tr("as the photo"))
+        self.button.setVisible(chosen in own or (chosen is None and bool(own)))

@@ -1,0 +1,230 @@
+"""The recipe's sliders and choices, and what they amount to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
+
+from kogao_core import fit
+from kogao_core.pipeline import Rendering
+from kogao_core.settings import SETTINGS, Setting
+
+from ...document import DEFAULT, State
+from ...i18n import tr
+from ...render.live import Frame
+from ...theme import GRID_PX
+from ...widgets.controls import Fold, ValueSlider, column_of, muted_label
+from . import fields
+from .fields import CenterChoice, OwnerLine
+from .gauge import NaturalnessGauge
+
+_NONE: Final = "–"  # noqa: RUF001
+_ALWAYS_SHOWN: Final = ("percent", "center", "lattice")  # the others fold away
+
+
+class RecipePanel(QWidget):
+    """Warp distance, centre, lattice; fit, domain, threshold and interpolation folded away.
+
+    Parameters
+    ----------
+    edit : callable
+        Takes a field of the recipe and its new value, while a gesture lasts.
+    commit : callable
+        Takes the gesture's end.
+
+    Signals
+    -------
+    follow
+        The face shall go by the photo's recipe again.
+    """
+
+    follow = Signal()
+
+    def __init__(self, edit: Callable[[str, object], object], commit: Callable[[], object]) -> None:
+        super().__init__()
+        self._edit, self._commit = edit, commit
+        self.sliders: dict[str, ValueSlider] = {}
+        self.choices: dict[str, QComboBox] = {}
+        self.switches: dict[str, QCheckBox] = {}
+        self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
+        self.centre = CenterChoice()
+        self.centre.chosen.connect(lambda number: self._choose("center", number))
+        self.one_to_one, self.residual = muted_label(), muted_label()
+        self._readings = "", ""
+        for label in (self.one_to_one, self.residual):
+            label.setWordWrap(True)
+            label.setToolTip(tr("≈: until the picture is there in full"))
+        self.fold = Fold(tr("Fit, thresh&old…"), self._details())
+        self.owner = OwnerLine()
+        self.owner.follow.connect(self.follow)
+        column = column_of(self, spacing=3 * GRID_PX)
+        column.addWidget(self.owner)
+        column.addWidget(self.percent)
+        self.gauge = NaturalnessGauge()
+        readings = QVBoxLayout()
+        readings.setSpacing(0)
+        readings.addWidget(self.gauge)
+        readings.addWidget(self.one_to_one)
+        readings.addWidget(self.residual)
+        column.addLayout(readings)
+        column.addWidget(self.centre)
+        column.addWidget(self.lattice)
+        column.addWidget(self.fold)
+
+    def show_state(self, state: State, chosen: int | None = None) -> None:
+        """Show the recipe of the chosen face, or the photo's and what it means for the first."""
+        recipe = state.recipe_of(chosen)
+        self.owner.show_state(state, chosen)
+        self.gauge.show_state(state)
+        for field, slider in self.sliders.items():
+            slider.show_value(getattr(recipe, field))
+        self.centre.show_number(int(recipe.center))
+        for field, box in self.choices.items():
+            with QSignalBlocker(box):
+                box.setCurrentIndex(box.findData(getattr(recipe, field)))
+        for field, switch in self.switches.items():
+            with QSignalBlocker(switch):
+                switch.setChecked(getattr(recipe, field))
+        self._show_distances(state, chosen)
+
+    def show_frame(self, frame: Frame) -> None:
+        """Take whether the warp folds, how far faces came, and how far landmarks are off."""
+        if not frame.rendering.pairs:
+            self.clear_readings()
+            return
+        verdict, sound = _verdict(frame.rendering)
+        if self.one_to_one.property("warn") != (not sound):
+            self.one_to_one.setProperty("warn", not sound)
+            self.one_to_one.style().polish(self.one_to_one)
+        left = frame.rendering.residual
+        residual = tr(
+            "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
+            percent=_range(frame.rendering.achieved),
+            mean=left.mean_px * frame.scale,
+            contour=left.contour_max_px * frame.scale,
+        )
+        self._readings = verdict, residual
+
+    def mark_readings(self, *, final: bool) -> None:
+        """Show the readings as exact, or as about right while the picture is on its way."""
+        for label, text in zip((self.one_to_one, self.residual), self._readings, strict=True):
+            label.setText(text if final or not text else f"≈ {text}")
+
+    def clear_readings(self) -> None:
+        """Show none: there is no picture to read them from."""
+        self._readings = "", ""
+        self.mark_readings(final=True)
+
+    def abort(self) -> None:
+        """Let go of every slider, as Escape does."""
+        for slider in self.sliders.values():
+            slider.slider.abort()
+
+    def _show_distances(self, state: State, chosen: int | None) -> None:
+        active = (index for index in range(len(state.faces)) if index not in state.off)
+        index = next(active, None) if chosen is None else chosen
+        if index is None:
+            self.percent.note.clear()
+            self.lattice.note.clear()
+            return
+        face, pairs = state.faces[index], state.pairs[index]
+        moved = pairs.warp_distance_px
+        spacing = fit.spacing_px(pairs, face.anchor, state.recipe_of(index))
+        self.percent.note.setText(tr("{px:.1f} px on average", px=moved))
+        per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else _NONE
+        self.lattice.note.setText(
+            tr(
+                "{px:.0f} px · {r:.2f} × landmark spacing\n{w} × warp distance",  # noqa: RUF001
+                px=spacing,
+                r=spacing / face.anchor.spacing_px,
+                w=per_warp,
+            )
+        )
+
+    def _slider(self, field: str, note_lines: int = 0) -> ValueSlider:
+        slider = ValueSlider(
+            fields.label(field), fields.scale(field), fields.tip(field), note_lines
+        )
+        slider.edited.connect(partial(self._edit, field))
+        slider.rested.connect(self._commit)
+        slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
+        self.sliders[field] = slider
+        return slider
+
+    def _choice(self, field: str) -> QComboBox:
+        box = QComboBox()
+        box.setAccessibleName(tr(SETTINGS[field].title))
+        box.setToolTip(fields.tip(field))
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        for place, (text, tip, value) in enumerate(fields.options(field)):
+            box.addItem(text, value)
+            box.setItemData(place, tip, Qt.ItemDataRole.ToolTipRole)
+        box.currentIndexChanged.connect(lambda: self._choose(field, box.currentData()))
+        self.choices[field] = box
+        return box
+
+    def _switch(self, field: str) -> QCheckBox:
+        text = tr("{title}: {help}", title=fields.label(field), help=fields.tip(field))
+        switch = QCheckBox(text)
+        switch.setToolTip(fields.tip(field))
+        switch.toggled.connect(lambda on: self._choose(field, on))
+        self.switches[field] = switch
+        return switch
+
+    def _choose(self, field: str, value: object) -> None:
+        self._edit(field, value)
+        self._commit()
+
+    def _details(self) -> QWidget:
+        details = QWidget()
+        form = QFormLayout()
+        form.setSpacing(2 * GRID_PX)
+        folded = [one for one in SETTINGS.values() if one.name not in _ALWAYS_SHOWN]
+        for setting in (one for one in folded if one.per_face):
+            self._add(setting, form)
+        form.addRow(muted_label(tr("These hold for the whole photo:")))
+        for setting in (one for one in folded if not one.per_face):
+            self._add(setting, form)
+        column_of(details).addLayout(form)
+        return details
+
+    def _add(self, setting: Setting, form: QFormLayout) -> None:
+        """Add the control of a field: a slider, a box or a switch, as its kind is."""
+        if setting.within is not None:
+            form.addRow(self._slider(setting.name))
+        elif setting.alternatives:
+            form.addRow(fields.label(setting.name), self._choice(setting.name))
+        else:
+            form.addRow(self._switch(setting.name))
+
+
+def _range(percents: Sequence[float]) -> str:
+    """Return the smallest and the largest, or the one that they are."""
+    low, high = f"{min(percents):.2f}", f"{max(percents):.2f}"
+    return low if low == high else f"{low}\N{EN DASH}{high}"
+
+
+def _verdict(rendering: Rendering) -> tuple[str, bool]:
+    """Return whether the warp is one-to-one, in words, and whether all is as asked for."""
+    check, kept = rendering.one_to_one, min(rendering.shares)
+    det = check.min_det
+    if check.folds:
+        cells = len(check.folded_cells)
+        return tr("⚠ folds in {n} cells, J ≥ {det:.2f}", n=cells, det=det), False
+    if not check.edges_proven:
+        return tr("⚠ thin folds at the threshold possible\nJ ≥ {det:.2f}", det=det), False
+    if not check.settled:
+        return tr("⚠ small folds possible\nJ ≥ {det:.2f}", det=det), False
+    held = []
+    if kept < 1.0:
+        held.append(tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det))
+    if rendering.threshold_px < rendering.recipe.threshold_px:
+        held.append(tr("⚠ threshold not used: its edge could have folded"))
+    if held:
+        return "\n".join(held), False
+    return tr("one-to-one ✓ J ≥ {det:.2f}", det=det), True

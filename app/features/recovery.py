@@ -1,0 +1,274 @@
+"""Unsaved work in a file of its own, and an offer to go on with it after a crash."""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QLockFile, QThreadPool, QTimer
+
+from kogao_core.photo import Photo
+from kogao_core.project import Project, load, save
+from kogao_core.strict import BadFile
+
+from ..document import State
+from ..i18n import reason, tr
+from ..widgets.dialogs import confirm
+from ..widgets.messages import BarAction
+from .feature import Context, Feature
+from .files import Files
+from .files.project_file import EarlierWork, digest_of, hash_of, project_of
+from .files.saver import Saver
+
+_AGAIN_MS: Final = 1000
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Kept:
+    """What was written: a state, or None for nothing, and the leftovers it makes superfluous."""
+
+    state: State | None
+    replaced: tuple[Leftover, ...]
+
+
+class Recovery(Feature):
+    """Writes the document aside after each step, and finds what a crash has left.
+
+    Its folder is never beside the user's photos.
+    """
+
+    def __init__(self, context: Context, saver: Saver, files: Files) -> None:
+        super().__init__(context)
+        self._saver, self._files = saver, files
+        self._folder = self.storage.recovery
+        self._file = self._folder / f"{uuid.uuid4().hex}.json"
+        self._lock: QLockFile | None = None
+        self._left: list[Leftover] = []
+        self._waiting: list[Leftover] = []
+        self._taken_over: list[Leftover] = []
+        self._hashed: Photo | None = None
+        self._digest = ""
+        self._complained = False
+        # A thread of its own: whatever else the program works on, an edit is kept at once.
+        self._own_pool = QThreadPool(self)
+        self._own_pool.setMaxThreadCount(1)
+        self._writing = self.lane(self._written, self._complain, self._own_pool)
+        # A disk that was full may have room again.
+        self._again = QTimer(self, singleShot=True, interval=_AGAIN_MS)
+        self._again.timeout.connect(self._write)
+        self._looking = self.lane(self._take, self._not_looked)
+        self._checking = self.lane(self._warn, self._not_checked)
+        self._hashing = self.lane(self._take_hash, self._not_checked)
+        self.document.undo.indexChanged.connect(self._write)
+        self.document.marked.connect(self._write)
+        self.document.opened.connect(self._begin)
+        files.restored.connect(self._take_over)
+        self.window.bar.dismissed.connect(self.offer)
+
+    @property
+    def file(self) -> Path:
+        """Where this program's unsaved work is kept."""
+        return self._file
+
+    def stop(self) -> None:
+        """Start nothing more."""
+        super().stop()
+        self._again.stop()
+
+    def finish(self) -> None:
+        """Remove this program's file: it ends in good order."""
+        self._own_pool.waitForDone()
+        self._file.unlink(missing_ok=True)
+        for lock in (self._lock, *(one.lock for one in self._left)):
+            if lock is not None:
+                lock.unlock()
+
+    def look(self) -> None:
+        """Look for what a crash has left, and offer it."""
+        folder = self._folder
+        self._looking.submit(lambda: leftovers(folder))
+
+    # -- writing ---------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        # What was restored into the last photo and not kept since stays for the next start.
+        self._taken_over = []
+        self._write()
+
+    def _write(self) -> None:
+        photo = self.document.photo
+        if photo is None:
+            return
+        state = None if self.document.saved else self.document.committed
+        kept = _Kept(state, tuple(self._taken_over))
+        if state is not None and self._hashed is not photo:
+            # A large photo takes its time: the work is kept without its hash until then.
+            self._hashed, self._digest = photo, ""
+            self._hashing.submit(lambda: (photo, hash_of(photo)))
+        digest = self._digest
+        self._writing.submit(lambda: self._put(kept, photo, digest))
+
+    def _put(self, kept: _Kept, photo: Photo, digest: str) -> _Kept:
+        if kept.state is None:
+            self._file.unlink(missing_ok=True)
+        else:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            if self._lock is None:
+                self._lock = locked(self._file)
+            save(project_of(kept.state, photo, digest), self._file)
+        return kept
+
+    def _written(self, kept: _Kept) -> None:
+        if kept.state is None:
+            return
+        self._complained = False
+        # Only now is there another file that holds the same work.
+        for left in kept.replaced:
+            if left in self._taken_over:
+                self._taken_over.remove(left)
+                self._delete(left)
+
+    def _take_hash(self, hashed: tuple[Photo, str]) -> None:
+        photo, digest = hashed
+        if photo is self._hashed:
+            self._digest = digest
+            self._write()
+
+    def _complain(self, problem: Exception) -> None:
+        self._again.start()
+        if not self._complained:
+            self._complained = True
+            text = tr("Unsaved changes can't be kept for a crash ({why}).", why=reason(problem))
+            self.say(text)
+
+    # -- going on after a crash --------------------------------------------------------------------
+
+    def _take(self, found: list[Leftover]) -> None:
+        self._left, self._waiting = found, list(found)
+        self.offer()
+
+    def _not_looked(self, problem: Exception) -> None:
+        text = tr(
+            "Work that a crash may have left can't be looked for ({why}); it stays in {folder}.",
+            why=reason(problem),
+            folder=self._folder,
+        )
+        self.say(text)
+
+    def offer(self) -> None:
+        """Offer what a crash has left and wasn't offered yet, one after the other."""
+        if self._waiting:
+            self._offer(self._waiting.pop(0))
+
+    def _offer(self, left: Leftover) -> None:
+        text = tr("Kogao ended before the changes to {name} were saved.", name=left.name)
+        steps = (
+            BarAction(tr("Restore"), lambda: self._ask_restore(left)),
+            BarAction(tr("Discard…"), lambda: self._ask_discard(left)),
+        )
+        self.say(text, *steps, wrong=False, holds=lambda: self._is_open(left))
+
+    def _is_open(self, left: Leftover) -> bool:
+        return left in self._left and left not in self._taken_over
+
+    def _ask_restore(self, left: Leftover) -> None:
+        # The offer stands until the photo is opened, should the user keep the present one.
+        self._offer(left)
+        path, work = Path(left.project.original.path), EarlierWork(left.project)
+        self._saver.guard(lambda: self._files.read(path, work))
+
+    def _ask_discard(self, left: Leftover) -> None:
+        # It stands here, too: one slip beside "Dismiss" must lose nothing.
+        self._offer(left)
+        text = tr("Discard the unsaved changes to {name} for good?", name=left.name)
+        confirm(self.window, text, tr("&Discard"), lambda: self._discard(left))
+
+    def _discard(self, left: Leftover) -> None:
+        self._delete(left)
+        if self._waiting:
+            self.offer()
+        else:
+            text = tr("The changes to {name} are discarded.", name=left.name)
+            self.say(text, wrong=False)
+
+    def _delete(self, left: Leftover) -> None:
+        left.delete()
+        self._left.remove(left)
+
+    def _take_over(self, work: EarlierWork) -> None:
+        project, photo = work.project, self.document.photo
+        for left in self._left:
+            if left.project is project and photo is not None:
+                self._taken_over.append(left)
+                self.window.bar.refresh()
+                self._write()
+                self._checking.submit(lambda: _is_changed(photo, project))
+
+    def _not_checked(self, problem: Exception) -> None:
+        text = tr(
+            "Whether the photo is still the same can't be told ({why}): look closely.",
+            why=reason(problem),
+        )
+        self.say(text)
+
+    def _warn(self, changed: bool) -> None:
+        if changed:
+            text = tr("The photo is another one than when these changes were made: look closely.")
+            self.say(text)
+        else:
+            self.offer()
+
+
+def _is_changed(photo: Photo, project: Project) -> bool:
+    known = project.original.sha256
+    return bool(known) and digest_of(photo) != known
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Leftover:
+    """A recovery file whose program is gone, with the lock that keeps others from it."""
+
+    path: Path
+    project: Project
+    lock: QLockFile
+
+    @property
+    def name(self) -> str:
+        """The photo's file name."""
+        return Path(self.project.original.path).name
+
+    def delete(self) -> None:
+        """Remove it for good."""
+        self.path.unlink(missing_ok=True)
+        self.lock.unlock()
+
+
+def leftovers(folder: Path) -> list[Leftover]:
+    """Return the recovery files in a folder that no running program holds, newest first."""
+    found = []
+    for path in sorted(folder.glob("*.json"), key=_modified, reverse=True):
+        lock = locked(path)
+        if lock is None:
+            continue
+        try:
+            found.append(Leftover(path, load(path), lock))
+        except BadFile:  # gone, not ours, or of a newer Kogao: left for that one
+            lock.unlock()
+    return found
+
+
+def _modified(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:  # another program has ended in good order since
+        return 0.0
+
+
+def locked(path: Path) -> QLockFile | None:
+    """Return the lock of a recovery file; None while a running program holds it."""
+    lock = QLockFile(str(path.with_suffix(".lock")))
+    # However long ago, a lock holds while its program runs, and no longer.
+    lock.setStaleLockTime(0)
+    return lock if lock.tryLock(0) else None

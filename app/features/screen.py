@@ -1,0 +1,123 @@
+"""What the window shows and where: zoom, the photo as it was, panels, facts in the status line."""
+
+from __future__ import annotations
+
+from ..actions import Spec
+from ..i18n import tr
+from .feature import Context, Feature
+from .manual import Manual, marking
+from .points import Points
+from .protect import Protect
+from .recipe import RecipeEditing
+
+_STEP = 1.5
+
+
+class Screen(Feature):
+    """Zooms, shows the original while it is held, arranges the panels and remembers them."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        # Whether the window has its size from an earlier start.
+        self.size_known = False
+        canvas, docks = self.window.canvas, self.window.docks
+        self.add_actions(
+            Spec("fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit),
+            Spec(
+                "actual",
+                tr("&100 %"),
+                "1",
+                tr("One photo pixel on one screen pixel"),
+                lambda: canvas.zoom_to(1.0),
+            ),
+            Spec("closer", tr("Zoom &in"), "+", tr("Look closer"), lambda: self._zoom_by(_STEP)),
+            Spec("farther", tr("Zoom &out"), "-", tr("See more"), lambda: self._zoom_by(1 / _STEP)),
+            Spec(
+                "hide-panels",
+                tr("&Hide all panels"),
+                "F8",
+                tr("The photo alone, or everything again"),
+                toggled=docks.hide_all,
+                checked=False,
+            ),
+            Spec(
+                "move-panels",
+                tr("&Move panels"),
+                "F9",
+                tr("Give panels title bars to drag them by"),
+                toggled=lambda on: docks.fix(not on),
+                checked=False,
+            ),
+            Spec(
+                "reset-layout",
+                tr("&First layout again"),
+                "",
+                tr("All panels in their places"),
+                docks.reset,
+            ),
+        )
+        self.window.original_held.connect(canvas.show_original)
+        canvas.view_changed.connect(self._show_zoom)
+        status = self.window.status
+        canvas.hovered.connect(lambda _, x, y: status.show_cursor(x, y))
+        canvas.dragged.connect(status.show_cursor)
+        canvas.stroked.connect(lambda x, y, _: status.show_cursor(x, y))
+        self.live.drawn.connect(lambda frame: status.show_speed(frame.took_ms))
+        self.document.opened.connect(self._show_photo)
+
+    def restore(self) -> None:
+        """Put the panels where they were."""
+        self.size_known = self.window.docks.restore(self.settings)
+        # It was left with photos; now it is empty.
+        self.window.docks.hide("strip")
+
+    def stop(self) -> None:
+        """Remember the layout."""
+        self.window.docks.save(self.settings)
+        self.settings.sync()
+
+    def _zoom_by(self, factor: float) -> None:
+        canvas = self.window.canvas
+        canvas.zoom_to(canvas.zoom * factor)
+
+    def _show_zoom(self) -> None:
+        if self.document.photo is not None:
+            self.window.status.show_zoom(self.window.canvas.zoom)
+
+    def _show_photo(self) -> None:
+        if self.document.photo is not None:
+            self.window.status.show_photo(self.document.photo)
+
+
+class Hints(Feature):
+    """Keeps the status line up with what the mouse does now."""
+
+    def __init__(
+        self,
+        context: Context,
+        points: Points,
+        recipe: RecipeEditing,
+        protect: Protect,
+        manual: Manual,
+    ) -> None:
+        super().__init__(context)
+        for changed in (points.restyled, recipe.chosen, protect.changed, manual.changed):
+            changed.connect(self._show)
+        self.document.changed.connect(self._show)
+
+    def _show(self) -> None:
+        self.window.status.show_tool(self._hint())
+
+    def _hint(self) -> str:
+        view, faces = self.view, self.view.state.faces
+        if view.brush.paints:
+            return self.actions[f"tool-{view.brush.tool}"].statusTip()
+        if view.marking:
+            return marking.next_hint(view.state)
+        if not faces:
+            return ""
+        if view.placing is not None:
+            return tr("Drag the frame onto the face; a corner turns and sizes it")
+        if len(faces) > 1 and view.face is None:
+            return tr("Click a face to select it; drag to move the photo")
+        return tr("Drag a point to correct it")

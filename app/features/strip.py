@@ -1,0 +1,259 @@
+"""Fills the film strip in a worker, and keeps it up with its folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QFileSystemWatcher, QSignalBlocker, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColorSpace, QIcon, QImage, QImageReader, QPixmap
+from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
+
+from kogao_core.photo import READABLE
+
+from ..actions import Spec
+from ..i18n import reason, tr
+from ..widgets.dialogs import ask_path
+from ..widgets.docks import Dock
+from ..widgets.pictures import untinted
+from .feature import Context, Feature
+from .files import Files
+
+_MOST = 2000
+_SETTLE_MS = 300
+THUMBNAIL_PX: Final = 72
+_PATH: Final = Qt.ItemDataRole.UserRole
+
+
+class Strip(Feature):
+    """Lists photos, makes their thumbnails one after the other, and leads from one to the next."""
+
+    def __init__(self, context: Context, files: Files) -> None:
+        super().__init__(context)
+        self._files = files
+        self._places: list[Path] = []
+        self._paths: list[Path] | None = None  # none listed yet
+        self._next = 0
+        self._wanted: Path | None = None
+        self._listing = self.lane(self._fill, self._not_listed)
+        # A photo without a thumbnail keeps its blank place, whatever the reason.
+        self._drawing = self.lane(self._show, lambda _: self._draw_next())
+        self._watcher = QFileSystemWatcher(self)
+        self._again = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._again.timeout.connect(self._list_again)
+        self._watcher.directoryChanged.connect(lambda _: self._again.start())
+        self.panel: FilmStrip = FilmStrip()
+        self.dock = Dock("strip", tr("Film strip"), shown=False)
+        self.panel.wanted.connect(self.open)
+        self.window.dropped.connect(self.show_places)
+        self.document.opened.connect(self._follow)
+        files.unreadable.connect(self._pass_over)
+        self.add_actions(
+            Spec(
+                "folder",
+                tr("Open a &folder…"),
+                "Ctrl+Shift+O",
+                tr("Photos as a film strip"),
+                self._ask_folder,
+            ),
+            Spec(
+                "next-photo",
+                tr("&Next photo"),
+                "Ctrl+Right",
+                tr("Next on the film strip"),
+                lambda: self.panel.step(1),
+            ),
+            Spec(
+                "previous-photo",
+                tr("Pre&vious photo"),
+                "Ctrl+Left",
+                tr("Previous on the film strip"),
+                lambda: self.panel.step(-1),
+            ),
+        )
+
+    def stop(self) -> None:
+        """Start nothing more."""
+        super().stop()
+        self._again.stop()
+
+    def _ask_folder(self) -> None:
+        title = tr("Open a folder")
+        ask_path(
+            self.window, title, lambda it: self.show_places([it]), "folder", at=self._files.folder
+        )
+
+    def show_places(self, places: list[Path]) -> None:
+        """Open one photo at once; of several or a folder make a film strip, and open the first."""
+        if len(places) == 1 and not places[0].is_dir():
+            self._files.open(places[0])
+        else:
+            self.show(places)
+
+    def open(self, path: Path) -> None:
+        """Open another photo; until it is open, and should the user keep this, this is marked."""
+        if path != self.document.path:
+            self._wanted = path
+            self._files.open(path)
+        self.panel.mark(self.document.path)
+
+    def _follow(self) -> None:
+        self._wanted = None
+        self.panel.mark(self.document.path)
+
+    def _pass_over(self) -> None:
+        """Go on along the strip after a photo that couldn't be opened, or from the beginning."""
+        self.panel.pass_over(self._wanted)
+
+    def show(self, places: Sequence[Path]) -> None:
+        """Show these photos, and those in these folders."""
+        if self._watcher.directories():
+            self._watcher.removePaths(self._watcher.directories())
+        for folder in (place for place in places if place.is_dir()):
+            self._watcher.addPath(str(folder))
+        self._places, self._paths = list(places), None
+        self._list_again()
+
+    def _list_again(self) -> None:
+        places = self._places
+        self._listing.submit(lambda: photos_in(places))
+
+    def _fill(self, paths: list[Path]) -> None:
+        if paths == self._paths:
+            return
+        self._drawing.drop()
+        self._paths, self._next = paths, 0
+        self.panel.show_paths(paths)
+        self._show_strip(paths)
+        self._draw_next()
+
+    def _show_strip(self, paths: list[Path]) -> None:
+        if not paths:
+            self.window.docks.hide("strip")
+            self.say(tr("There is no photo in that folder; choose another one."))
+            return
+        self.window.docks.show("strip")
+        if self.document.path not in paths:
+            self._wanted = paths[0]
+            self._files.open(paths[0])
+        self.panel.mark(self.document.path)
+
+    def _not_listed(self, problem: Exception) -> None:
+        text = tr("The photos can't be listed ({why}); open one by its name.", why=reason(problem))
+        self.say(text)
+
+    def _draw_next(self) -> None:
+        paths = self._paths or []
+        if self._next < len(paths):
+            index, path = self._next, paths[self._next]
+            self._next += 1
+            self._drawing.submit(lambda: (index, thumbnail(path)))
+
+    def _show(self, drawn: tuple[int, QImage]) -> None:
+        self.panel.show_thumbnail(*drawn)
+        self._draw_next()
+
+
+def photos_in(places: Sequence[Path]) -> list[Path]:
+    """Return the photos among `places` and in the folders among them, in order of their names."""
+    found: list[Path] = []
+    for place in places:
+        try:
+            inside = sorted(place.iterdir()) if place.is_dir() else [place]
+        except OSError:  # a folder that can't be read has nothing to show
+            continue
+        found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
+    return list(dict.fromkeys(found))[:_MOST]
+
+
+def thumbnail(path: Path) -> QImage:
+    """Return a small upright picture of a photo; a null one where Qt can't read it."""
+    reader = QImageReader(str(path))
+    reader.setAutoTransform(True)
+    size = reader.size()
+    if size.isValid():
+        room = QSize(2 * THUMBNAIL_PX, 2 * THUMBNAIL_PX)
+        reader.setScaledSize(size.scaled(room, Qt.AspectRatioMode.KeepAspectRatio))
+    picture = reader.read()
+    if picture.colorSpace().isValid():
+        picture.convertToColorSpace(QColorSpace(QColorSpace.NamedColorSpace.SRgb))
+    return picture
+
+
+class FilmStrip(QListWidget):
+    """A row of thumbnails.
+
+    Signals
+    -------
+    wanted(Path)
+        The user wants to open this photo.
+    """
+
+    wanted = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Film strip"))
+        self.setAccessibleDescription(tr("Photos to open with a click or the Return key"))
+        self.setViewMode(QListView.ViewMode.IconMode)
+        self.setFlow(QListView.Flow.LeftToRight)
+        self.setWrapping(False)
+        self.setMovement(QListView.Movement.Static)
+        self.setUniformItemSizes(True)
+        self.setIconSize(QSize(THUMBNAIL_PX, THUMBNAIL_PX))
+        self.setGridSize(QSize(THUMBNAIL_PX + 24, THUMBNAIL_PX + 32))
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.setMinimumHeight(THUMBNAIL_PX + 52)
+        self._passed: int | None = None
+        self.itemClicked.connect(self._tell)
+        self.itemActivated.connect(self._tell)
+
+    def show_paths(self, paths: Sequence[Path]) -> None:
+        """Show these photos; their thumbnails come later."""
+        self.clear()
+        self._passed = None
+        for path in paths:
+            item = QListWidgetItem(_blank(), path.name)
+            item.setData(_PATH, str(path))
+            item.setToolTip(str(path))
+            self.addItem(item)
+
+    def show_thumbnail(self, index: int, image: QImage) -> None:
+        """Show the thumbnail of a photo."""
+        item = self.item(index)
+        if item is not None and not image.isNull():
+            item.setIcon(untinted(QPixmap.fromImage(image)))
+
+    def mark(self, path: Path | None) -> None:
+        """Select the photo that is open."""
+        self._passed = None
+        with QSignalBlocker(self):
+            row = self._row_of(path)
+            self.setCurrentRow(-1 if row is None else row)
+
+    def pass_over(self, path: Path | None) -> None:
+        """Let the next step begin at a photo that couldn't be opened."""
+        self._passed = self._row_of(path)
+
+    def path(self, row: int) -> Path:
+        """Return which photo stands in a row."""
+        return Path(self.item(row).data(_PATH))
+
+    def step(self, by: int) -> None:
+        """Ask for the next or an earlier photo."""
+        row = (self.currentRow() if self._passed is None else self._passed) + by
+        if 0 <= row < self.count():
+            self.wanted.emit(self.path(row))
+
+    def _row_of(self, path: Path | None) -> int | None:
+        return next((row for row in range(self.count()) if self.path(row) == path), None)
+
+    def _tell(self, item: QListWidgetItem) -> None:
+        self.wanted.emit(self.path(self.row(item)))
+
+
+def _blank() -> QIcon:
+    picture = QPixmap(THUMBNAIL_PX, THUMBNAIL_PX)
+    picture.fill(Qt.GlobalColor.transparent)
+    return QIcon(picture)

@@ -1,1 +1,0 @@
-"""Panels round the canvas: each emits what the user wants and shows what it is told."""

@@ -1,0 +1,1 @@
+"""From a state of the document to pixels on the screen."""

@@ -1,0 +1,264 @@
+"""Keeps the picture up with the document: a quick preview at once, the whole photo at rest."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
+
+from kogao_core.geometry import Affine, Box
+from kogao_core.pipeline import Rendering, render
+from kogao_core.protection import NOTHING
+from kogao_core.warp import Canvas
+
+from ..document import Document, State
+from ..view_state import ViewState
+from ..workers import Lane
+from .pyramid import PicturePyramid, Rgb8, to_photo
+
+if TYPE_CHECKING:
+    from ..canvas.photo_canvas import PhotoCanvas
+
+# A gesture that moves again within this time isn't worth a whole photo.
+REST_MS: Final = 80
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture for the screen.
+
+    Parameters
+    ----------
+    revision : int
+        Which state of the document it shows; larger is newer.
+    rendering : Rendering
+        In px of its own: a level of the photo, or a part of one.
+    levels : sequence of uint8 arrays
+        The picture and, for a whole photo, its halvings, in the screen's colours.
+    to_photo : Affine
+        From px of `rendering` to px of the photo.
+    took_ms : float
+        Time from the start of the job to the finished picture.
+    whole : bool
+        True for the whole photo by the recipe's own kernel, False for a gesture's preview.
+    """
+
+    revision: int
+    rendering: Rendering
+    levels: Sequence[Rgb8]
+    to_photo: Affine
+    took_ms: float
+    whole: bool
+
+    @property
+    def scale(self) -> float:
+        """Photo px per px of the rendering."""
+        return self.to_photo.scale
+
+
+@dataclass(frozen=True, slots=True)
+class VisiblePart:
+    """The part of the photo on screen: a box, in px of a pyramid level."""
+
+    level: int
+    box: Box
+
+
+class Surface:
+    """Two buffers over one picture: one on screen, one to render to.
+
+    `render` belongs to a worker, `shown` to the GUI thread while no worker runs. A buffer in which
+    a rendering failed is given up: who knows how far its halvings had come.
+
+    Parameters
+    ----------
+    photo : PicturePyramid
+        The photo as 8-bit RGB.
+    """
+
+    def __init__(self, photo: PicturePyramid) -> None:
+        self._photo = photo
+        self._part: VisiblePart | None = None
+        self._front: tuple[Canvas, PicturePyramid] | None = None
+        self._back: tuple[Canvas, PicturePyramid] | None = None
+        self._protection = self._mapped = NOTHING
+
+    def render(self, revision: int, state: State, part: VisiblePart | None = None) -> Frame:
+        """Return a frame in the buffer off screen.
+
+        Parameters
+        ----------
+        revision : int
+            Which state of the document it is.
+        state : State
+            What to render.
+        part : VisiblePart, optional
+            What a gesture's preview shows, sampled bilinearly at about the screen's resolution;
+            absent for the whole photo, as it would be saved.
+        """
+        start = time.perf_counter()
+        if part != self._part:
+            self._part, self._front, self._back = part, None, None
+            self._protection = self._mapped = NOTHING
+        (canvas, result), self._back = self._back or self._buffer(), None
+        faces, recipe, protection = state.active, state.recipe, state.protection
+        back = to_photo(0)
+        if part is not None:
+            back = to_photo(part.level, (part.box.left, part.box.top))
+            there = back.inverse
+            if protection is not self._protection:
+                # The warp redoes only what changes as long as the strokes are the very same.
+                self._protection, self._mapped = protection, protection.mapped(there)
+            faces, protection = [face.mapped(there) for face in faces], self._mapped
+            recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
+        rendering = render(canvas.source, faces, recipe, protection=protection, canvas=canvas)
+        result.refresh(rendering.changed)
+        self._back = canvas, result
+        took_ms = (time.perf_counter() - start) * 1e3
+        # Cached in the rendering; measured here, off the GUI thread: panels read them at once.
+        _ = rendering.one_to_one, rendering.residual, rendering.achieved
+        return Frame(revision, rendering, result.shown, back, took_ms, whole=part is None)
+
+    def shown(self) -> None:
+        """Note that the last frame has gone on screen."""
+        self._front, self._back = self._back, self._front
+
+    def _buffer(self) -> tuple[Canvas, PicturePyramid]:
+        part = self._part
+        source = self._photo if part is None else self._photo.part(part.level, part.box)
+        canvas = Canvas(source.levels[0])
+        return canvas, source.over(canvas.pixels)
+
+
+class Live(QObject):
+    """Keeps the canvas up with the document.
+
+    1. The document changes: `_follow` takes its state and a revision, and asks for a preview of
+       what is on screen. A request replaces the one that waits.
+    2. A worker renders it into the buffer off screen.
+    3. `_show_preview` swaps the buffers and paints, unless a newer whole photo is there.
+    4. At rest the same goes for the whole photo, by the recipe's own kernel.
+    5. A worker counts its pixels; then the picture is settled.
+
+    Signals
+    -------
+    drawn(Frame)
+        A new picture is on the canvas.
+    measured(Rendering)
+        The newest whole photo, with its pixels counted.
+    settled
+        The picture shows the document's state at full resolution, and nothing is under way.
+    failed(object)
+        Rendering raised this exception.
+    """
+
+    drawn = Signal(object)
+    measured = Signal(object)
+    settled = Signal()
+    failed = Signal(object)
+
+    def __init__(
+        self,
+        document: Document,
+        view: ViewState,
+        canvas: PhotoCanvas,
+        pool: QThreadPool,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._view, self._canvas = document, view, canvas
+        self._revision = 0
+        self._followed: State | None = None
+        self._whole: Surface | None = None
+        self._preview: Surface | None = None
+        self._lanes = tuple(Lane(pool, self.failed.emit, self) for _ in range(3))
+        self._preview_lane, self._whole_lane, self._count_lane = self._lanes
+        self._rest = QTimer(self, singleShot=True, interval=REST_MS)
+        self._rest.timeout.connect(self._render_whole)
+        self._preview_lane.done.connect(self._show_preview)
+        self._whole_lane.done.connect(self._show_whole)
+        self._count_lane.done.connect(self._show_counts)
+        document.opened.connect(self._open)
+        document.changed.connect(self._follow)
+
+    @property
+    def busy(self) -> bool:
+        """True while the canvas doesn't yet show the newest state at full resolution."""
+        return self._rest.isActive() or any(lane.busy for lane in self._lanes)
+
+    def is_final(self, frame: Frame | None) -> bool:
+        """Return whether a picture stays as it is unless the document changes."""
+        return frame is not None and frame.whole and frame.revision == self._revision
+
+    def stop(self) -> None:
+        """Start nothing more."""
+        self._rest.stop()
+        for lane in self._lanes:
+            lane.drop()
+
+    def _open(self) -> None:
+        self.stop()
+        self._followed = None
+        photo = self._document.pyramid
+        if photo is not None:
+            self._whole, self._preview = Surface(photo), Surface(photo)
+            self._canvas.open(photo)
+
+    def _follow(self) -> None:
+        # The overlays are drawn with the preview, a moment from now: drawing them twice would
+        # only keep the preview waiting.
+        surface, state = self._preview, self._document.state
+        if surface is None:
+            return
+        if state is self._followed:
+            # A gesture has ended with what it last showed: no reason to wait, or to preview again.
+            if self._rest.isActive():
+                self._rest.stop()
+                self._render_whole()
+            return
+        self._followed = state
+        self._revision += 1
+        part = self._canvas.visible_part()
+        if part is not None:
+            self._preview_lane.submit(partial(surface.render, self._revision, state, part))
+        self._rest.start()
+
+    def _render_whole(self) -> None:
+        if self._whole is not None:
+            state, revision = self._document.state, self._revision
+            self._whole_lane.submit(partial(self._whole.render, revision, state))
+
+    def _show_preview(self, frame: Frame) -> None:
+        if self._preview is not None:
+            self._preview.shown()
+        if self._canvas.photo.show_preview(frame):
+            self._show(frame)
+
+    def _show_whole(self, frame: Frame) -> None:
+        if self._whole is not None:
+            self._whole.shown()
+        self._canvas.photo.show_full(frame)
+        self._show(frame)
+        self._count_lane.submit(lambda: _counted(frame.rendering))
+
+    def _show(self, frame: Frame) -> None:
+        newest = self._view.frame
+        if newest is None or frame.revision >= newest.revision:
+            self._view.frame = frame
+            self._canvas.redraw()
+            self.drawn.emit(frame)
+
+    def _show_counts(self, rendering: Rendering) -> None:
+        self.measured.emit(rendering)
+        if not self._rest.isActive() and not self._preview_lane.busy and not self._whole_lane.busy:
+            self.settled.emit()
+
+
+def _counted(rendering: Rendering) -> Rendering:
+    _ = rendering.pixel_counts
+    return rendering

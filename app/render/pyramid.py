@@ -1,0 +1,100 @@
+"""A picture and its halvings, so that every zoom has pixels of about the screen's size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.geometry import Affine, Box
+
+Rgb8 = npt.NDArray[np.uint8]
+# Writes pictures, second of each pair, as the first ones look on the screen.
+Show = Callable[[Sequence[tuple[Rgb8, Rgb8]]], None]
+_SMALLEST_PX: Final = 256
+# A level up to a third too small still looks sharp and has a fraction of the pixels.
+_ENOUGH: Final = 0.75
+
+
+class PicturePyramid:
+    """Levels of a picture; a pixel of level k is the mean of 2^k x 2^k pixels.
+
+    `levels` are in the photo's own colours, to work on; `shown` are the same in the screen's.
+
+    Parameters
+    ----------
+    pixels : uint8 array of shape (H, W, 3)
+        Level 0, held, not copied. An odd last row or column is left out of the next level.
+    show : callable, optional
+        Turns colours into the screen's; absent where they already are, and `shown` is `levels`.
+    """
+
+    def __init__(self, pixels: Rgb8, show: Show | None = None) -> None:
+        self.levels = [pixels]
+        self.show = show
+        while min(self.levels[-1].shape[:2]) >= 2 * _SMALLEST_PX:
+            height, width = (side // 2 for side in self.levels[-1].shape[:2])
+            self.levels.append(np.empty((height, width, 3), np.uint8))
+        self.shown = self.levels if show is None else [np.empty_like(one) for one in self.levels]
+        self.refresh([Box.of(pixels)])
+
+    def part(self, level: int, box: Box) -> PicturePyramid:
+        """Return a part of a level, with no halvings of its own; nothing is copied."""
+        return self._with([self.levels[level][box.slices]], [self.shown[level][box.slices]])
+
+    def over(self, pixels: Rgb8) -> PicturePyramid:
+        """Return a pyramid over a buffer that holds a copy of level 0."""
+        levels = [pixels, *(one.copy() for one in self.levels[1:])]
+        return self._with(levels, [one.copy() for one in self.shown])
+
+    def _with(self, levels: list[Rgb8], shown: list[Rgb8]) -> PicturePyramid:
+        other = PicturePyramid.__new__(PicturePyramid)
+        other.levels, other.show = levels, self.show
+        other.shown = levels if self.show is None else shown
+        return other
+
+    def refresh(self, boxes: Iterable[Box]) -> None:
+        """Reduce, and show, again what lies under `boxes` of level 0."""
+        changed = []
+        for box in boxes:
+            part = box
+            changed.append((0, box))
+            for level, (finer, coarser) in enumerate(
+                zip(self.levels, self.levels[1:], strict=False), 1
+            ):
+                part = _halved(part).clipped(Box.of(coarser))
+                if not part.area:
+                    break
+                changed.append((level, part))
+                rows, columns = part.slices
+                source = finer[2 * part.top : 2 * part.bottom, 2 * part.left : 2 * part.right]
+                cv2.resize(
+                    source,
+                    (part.width, part.height),
+                    dst=coarser[rows, columns],
+                    interpolation=cv2.INTER_AREA,
+                )
+        if self.show is not None:
+            self.show(
+                [(self.levels[at][box.slices], self.shown[at][box.slices]) for at, box in changed]
+            )
+
+    def level_for(self, zoom: float) -> int:
+        """Return the coarsest level that is sharp enough at `zoom` screen px per picture px."""
+        level = 0
+        while level + 1 < len(self.levels) and 0.5 ** (level + 1) >= _ENOUGH * zoom:
+            level += 1
+        return level
+
+
+def to_photo(level: int, corner: tuple[int, int] = (0, 0)) -> Affine:
+    """Return the map from px of a level, seen from `corner` of it, to px of the photo."""
+    scale = float(2**level)
+    return Affine.resize(scale, scale).after(Affine(np.eye(2), np.array(corner, np.float64)))
+
+
+def _halved(box: Box) -> Box:
+    return Box(box.left // 2, box.top // 2, -(-box.right // 2), -(-box.bottom // 2))

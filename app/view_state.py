@@ -1,0 +1,122 @@
+"""What is on screen: read by the canvas and its overlays, written by the features."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal
+
+from kogao_core.bend import BentLine
+from kogao_core.geometry import Array, Box
+
+from .document import Document, State
+
+if TYPE_CHECKING:
+    from .canvas.handles import Handle
+    from .render.live import Frame
+
+ToolName = Literal["points", "brush", "line", "eraser"]
+# How much stronger than it is the difference is shown.
+GAIN: Final = 8
+CompareName = Literal["off", "wipe", "side", "difference"]
+
+
+@dataclass(frozen=True, slots=True)
+class Brush:
+    """The tool in hand.
+
+    Parameters
+    ----------
+    tool : {"points", "brush", "line", "eraser"}
+        What a drag does.
+    radius_px : float
+        Half the width of brush, line and eraser, px of the photo.
+    hard : bool
+        Whether a stroke's own pixels keep every byte, by a feather beside it; a soft one only
+        asks the fit to leave the place alone.
+    """
+
+    tool: ToolName = "points"
+    radius_px: float = 16.0
+    hard: bool = False
+
+    @property
+    def paints(self) -> bool:
+        """True when a drag changes the protection instead of a point."""
+        return self.tool != "points"
+
+
+@dataclass
+class ViewState:
+    """What to draw and how.
+
+    Parameters
+    ----------
+    document : Document
+        Whose photo and state these are.
+    frame : Frame, optional
+        The newest rendering; it may lag behind `state` by one.
+    visible : set of str
+        Names of the overlays switched on.
+    original : bool
+        True while the photo is shown as it was.
+    hovered, selected : Handle, optional
+        The point under the cursor, and the one that the arrow keys move.
+    placing : int, optional
+        The face that is being placed as a whole.
+    face : int, optional
+        The face whose settings are edited; None for those of the photo.
+    lines : tuple of BentLine
+        Straight lines of the photo and their bend, the most bent first.
+    marking : bool
+        True while a press on the photo marks a landmark.
+    compare : {"off", "wipe", "side", "difference"}
+        How before and after are compared.
+    wipe : float
+        Where the divider stands, as a share of the canvas's width.
+    loupe : bool
+        Whether what lies under the cursor is magnified.
+    brush : Brush
+        The tool in hand.
+    cursor : array of shape (2,), optional
+        Where the mouse is, px of the photo; None when it is elsewhere.
+    """
+
+    document: Document
+    frame: Frame | None = None
+    visible: set[str] = field(default_factory=set)
+    original: bool = False
+    hovered: Handle | None = None
+    selected: Handle | None = None
+    placing: int | None = None
+    face: int | None = None
+    marking: bool = False
+    lines: tuple[BentLine, ...] = ()
+    compare: CompareName = "off"
+    wipe: float = 0.5
+    loupe: bool = False
+    brush: Brush = field(default_factory=Brush)
+    cursor: Array | None = None
+
+    @property
+    def state(self) -> State:
+        """Faces and recipe, a gesture's preview included."""
+        return self.document.state
+
+    @property
+    def image(self) -> Box:
+        """The photo's rectangle."""
+        return self.document.image
+
+    @property
+    def busy_hands(self) -> bool:
+        """True while the mouse paints, marks or places: a click then selects no face."""
+        return self.brush.paints or self.marking or self.placing is not None
+
+    def answers(self, handle: Handle) -> bool:
+        """Return whether a handle can be taken: those of one face at a time, but while marking.
+
+        With several faces and none selected, a click means a face and never a point of one.
+        """
+        alone = 0 if len(self.state.faces) == 1 else None
+        face = next((f for f in (self.placing, self.face, alone) if f is not None), None)
+        return handle.face == face or (self.marking and handle.movable)

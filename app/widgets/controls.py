@@ -1,0 +1,246 @@
+"""Sliders and folding groups: a drag or a held key previews, letting go commits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ..theme import GRID_PX
+
+# Notches of a wheel that follow each other faster are one gesture, and so is a double click.
+_REST_MS = 400
+
+
+@dataclass(frozen=True, slots=True)
+class SliderScale:
+    """How the whole steps of a slider stand for values.
+
+    Parameters
+    ----------
+    low, high, page : int
+        Range and Page-key step of the slider.
+    value, step : callable
+        Value of a step, and the step nearest to a value.
+    text : callable
+        How a value reads.
+    """
+
+    low: int
+    high: int
+    page: int
+    value: Callable[[int], float]
+    step: Callable[[float], int]
+    text: Callable[[float], str]
+
+
+class GestureSlider(QSlider):
+    """A slider that tells a gesture from its end.
+
+    Signals
+    -------
+    edited
+        The user moved it.
+    rested
+        The user let go of the button or the key.
+    reset
+        A double click asks for the default.
+    """
+
+    edited = Signal()
+    rested = Signal()
+    reset = Signal()
+
+    def __init__(self) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self._aborted = False
+        pause = max(_REST_MS, QApplication.doubleClickInterval())
+        self._rest = QTimer(self, singleShot=True, interval=pause)
+        self._rest.timeout.connect(self.rested)
+        self._dragged = False
+        self.valueChanged.connect(self.edited)
+
+    def abort(self) -> None:
+        """Ignore the mouse until its button is let go."""
+        self._aborted = self.isSliderDown()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a gesture."""
+        self._rest.stop()
+        self._aborted = self._dragged = False
+        super().mousePressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the mouse unless the gesture was aborted."""
+        self._dragged = self.isSliderDown()
+        if not self._aborted:
+            super().mouseMoveEvent(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End the gesture; that of a click may still become a double click."""
+        with QSignalBlocker(self):
+            super().mouseReleaseEvent(event)
+        if not self._aborted and self._dragged:
+            self.rested.emit()
+        elif not self._aborted:
+            self._rest.start()
+        self._aborted = False
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Ask for the default."""
+        event.accept()
+        self._rest.stop()
+        self.reset.emit()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """End a gesture made by keys; a held key repeats within one gesture."""
+        super().keyReleaseEvent(event)
+        if not event.isAutoRepeat():
+            self.rested.emit()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """End a gesture whose key is let go elsewhere."""
+        super().focusOutEvent(event)
+        self._rest.stop()
+        self.rested.emit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Move a slider that has the focus; any other wheel is meant for the panel."""
+        if not self.hasFocus():
+            event.ignore()
+            return
+        super().wheelEvent(event)
+        self._rest.start()
+
+
+class ValueSlider(QWidget):
+    """A named slider with its value and a line of explanation.
+
+    Parameters
+    ----------
+    title : str
+        Name, with a mnemonic.
+    scale : SliderScale
+        Steps and values.
+    tip : str
+        What it does.
+    note_lines : int
+        Room for the explanation, so that nothing jumps when it comes.
+
+    Signals
+    -------
+    edited(float)
+        A new value, while the gesture lasts.
+    rested
+        The gesture's end.
+    reset
+        The default is wanted.
+    """
+
+    edited = Signal(float)
+    rested = Signal()
+    reset = Signal()
+
+    def __init__(self, title: str, scale: SliderScale, tip: str, note_lines: int) -> None:
+        super().__init__()
+        self._scale = scale
+        self.slider = GestureSlider()
+        self.slider.setRange(scale.low, scale.high)
+        self.slider.setPageStep(scale.page)
+        self.slider.setAccessibleName(title.replace("&", ""))
+        self.slider.setAccessibleDescription(tip)
+        self.slider.setToolTip(tip)
+        name = heading(title)
+        name.setBuddy(self.slider)
+        self._value = QLabel()
+        self.note = muted_label()
+        self.note.setVisible(note_lines > 0)
+        self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
+        top = QHBoxLayout()
+        top.addWidget(name)
+        top.addStretch()
+        top.addWidget(self._value)
+        column = column_of(self)
+        column.addLayout(top)
+        column.addWidget(self.slider)
+        column.addWidget(self.note)
+        self.slider.edited.connect(self._tell)
+        self.slider.rested.connect(self.rested)
+        self.slider.reset.connect(self.reset)
+
+    def show_value(self, value: float) -> None:
+        """Show a value without telling anyone."""
+        with QSignalBlocker(self.slider):
+            self.slider.setValue(self._scale.step(value))
+        self._value.setText(self._scale.text(value))
+
+    def _tell(self) -> None:
+        self.edited.emit(self._scale.value(self.slider.value()))
+
+
+class Fold(QWidget):
+    """A group that opens and closes under its title."""
+
+    def __init__(self, title: str, content: QWidget) -> None:
+        super().__init__()
+        self._content = content
+        self.button = QToolButton()
+        self.button.setText(title)
+        self.button.setAccessibleName(title.replace("&", ""))
+        self.button.setProperty("fold", "true")
+        self.button.setCheckable(True)
+        self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.button.toggled.connect(self._show)
+        column = column_of(self)
+        column.addWidget(self.button, alignment=Qt.AlignmentFlag.AlignLeft)
+        column.addWidget(content)
+        self._show(False)
+
+    def _show(self, opened: bool) -> None:
+        arrow = Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow
+        self.button.setArrowType(arrow)
+        self._content.setVisible(opened)
+
+
+def action_button(action: QAction) -> QToolButton:
+    """Return a narrow button for an action, which the Tab key reaches."""
+    button = QToolButton()
+    button.setDefaultAction(action)
+    button.setAccessibleName(action.text().replace("&", ""))
+    button.setProperty("segment", "true")
+    button.setProperty("snug", "true")
+    button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    return button
+
+
+def heading(text: str) -> QLabel:
+    """Return the title of a group."""
+    label = QLabel(text)
+    label.setProperty("heading", "true")
+    return label
+
+
+def muted_label(text: str = "") -> QLabel:
+    """Return a label for what explains, in a quieter colour."""
+    label = QLabel(text)
+    label.setProperty("muted", "true")
+    return label
+
+
+def column_of(widget: QWidget, margin: int = 0, spacing: int = GRID_PX) -> QVBoxLayout:
+    """Return a column layout for `widget` on the 4 px grid."""
+    column = QVBoxLayout(widget)
+    column.setContentsMargins(margin, margin, margin, margin)
+    column.setSpacing(spacing)
+    return column

@@ -1,0 +1,119 @@
+"""Dialogs that never stop the program: each calls what was asked for once there is an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Literal
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QHeaderView,
+    QMessageBox,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from kogao_core.photo import READABLE
+
+from ..i18n import tr
+
+_MARGIN_PX = 60  # what a title bar and a task bar take
+
+
+def photo_filter(formats: Iterable[str] = READABLE, *more: str) -> str:
+    """Return the filter of a dialog for photos: their endings, and other patterns."""
+    patterns = " ".join((*(f"*{suffix}" for suffix in formats), *more))
+    return tr("Photos ({patterns})", patterns=patterns)
+
+
+def ask_path(
+    parent: QWidget,
+    title: str,
+    taken: Callable[[Path], object],
+    kind: Literal["file", "folder", "new"] = "file",
+    *,
+    filters: Sequence[str] = (),
+    at: Path | None = None,
+) -> QFileDialog:
+    """Ask for a path.
+
+    Parameters
+    ----------
+    parent : QWidget
+        The window.
+    title : str
+        What is wanted.
+    taken : callable
+        Takes the answer; not called without one.
+    kind : {"file", "folder", "new"}
+        A file that is there, a folder, or where something is to be written.
+    filters : sequence of str
+        Kinds of files.
+    at : Path, optional
+        The folder to begin in, or a file that is suggested.
+    """
+    dialog = QFileDialog(parent, title)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    if kind == "new":
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    else:
+        modes = QFileDialog.FileMode
+        dialog.setFileMode(modes.Directory if kind == "folder" else modes.ExistingFile)
+    dialog.setNameFilters(list(filters))
+    if at is not None:
+        dialog.setDirectory(str(at if at.is_dir() else at.parent))
+        if not at.is_dir():
+            dialog.selectFile(at.name)
+    dialog.fileSelected.connect(lambda name: taken(Path(name)))
+    dialog.open()
+    return dialog
+
+
+def question(
+    parent: QWidget, text: str, icon: QMessageBox.Icon = QMessageBox.Icon.Question
+) -> QMessageBox:
+    """Return a box that is yet to get its buttons; `open` shows it."""
+    box = QMessageBox(parent)
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setIcon(icon)
+    box.setText(text)
+    return box
+
+
+def confirm(parent: QWidget, text: str, act: str, then: Callable[[], object]) -> None:
+    """Do `then` only if the user agrees to `act`; Escape and Enter don't."""
+    box = question(parent, text, QMessageBox.Icon.Warning)
+    agree = box.addButton(act, QMessageBox.ButtonRole.DestructiveRole)
+    box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+    agree.clicked.connect(lambda: then())
+    box.open()
+
+
+def room_px(window: QWidget) -> int:
+    """Return how high a dialog may be on the window's screen."""
+    return window.screen().availableGeometry().height() - _MARGIN_PX
+
+
+def table(
+    title: str,
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    widths: QHeaderView.ResizeMode = QHeaderView.ResizeMode.Stretch,
+) -> QTableWidget:
+    """Return a table to read: texts in its first column, figures in the others."""
+    made = QTableWidget(len(rows), len(head))
+    made.setAccessibleName(title)
+    made.setHorizontalHeaderLabels(list(head))
+    made.verticalHeader().hide()
+    made.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
+    made.horizontalHeader().setSectionResizeMode(widths)
+    for row, cells in enumerate(rows):
+        for column, text in enumerate(cells):
+            item = QTableWidgetItem(text)
+            if column:
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            made.setItem(row, column, item)
+    return made

@@ -1,0 +1,129 @@
+"""Docks round the canvas: flat while their places are fixed, with title bars to move them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import QByteArray, QObject, QSettings, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar, QTabWidget, QWidget
+
+from ..i18n import tr
+
+# A window saved with other docks than these is not restored.
+_VERSION: Final = 1
+_FREE: Final = (
+    QDockWidget.DockWidgetFeature.DockWidgetMovable
+    | QDockWidget.DockWidgetFeature.DockWidgetFloatable
+    | QDockWidget.DockWidgetFeature.DockWidgetClosable
+)
+# Without a title bar; the menu can still close it.
+_FIXED: Final = QDockWidget.DockWidgetFeature.DockWidgetClosable
+
+
+@dataclass(frozen=True, slots=True)
+class Dock:
+    """Where a panel lies: its name in the settings, its title, its side, and whether it shows."""
+
+    name: str
+    title: str
+    area: Qt.DockWidgetArea = Qt.DockWidgetArea.BottomDockWidgetArea
+    shown: bool = True
+
+
+class Docks(QObject):
+    """Adds docks, moves them, and remembers where they are.
+
+    Parameters
+    ----------
+    window : QMainWindow
+        Whose docks these are.
+    """
+
+    def __init__(self, window: QMainWindow) -> None:
+        super().__init__(window)
+        self._window = window
+        self._docks: dict[str, QDockWidget] = {}
+        self._hidden: list[QDockWidget] = []
+        self._in_front: list[QDockWidget] = []
+        self._first: QByteArray | None = None
+        window.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
+        window.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
+        area = Qt.DockWidgetArea.BottomDockWidgetArea
+        window.setTabPosition(area, QTabWidget.TabPosition.North)
+
+    def add(self, dock: Dock, content: QWidget) -> None:
+        """Add a dock; those below are tabs of one place, the first of them in front."""
+        widget = QDockWidget(dock.title)
+        widget.setObjectName(dock.name)
+        widget.setWidget(content)
+        bottom = Qt.DockWidgetArea.BottomDockWidgetArea
+        front = next((d for d in self._docks.values() if self._area(d) == bottom), None)
+        self._docks[dock.name] = widget
+        self._window.addDockWidget(dock.area, widget)
+        if front is not None and dock.area == bottom:
+            self._window.tabifyDockWidget(front, widget)
+            front.raise_()
+            for tabs in self._window.findChildren(QTabBar):
+                tabs.setAccessibleName(tr("Panels"))
+        widget.setVisible(dock.shown)
+        self._fix(widget, True)
+
+    def _area(self, dock: QDockWidget) -> Qt.DockWidgetArea:
+        return self._window.dockWidgetArea(dock)
+
+    def show(self, name: str) -> None:
+        """Show a dock in front of its neighbours."""
+        self._docks[name].show()
+        self._docks[name].raise_()
+
+    def hide(self, name: str) -> None:
+        """Hide a dock."""
+        self._docks[name].hide()
+
+    def toggles(self) -> list[QAction]:
+        """Return the actions that show and hide each dock."""
+        return [dock.toggleViewAction() for dock in self._docks.values()]
+
+    def fix(self, fixed: bool) -> None:
+        """Fix all docks in their places, or let them be moved, floated and closed."""
+        for dock in self._docks.values():
+            self._fix(dock, fixed)
+
+    def hide_all(self, hidden: bool) -> None:
+        """Leave the canvas alone in the window, or bring back what was there."""
+        if hidden:
+            self._hidden = [dock for dock in self._docks.values() if not dock.isHidden()]
+            # Of docks that share a place only the one in front can be seen.
+            self._in_front = [dock for dock in self._hidden if not dock.visibleRegion().isEmpty()]
+        for dock in self._hidden:
+            dock.setHidden(hidden)
+        if not hidden:
+            for dock in self._in_front:
+                dock.raise_()
+            self._hidden = self._in_front = []
+
+    def save(self, settings: QSettings) -> None:
+        """Remember the window's size and its docks; the next start shows those all hidden now."""
+        self.hide_all(False)
+        settings.setValue("window/geometry", self._window.saveGeometry())
+        settings.setValue("window/docks", self._window.saveState(_VERSION))
+
+    def restore(self, settings: QSettings) -> bool:
+        """Put the docks where they were, and return whether the window's size is known, too."""
+        self._first = self._window.saveState(_VERSION)
+        state, geometry = (settings.value(f"window/{what}") for what in ("docks", "geometry"))
+        if isinstance(state, QByteArray):
+            self._window.restoreState(state, _VERSION)
+        return isinstance(geometry, QByteArray) and self._window.restoreGeometry(geometry)
+
+    def reset(self) -> None:
+        """Put all docks back where they first were."""
+        if self._first is not None:
+            self._window.restoreState(self._first, _VERSION)
+
+    def _fix(self, dock: QDockWidget, fixed: bool) -> None:
+        # An empty widget in place of the title bar keeps a fixed dock flat.
+        dock.setTitleBarWidget(QWidget() if fixed else None)  # type: ignore[arg-type]
+        dock.setFeatures(_FIXED if fixed else _FREE)

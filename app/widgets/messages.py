@@ -1,0 +1,232 @@
+"""Messages over the canvas: what happened, with the next step as a button; never modal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import QElapsedTimer, Qt, QTimer, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusBar, QWidget
+
+from kogao_core.photo import Photo, formats
+
+from ..i18n import tr
+from ..render.colour import screen_colours
+from ..theme import GRID_PX
+
+# What is done sooner after a message came was done without having read it.
+UNREAD_MS: Final = 2000
+LINGER_MS: Final = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class BarAction:
+    """A button of a message: its text and what it does."""
+
+    text: str
+    act: Callable[[], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """What the bar says.
+
+    Parameters
+    ----------
+    text : str
+        What happened.
+    steps : tuple of BarAction
+        What can be done about it.
+    wrong : bool
+        Whether something went wrong.
+    holds : callable, optional
+        Whether it still holds; such a message stays until it doesn't, or is answered. One without
+        is about the last action and goes with the next.
+    """
+
+    text: str
+    steps: tuple[BarAction, ...] = ()
+    wrong: bool = True
+    holds: Callable[[], bool] | None = None
+
+
+class MessageBar(QFrame):
+    """One message at a time: the newest about the last action, else the newest that still holds.
+
+    A message about the last action goes with the next step of the document (`move_on`) or the next
+    attempt to open, save or find something (`clear`). One that only informs also goes by itself.
+
+    Signals
+    -------
+    left
+        The button that had the focus goes away.
+    dismissed
+        A message was read and sent away; nothing is shown now.
+    """
+
+    left = Signal()
+    dismissed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAccessibleName(tr("Message"))
+        self.text = QLabel()
+        self.text.setWordWrap(True)
+        self.text.setTextFormat(Qt.TextFormat.PlainText)
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(3 * GRID_PX, 2 * GRID_PX, 2 * GRID_PX, 2 * GRID_PX)
+        self._row.setSpacing(2 * GRID_PX)
+        self._row.addWidget(self.text, 1)
+        self.buttons: list[QPushButton] = []
+        self._last: Message | None = None
+        self._holding: list[Message] = []
+        self._shown: Message | None = None
+        self._since = QElapsedTimer()
+        self._since.start()
+        self._linger = QTimer(self, singleShot=True, interval=LINGER_MS)
+        self._linger.timeout.connect(self._fade)
+        self.hide()
+
+    def say(self, message: Message) -> None:
+        """Show a message, in place of the last one unless that one holds."""
+        if message.holds is None:
+            self._last = message
+        else:
+            others = [known for known in self._holding if known.text != message.text]
+            self._holding = [*others, message]
+        self.refresh()
+
+    def move_on(self) -> None:
+        """Take a step of the document as the answer to what was said of the last action."""
+        if self._since.elapsed() >= UNREAD_MS:
+            self._last = None
+        self.refresh()
+
+    def clear(self) -> None:
+        """Say nothing more of the last action."""
+        self._last = None
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show what still holds, and no more."""
+        self._holding = [message for message in self._holding if message.holds and message.holds()]
+        message = self._last or (self._holding[-1] if self._holding else None)
+        if message is self._shown:
+            return
+        self._empty()
+        self._shown = message
+        if message is not None:
+            self._fill(message)
+
+    def _fade(self) -> None:
+        if self.underMouse() or any(button.hasFocus() for button in self.buttons):
+            self._linger.start()
+        else:
+            self.clear()
+
+    def _fill(self, message: Message) -> None:
+        self.text.setText(message.text)
+        self.setProperty("bar", "wrong" if message.wrong else "hint")
+        self.style().polish(self)
+        self.setAccessibleDescription(message.text)
+        for step in message.steps:
+            self._add(step.text, step.act)
+        self._add(tr("Dismiss"), self.dismissed.emit)
+        self._since.start()
+        if not message.wrong and not message.steps and message.holds is None:
+            self._linger.start()
+        self.show()
+        self.raise_()
+
+    def _empty(self) -> None:
+        if any(button.hasFocus() for button in self.buttons):
+            self.left.emit()
+        self._linger.stop()
+        self.hide()
+        for button in self.buttons:
+            self._row.removeWidget(button)
+            button.hide()
+            button.deleteLater()
+        self.buttons = []
+
+    def _add(self, text: str, act: Callable[[], object]) -> None:
+        button = QPushButton(text)
+        button.clicked.connect(lambda: self._take(act))
+        self._row.addWidget(button)
+        self.buttons.append(button)
+
+    def _take(self, act: Callable[[], object]) -> None:
+        answered = self._shown
+        self._holding = [message for message in self._holding if message is not answered]
+        self.clear()
+        act()
+
+
+class StatusLine(QStatusBar):
+    """Facts on the right, hints on the left."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setSizeGripEnabled(False)
+        self._hint, self._cursor, self._photo, self._speed = (QLabel() for _ in range(4))
+        self._zoom = QLabel()
+        self._tool = self._lasting = ""
+        self._hint.setContentsMargins(8, 0, 0, 0)
+        self.addWidget(self._hint, 1)
+        for label in (self._cursor, self._photo, self._speed, self._zoom):
+            label.setProperty("muted", "true")
+            label.setContentsMargins(8, 4, 8, 4)
+            self.addPermanentWidget(label)
+
+    def show_tool(self, text: str) -> None:
+        """Say what the tool in hand does, once it is another one."""
+        if text != self._tool:
+            self._tool = text
+            self.hint("")
+
+    def hint(self, text: str) -> None:
+        """Say what is under way or has just been done; an empty text brings the tool back."""
+        self._lasting = text or self._tool
+        self._hint.setText(self._lasting)
+
+    def name_point(self, text: str) -> None:
+        """Name the point in question; an empty name brings the hint back."""
+        self._hint.setText(text or self._lasting)
+
+    @property
+    def hint_text(self) -> str:
+        """What the hint says."""
+        return self._hint.text()
+
+    def show_cursor(self, x: float, y: float) -> None:
+        """Show the pixel under the cursor; negative ones are none."""
+        inside = x >= -0.5 and y >= -0.5
+        self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
+
+    def show_photo(self, photo: Photo) -> None:
+        """Show size, depth, colour space, what reading changed and what a copy won't keep."""
+        size = f"{photo.width} × {photo.height}"  # noqa: RUF001
+        parts = [size, tr("{n}-bit", n=photo.bits)]
+        colours = screen_colours(photo)
+        if photo.icc_profile is not None:
+            unusable = tr("colour profile can't be used")
+            parts.append((colours.name or tr("colour profile")) if colours.usable else unusable)
+        notes = [*photo.notes, *filter(None, [_copied_as(photo).not_kept(photo.extras)])]
+        if notes:
+            parts.append(tr("notes: {n}", n=len(notes)))
+        self._photo.setText(" · ".join(parts))
+        self._photo.setToolTip("\n".join(notes))
+
+    def show_speed(self, took_ms: float) -> None:
+        """Show how long the newest picture took."""
+        self._speed.setText(tr("drawn in {ms:.0f} ms", ms=took_ms))
+
+    def show_zoom(self, zoom: float) -> None:
+        """Show the zoom in %."""
+        self._zoom.setText(f"{zoom * 100:.0f} %")
+
+
+def _copied_as(photo: Photo) -> formats.FileFormat:
+    """Return the format of a copy like the photo, or the one that holds most."""
+    return next((form for form in formats.WRITTEN if form.name == photo.format), formats.TIFF)

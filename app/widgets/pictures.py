@@ -1,0 +1,47 @@
+"""Small pictures of faces, cut from the level of the photo that is just large enough."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QIcon, QImage, QPixmap
+
+from kogao_core.face import Face
+from kogao_core.geometry import Box, Image
+
+from ..render.pyramid import PicturePyramid
+
+
+def face_icon(photo: PicturePyramid, face: Face, size_px: int, ratio: float) -> QIcon:
+    """Return a square picture round a face, `size_px` wide at `ratio` device px per px."""
+    left, top, width, height = face.box
+    side = max(width, height)
+    level = photo.level_for(size_px / max(side, 1.0))
+    pixels = photo.shown[level]
+    corner = np.array([left + (width - side) / 2, top + (height - side) / 2]) / 2**level
+    x, y = np.round(corner).astype(int).tolist()
+    length = max(1, round(side / 2**level))
+    box = Box(x, y, x + length, y + length).clipped(Box.of(pixels))
+    if not box.area:
+        return QIcon()
+    rows, columns = box.slices
+    return untinted(scaled(pixels[rows, columns], size_px, ratio))
+
+
+def scaled(pixels: Image, size_px: int, ratio: float) -> QPixmap:
+    """Return an RGB picture, its longer side `size_px` wide at `ratio` device px per px."""
+    whole = np.ascontiguousarray(pixels)
+    height, width = whole.shape[:2]
+    image = QImage(whole.data, width, height, whole.strides[0], QImage.Format.Format_RGB888)
+    side = round(size_px * ratio)
+    keep, smooth = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
+    picture = QPixmap.fromImage(image.copy()).scaled(side, side, keep, smooth)
+    picture.setDevicePixelRatio(ratio)
+    return picture
+
+
+def untinted(picture: QPixmap) -> QIcon:
+    """Return an icon that keeps its colours when it is selected."""
+    icon = QIcon(picture)
+    icon.addPixmap(picture, QIcon.Mode.Selected)
+    return icon

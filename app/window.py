@@ -1,0 +1,214 @@
+"""The window: it arranges what features add to it and passes on what the window system says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QMainWindow,
+    QMenu,
+    QScrollArea,
+    QToolBar,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from . import actions
+from .canvas.photo_canvas import PhotoCanvas
+from .canvas.viewport import OriginalView
+from .i18n import tr
+from .theme import GRID_PX, Theme
+from .view_state import ViewState
+from .widgets.controls import column_of
+from .widgets.docks import Dock, Docks
+from .widgets.messages import MessageBar, StatusLine
+
+_SIDE_PX = 296
+
+
+class Window(QMainWindow):
+    """The editor's window.
+
+    Signals
+    -------
+    dropped(list of Path)
+        Files or folders were dropped.
+    original_held(bool)
+        The key for the original goes down or up.
+    activated(bool)
+        The window has the focus, or another one.
+    asked_to_close
+        The user wants to close; `really_close` does.
+    """
+
+    dropped = Signal(object)
+    original_held = Signal(bool)
+    activated = Signal(bool)
+    asked_to_close = Signal()
+
+    def __init__(self, view: ViewState) -> None:
+        super().__init__()
+        self.setAcceptDrops(True)
+        self.actions_by_name: dict[str, QAction] = {}
+        self.menus = {"panels": QMenu(tr("&Panels"))}
+        self.canvas, self.bar, self.status = PhotoCanvas(view), MessageBar(), StatusLine()
+        self.original = OriginalView(self.canvas)
+        self.docks = Docks(self)
+        self._closing = False
+        self._side = QWidget()
+        self._column = column_of(self._side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
+        self._stage = QGridLayout()
+
+    def add_actions(self, specs: Iterable[actions.Spec]) -> None:
+        """Add what can be done; its keys hold in the whole window."""
+        for spec in specs:
+            self.actions_by_name[spec.name] = actions.build(self, spec)
+
+    def lay_out(self, panels: Iterable[tuple[QWidget, Dock | None]]) -> None:
+        """Arrange everything, once all features have added their actions.
+
+        Parameters
+        ----------
+        panels : iterable of (QWidget, Dock or None)
+            From the left, top and front; those without a dock stand in the column at the side.
+        """
+        menus = actions.layout(list(self.actions_by_name))
+        order = [name for names in menus.values() for name in names if name in self.actions_by_name]
+        rest = [name for name in self.actions_by_name if name not in order]
+        self.actions_by_name = {name: self.actions_by_name[name] for name in (*order, *rest)}
+        actions.fill_menus(self.menuBar(), menus, self.actions_by_name, self.menus)
+        self._add_toolbar()
+        self._fill_stage()
+        docked = [(panel, dock) for panel, dock in panels if dock is not None]
+        for panel, dock in panels:
+            if dock is None:
+                self._column.addWidget(panel)
+        self._column.addStretch()
+        left = [one for one in docked if one[1].area == Qt.DockWidgetArea.LeftDockWidgetArea]
+        right = Dock("settings", tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
+        below = [one for one in docked if one not in left]
+        for panel, dock in (*left, (self._scrolled_side(), right), *below):
+            self.docks.add(dock, panel)
+        self.menus["panels"].addActions(self.docks.toggles())
+        self.setStatusBar(self.status)
+        self.canvas.setFocus()
+
+    def show_in_middle(self, widget: QWidget) -> None:
+        """Lay a widget over the middle of the canvas."""
+        self._stage.addWidget(widget, 0, 0, Qt.AlignmentFlag.AlignCenter)
+
+    def dress(self, theme: Theme) -> None:
+        """Take the canvas grey of a theme."""
+        self.canvas.setBackground(theme.canvas)
+        self.original.setBackground(theme.canvas)
+
+    def show_title(self, name: str, *, dirty: bool) -> None:
+        """Name the photo, with a star while there are unsaved changes."""
+        self.setWindowTitle(f"{name}[*] – Kogao" if name else "Kogao[*]")  # noqa: RUF001
+        self.setWindowModified(dirty)
+
+    def really_close(self) -> None:
+        """Close without asking again."""
+        self._closing = True
+        self.close()
+
+    def _add_toolbar(self) -> None:
+        bar = QToolBar(tr("Tools"))
+        bar.setObjectName("tools")
+        bar.setMovable(False)
+        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        actions.fill_toolbar(bar, self.actions_by_name)
+        bar.addWidget(self._hold_button())
+        self.addToolBar(bar)
+
+    def _hold_button(self) -> QToolButton:
+        hold = QToolButton()
+        hold.setText(tr("Hold: before"))
+        hold.setToolTip(tr("Show the photo as it was while the button is held (\\)"))
+        hold.setAccessibleName(tr("Show the photo as it was"))
+        hold.pressed.connect(lambda: self.original_held.emit(True))
+        hold.released.connect(lambda: self.original_held.emit(False))
+        return hold
+
+    def _fill_stage(self) -> None:
+        stage, grid = QWidget(), self._stage
+        stage.setLayout(grid)
+        grid.setContentsMargins(0, 0, 0, 0)
+        views = QHBoxLayout()
+        views.setSpacing(GRID_PX // 2)
+        # Equal shares: the same zoom shows the same piece of the photo in both.
+        for view in (self.original, self.canvas):
+            views.addWidget(view, 1)
+        grid.addLayout(views, 0, 0)
+        over = QVBoxLayout()
+        over.setContentsMargins(3 * GRID_PX, 3 * GRID_PX, 3 * GRID_PX, 0)
+        over.addWidget(self.bar)
+        self.bar.left.connect(self.canvas.setFocus)
+        grid.addLayout(over, 0, 0, Qt.AlignmentFlag.AlignTop)
+        self.setCentralWidget(stage)
+
+    def _scrolled_side(self) -> QWidget:
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        scroll.setWidget(self._side)
+        scroll.setFixedWidth(_SIDE_PX)
+        return scroll
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Hold the original with the backslash, panning with Space."""
+        if not self._hold(event, True):
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Let both go."""
+        if not self._hold(event, False):
+            super().keyReleaseEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Let held keys go when another window takes over."""
+        if event.type() == QEvent.Type.ActivationChange:
+            self.activated.emit(self.isActiveWindow())
+            if not self.isActiveWindow():
+                self.original_held.emit(False)
+                self.canvas.hold_space(False)
+        super().changeEvent(event)
+
+    def _hold(self, event: QKeyEvent, down: bool) -> bool:
+        if event.isAutoRepeat():
+            return False
+        if event.key() == Qt.Key.Key_Backslash:
+            self.original_held.emit(down)
+            return True
+        if event.key() == Qt.Key.Key_Space:
+            self.canvas.hold_space(down)
+            return True
+        return False
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Accept files."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Pass files and folders on."""
+        urls = [url for url in event.mimeData().urls() if url.isLocalFile()]
+        if urls:
+            event.acceptProposedAction()
+            self.dropped.emit([Path(url.toLocalFile()) for url in urls])
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Leave the decision to whoever knows about unsaved changes."""
+        if not self._closing:
+            self.asked_to_close.emit()
+        # The answer may have come at once, or it comes later and closes again.
+        event.setAccepted(self._closing)

@@ -1,0 +1,77 @@
+"""Imports of the editor point one way, as ARCHITECTURE.md draws it."""
+
+import ast
+import re
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def modules():
+    """Return the path of every module of the editor by its name, `app` left out."""
+    found = {}
+    for path in (ROOT / "app").rglob("*.py"):
+        parts = path.relative_to(ROOT / "app").with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def for_types_only(tree):
+    """Return the imports that no running program sees."""
+    blocks = (n for n in ast.walk(tree) if isinstance(n, ast.If))
+    return {
+        node
+        for block in blocks
+        if ast.unparse(block.test) == "TYPE_CHECKING"
+        for node in ast.walk(block)
+    }
+
+
+def imported(name, path, known):
+    """Return which modules of the editor a module imports, at its top or later."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    unseen = for_types_only(tree)
+    package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level and node not in unseen:
+            base = [*package[: len(package) - node.level + 1], *(node.module or "").split(".")]
+            start = ".".join(filter(None, base))
+            full = (f"{start}.{alias.name}".strip(".") for alias in node.names)
+            found |= {one if one in known else start for one in full}
+    return found
+
+
+def graph():
+    known = modules()
+    return {name: imported(name, path, known) for name, path in known.items() if name}
+
+
+def room(name):
+    return name.split(".")[0]
+
+
+def test_every_room_imports_only_from_floors_below():
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    block = re.search(r"tests/app/test_rooms.*?```\n(.*?)```", text, re.DOTALL)[1]
+    height = {one: floor for floor, line in enumerate(block.splitlines()) for one in line.split()}
+    assert height.keys() == {room(name) for name in graph()}
+    upwards = [
+        f"{name} imports {other}"
+        for name, found in graph().items()
+        for other in found
+        if room(other) != room(name) and height[room(other)] >= height[room(name)]
+    ]
+    assert upwards == []
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    assert list(TopologicalSorter(graph()).static_order())
+
+
+def test_the_window_knows_no_feature_and_the_editor_all_of_them():
+    inside = graph()
+    features = {name for name in modules() if name.count(".") == 1 and room(name) == "features"}
+    assert not [name for name in inside["window"] if room(name) == "features"]
+    assert features <= inside["editor"] | {"features.feature"}
