@@ -17,7 +17,7 @@ from .features.commands import Commands
 from .features.compare import Compare
 from .features.experiments import Experiments
 from .features.faces import Faces
-from .features.feature import Context, Feature
+from .features.feature import Context
 from .features.files import Files
 from .features.files.options import SaveOptions
 from .features.files.saver import Saver
@@ -84,10 +84,11 @@ class Editor(QObject):
         self.window = window = Window(self.view)
         self.live = Live(self.document, self.view, window.canvas, rendering, self)
         self.live.failed.connect(self._say_not_drawn)
-        self._build(
-            Context(self.document, self.view, self.live, window, pool, storage, storage.settings()),
-            source,
+        context = Context(
+            self.document, self.view, self.live, window, pool, storage, storage.settings()
         )
+        self.features = context.features
+        self._build(context, source)
         self._mount()
         window.asked_to_close.connect(
             lambda: self.batch.guard(lambda: self.saver.guard(self.close))
@@ -125,11 +126,6 @@ class Editor(QObject):
         self.screen = Screen(context)
         self.history = History(context)
         self.commands = Commands(context)
-
-    @property
-    def features(self) -> list[Feature]:
-        """All of them, in the order they were built."""
-        return [it for it in vars(self).values() if isinstance(it, Feature)]
 
     def _mount(self) -> None:
         """Join what all features say, and lay their panels out."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
@@ -41,6 +41,8 @@ class Context:
         The user's folders.
     settings : QSettings
         What outlives the program.
+    features : list of Feature
+        Those built with it, in turn; each enters itself.
     """
 
     document: Document
@@ -50,6 +52,7 @@ class Context:
     pool: QThreadPool
     storage: Storage
     settings: QSettings
+    features: list[Feature] = field(default_factory=list)
 
 
 class Feature(QObject):
@@ -76,6 +79,7 @@ class Feature(QObject):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.document)
+        context.features.append(self)
         self.document, self.view, self.live = context.document, context.view, context.live
         self.window, self.pool = context.window, context.pool
         self.storage, self.settings = context.storage, context.settings

@@ -128,3 +128,20 @@ def test_whatever_fails_is_said_in_the_window(opened):
             silent.append(type(lane.parent()).__name__)
     assert len(lanes) > len(elsewhere)
     assert silent == []
+
+
+def test_the_editor_is_busy_while_any_lane_is(opened):
+    opened.settle()
+    lanes = opened.editor.findChildren(Lane)
+    idle = []
+    for lane in lanes:
+        gate = threading.Event()
+        lane.submit(gate.wait)
+        if not opened.editor.busy:
+            idle.append(type(lane.parent()).__name__)
+        # What comes of it is nothing that the listeners know.
+        lane.drop()
+        gate.set()
+        opened.settle()
+    assert lanes
+    assert idle == []
