@@ -122,7 +122,7 @@ def main() -> None:
     def gesture() -> None:
         # Another distance each time, or there would be nothing to warp.
         moved = dataclasses.replace(state.recipe, percent=4.0 + next(steps) % 7 / 10)
-        view.state = dataclasses.replace(state, recipe=moved)
+        document.restore(dataclasses.replace(state, recipe=moved))
         view.frame = preview.render(2, view.state, canvas.visible_part())
         preview.shown()
         canvas.photo.show_preview(view.frame)
