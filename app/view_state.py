@@ -12,7 +12,7 @@ from .document import Document, State
 
 if TYPE_CHECKING:
     from .canvas.handles import Handle
-    from .render.live import Frame
+    from .render.live import RenderedFrame
 
 ToolName = Literal["points", "brush", "line", "eraser"]
 # How much stronger than it is the difference is shown.
@@ -53,7 +53,7 @@ class ViewState:
     ----------
     document : Document
         Whose photo and state these are.
-    frame : Frame, optional
+    frame : RenderedFrame, optional
         The newest rendering; it may lag behind `state` by one.
     visible : set of str
         Names of the overlays switched on.
@@ -82,7 +82,7 @@ class ViewState:
     """
 
     document: Document
-    frame: Frame | None = None
+    frame: RenderedFrame | None = None
     visible: set[str] = field(default_factory=set)
     original: bool = False
     hovered: Handle | None = None

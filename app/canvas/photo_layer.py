@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from kogao_core.geometry import Box
 
-from ..render.live import Frame
+from ..render.live import RenderedFrame
 from ..render.pyramid import PicturePyramid, Rgb8
 from ..view_state import GAIN, ViewState
 from .overlays.overlay import viewport_of
@@ -44,12 +44,12 @@ class PhotoItem(pg.GraphicsObject):
         self.pictures.open(photo)
         self.update()
 
-    def show_full(self, frame: Frame) -> None:
+    def show_full(self, frame: RenderedFrame) -> None:
         """Show a whole result, unless a newer preview covers it."""
         self.pictures.take_full(frame)
         self.update()
 
-    def show_preview(self, frame: Frame) -> bool:
+    def show_preview(self, frame: RenderedFrame) -> bool:
         """Show a gesture's preview; return False when a newer whole result is here."""
         taken = self.pictures.take_preview(frame)
         if taken:
@@ -93,20 +93,20 @@ class Pictures:
 
     def __init__(self) -> None:
         self.photo: PicturePyramid | None = None
-        self._full: Frame | None = None
-        self._preview: Frame | None = None
+        self._full: RenderedFrame | None = None
+        self._preview: RenderedFrame | None = None
 
     def open(self, photo: PicturePyramid) -> None:
         """Take another photo."""
         self.photo, self._full, self._preview = photo, None, None
 
-    def take_full(self, frame: Frame) -> None:
+    def take_full(self, frame: RenderedFrame) -> None:
         """Take a whole result, unless a newer preview covers it."""
         self._full = frame
         if self._preview is not None and self._preview.revision <= frame.revision:
             self._preview = None
 
-    def take_preview(self, frame: Frame) -> bool:
+    def take_preview(self, frame: RenderedFrame) -> bool:
         """Take a gesture's preview; return False when a newer whole result is here."""
         if self._full is not None and frame.revision <= self._full.revision:
             return False
@@ -196,7 +196,7 @@ def _visible(painter: QPainter, pixels: Rgb8, scale: float) -> Box:
     return Box(left, top, right, bottom).grown(2).clipped(Box.of(pixels))
 
 
-def _area(frame: Frame) -> QRectF:
+def _area(frame: RenderedFrame) -> QRectF:
     """Return where a preview lies in the photo."""
     height, width = frame.levels[0].shape[:2]
     left, top = frame.to_photo([-0.5, -0.5]).tolist()

@@ -29,7 +29,7 @@ REST_MS: Final = 80
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class RenderedFrame:
     """One picture for the screen.
 
     Parameters
@@ -88,7 +88,7 @@ class Surface:
         self._back: tuple[Canvas, PicturePyramid] | None = None
         self._protection = self._mapped = NOTHING
 
-    def render(self, revision: int, state: State, part: VisiblePart | None = None) -> Frame:
+    def render(self, revision: int, state: State, part: VisiblePart | None = None) -> RenderedFrame:
         """Return a frame in the buffer off screen.
 
         Parameters
@@ -122,7 +122,7 @@ class Surface:
         took_ms = (time.perf_counter() - start) * 1e3
         # Cached in the rendering; measured here, off the GUI thread: panels read them at once.
         _ = rendering.one_to_one, rendering.residual, rendering.achieved
-        return Frame(revision, rendering, result.shown, back, took_ms, whole=part is None)
+        return RenderedFrame(revision, rendering, result.shown, back, took_ms, whole=part is None)
 
     def shown(self) -> None:
         """Note that the last frame has gone on screen."""
@@ -147,7 +147,7 @@ class Live(QObject):
 
     Signals
     -------
-    drawn(Frame)
+    drawn(RenderedFrame)
         A new picture is on the canvas.
     measured(Rendering)
         The newest whole photo, with its pixels counted.
@@ -191,7 +191,7 @@ class Live(QObject):
         """True while the canvas doesn't yet show the newest state at full resolution."""
         return self._rest.isActive() or any(lane.busy for lane in self._lanes)
 
-    def is_final(self, frame: Frame | None) -> bool:
+    def is_final(self, frame: RenderedFrame | None) -> bool:
         """Return whether a picture stays as it is unless the document changes."""
         return frame is not None and frame.whole and frame.revision == self._revision
 
@@ -233,20 +233,20 @@ class Live(QObject):
             state, revision = self._document.state, self._revision
             self._whole_lane.submit(partial(self._whole.render, revision, state))
 
-    def _show_preview(self, frame: Frame) -> None:
+    def _show_preview(self, frame: RenderedFrame) -> None:
         if self._preview is not None:
             self._preview.shown()
         if self._canvas.photo.show_preview(frame):
             self._show(frame)
 
-    def _show_whole(self, frame: Frame) -> None:
+    def _show_whole(self, frame: RenderedFrame) -> None:
         if self._whole is not None:
             self._whole.shown()
         self._canvas.photo.show_full(frame)
         self._show(frame)
         self._count_lane.submit(lambda: _counted(frame.rendering))
 
-    def _show(self, frame: Frame) -> None:
+    def _show(self, frame: RenderedFrame) -> None:
         newest = self._view.frame
         if newest is None or frame.revision >= newest.revision:
             self._view.frame = frame

@@ -101,7 +101,7 @@ def test_the_core_knows_neither_the_editor_nor_qt_nor_how_models_are_made():
 
 def test_the_name_of_a_class_means_one_thing():
     places = {}
-    for folder in (CORE, "resources"):
+    for folder in (CORE, "app", "resources"):
         for path in (ROOT / folder).rglob("*.py"):
             tree = ast.parse(path.read_text(encoding="utf-8"))
             for node in ast.walk(tree):

@@ -16,7 +16,7 @@ from kogao_core.geometry import Affine, Box
 from kogao_core.lattice import Grid, Lattice
 
 from ...i18n import tr
-from ...render.live import Frame
+from ...render.live import RenderedFrame
 from . import glyphs
 from .overlay import FrameOverlay, Place
 
@@ -48,7 +48,7 @@ class Displacement(FrameOverlay):
         shaft = QLineF(box.left() + 2, y, box.right() - 2, y)
         glyphs.arrow(painter, [shaft], glyphs.DISPLACEMENT)
 
-    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw the arrows that are long enough to see."""
         step = _ARROWS_EVERY_PX / place.zoom
         (left, top), (right, bottom) = place.seen
@@ -83,7 +83,7 @@ class LatticeLines(FrameOverlay):
         rails = [QLineF(x, box.top() + 2, x, box.bottom() - 2) for x in places]
         glyphs.lines(painter, [*rungs, *rails], glyphs.LATTICE, 0.9)
 
-    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw lines through the control points, and a mark at each that moves."""
         for lattice in frame.rendering.field.lattices:
             rows, columns = lattice.shape
@@ -127,7 +127,7 @@ class DomainRegions(FrameOverlay):
         for name, inset in (("control-points", 2), ("threshold", 6)):
             glyphs.hatched(painter, box.adjusted(inset, inset, -inset, -inset), name)
 
-    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Fill each domain up to the next smaller one, each with its own tint and hatch."""
         image = self.shown.image
         photo = place.rect(image.left - 0.5, image.top - 0.5, image.right - 0.5, image.bottom - 0.5)
@@ -168,7 +168,7 @@ class Folds(FrameOverlay):
         """Draw its mark."""
         glyphs.warning(painter, box.center() + QPointF(0, 0.5))
 
-    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Fill each folded cell and mark it."""
         for left, top, width, height in frame.rendering.one_to_one.folded_cells:
             ends = frame.to_photo([(left, top), (left + width, top + height)])
@@ -182,7 +182,7 @@ class Folds(FrameOverlay):
 
 
 def _regions(
-    place: Place, frame: Frame, screen: QRectF, threshold_px: float
+    place: Place, frame: RenderedFrame, screen: QRectF, threshold_px: float
 ) -> dict[str, QPainterPath]:
     """Return the outlines of the two smaller domains inside `screen`, in px of the screen."""
     corner = np.array([screen.left(), screen.top()])

@@ -13,7 +13,7 @@ from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen
 from kogao_core.geometry import Array
 
 from ...i18n import tr
-from ...render.live import Frame
+from ...render.live import RenderedFrame
 from . import glyphs
 from .overlay import FrameOverlay, Place
 
@@ -39,7 +39,7 @@ class _Map(FrameOverlay):
     _image = QImage()
     _top = 1.0
 
-    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw the colours from the last paint again, as long as they hold."""
         photo = self.shown.image
         area = place.rect(photo.left - 0.5, photo.top - 0.5, photo.right - 0.5, photo.bottom - 0.5)
@@ -54,7 +54,7 @@ class _Map(FrameOverlay):
         painter.drawImage(area, self._image)
         self._draw_legend(painter, place)
 
-    def _painted(self, frame: Frame, place: Place, area: QRectF) -> tuple[QImage, float]:
+    def _painted(self, frame: RenderedFrame, place: Place, area: QRectF) -> tuple[QImage, float]:
         xs = _middles(area.left(), area.width())
         ys = _middles(area.top(), area.height())
         there = frame.to_photo.inverse.after(place.to_screen.inverse)
@@ -91,7 +91,7 @@ class _Map(FrameOverlay):
         for side, text in zip(sides, names[1:], strict=True):
             painter.drawText(below, side | bottom, text)
 
-    def measure(self, frame: Frame, xs: Array, ys: Array) -> Array:
+    def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
         """Return the value at places in px of the rendering, shape (len(ys), len(xs))."""
         raise NotImplementedError
 
@@ -126,7 +126,7 @@ class HeatMap(_Map):
         """Draw its mark."""
         _gradient(painter, box, _HEAT)
 
-    def measure(self, frame: Frame, xs: Array, ys: Array) -> Array:
+    def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
         """Return lengths of the displacement."""
         displacement = frame.rendering.field.on_grid(xs, ys)
         return np.asarray(np.hypot(displacement[0], displacement[1]) * frame.scale)
@@ -165,7 +165,7 @@ class JacobianMap(_Map):
 
     row = 1
 
-    def measure(self, frame: Frame, xs: Array, ys: Array) -> Array:
+    def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
         """Return how far det J is from 1, where nothing changes its size."""
         return frame.rendering.field.det_jacobian(xs, ys) - 1.0
 

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from kogao_core.geometry import Affine, Array
 
-from ...render.live import Frame
+from ...render.live import RenderedFrame
 from ...view_state import ViewState
 from ..handles import Kind
 
@@ -157,6 +157,6 @@ class FrameOverlay(Overlay):
         if self.shown.frame is not None:
             self.draw_frame(painter, place, self.shown.frame)
 
-    def draw_frame(self, painter: QPainter, place: Place, frame: Frame) -> None:
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw one rendering, whose px need not be the photo's."""
         raise NotImplementedError

@@ -13,7 +13,7 @@ from kogao_core.settings import SETTINGS
 
 from ...actions import Spec
 from ...i18n import tr
-from ...render.live import Frame
+from ...render.live import RenderedFrame
 from ..feature import Context, Feature
 from ..points import Points
 from .panel import RecipePanel
@@ -157,7 +157,7 @@ class RecipeEditing(Feature):
     def _mark_readings(self) -> None:
         self.panel.mark_readings(final=self.live.is_final(self.view.frame))
 
-    def _show_frame(self, frame: Frame) -> None:
+    def _show_frame(self, frame: RenderedFrame) -> None:
         self.panel.show_frame(frame)
         self._mark_readings()
 

@@ -15,7 +15,7 @@ from kogao_core.settings import SETTINGS, Setting
 
 from ...document import DEFAULT, State
 from ...i18n import tr
-from ...render.live import Frame
+from ...render.live import RenderedFrame
 from ...theme import GRID_PX
 from ...widgets.controls import Fold, ValueSlider, column_of, muted_label
 from . import fields
@@ -91,7 +91,7 @@ class RecipePanel(QWidget):
                 switch.setChecked(getattr(recipe, field))
         self._show_distances(state, chosen)
 
-    def show_frame(self, frame: Frame) -> None:
+    def show_frame(self, frame: RenderedFrame) -> None:
         """Take whether the warp folds, how far faces came, and how far landmarks are off."""
         if not frame.rendering.pairs:
             self.clear_readings()
