@@ -65,7 +65,7 @@ def share_out(
 
     helpers: list[Future[None]] = []
     try:
-        for _ in range(threads - 1):
+        for _ in range(min(threads, len(waiting)) - 1):
             helpers.append(_pool(threads).submit(work))
         work()
     finally:
