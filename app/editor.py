@@ -36,8 +36,8 @@ from .features.recent import Recent
 from .features.recipe import RecipeEditing
 from .features.recovery import Recovery
 from .features.screen import Hints, Screen
-from .features.straight import StraightLines
 from .features.strip import Strip
+from .features.surroundings import Surroundings
 from .i18n import reason, tr
 from .render.live import Live
 from .storage import Storage
@@ -103,7 +103,7 @@ class Editor(QObject):
         self.overlays = Overlays(context)
         self.protect = Protect(context)
         self.compare = Compare(context)
-        self.straight = StraightLines(context)
+        self.surroundings = Surroundings(context)
         self.faces = Faces(context, self.recipe, source)
         self.landmarks = LandmarkSources(context, self.faces, source)
         self.save_options = SaveOptions(context)

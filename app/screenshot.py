@@ -79,10 +79,10 @@ class Screenshot(QObject):
         )
         editor.faces.not_found.connect(lambda why: self._end(FAILED, f"no face was found: {why}"))
         editor.live.failed.connect(self._not_drawn)
-        editor.straight.message.connect(lambda message: self._fail(message.text))
+        editor.surroundings.not_seen.connect(self._fail)
         editor.faces.found.connect(self._arrive)
         editor.live.settled.connect(self._take)
-        editor.straight.measured.connect(self._take)
+        editor.surroundings.seen.connect(self._take)
         self._found = self._over = False
 
     def finish(self) -> int:
@@ -136,8 +136,8 @@ class Screenshot(QObject):
             QTimer.singleShot(0, self._shoot)
 
     def _shoot(self) -> None:
-        if self._over or self._editor.straight.busy:
-            return  # it takes the picture when that has measured
+        if self._over or self._editor.surroundings.busy:
+            return  # it takes the picture when that has looked
         try:
             put(_encoded(self._editor.window.grab(), self._path.suffix), self._path)
         except OSError as error:

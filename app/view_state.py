@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
 from kogao_core.bend import BentLine
+from kogao_core.display import Rgb8
 from kogao_core.geometry import Array, Box
 
 from .document import Document, State
@@ -66,7 +67,9 @@ class ViewState:
     face : int, optional
         The face whose settings are edited; None for those of the photo.
     lines : tuple of BentLine
-        Straight lines of the photo and their bend, the most bent first.
+        Straight lines of the background and their bend, the most bent first.
+    people : uint8 array of shape (H, W), optional
+        Where people are in the photo, at a size of its own; 255 is a person.
     marking : bool
         True while a press on the photo marks a landmark.
     compare : {"off", "wipe", "side", "difference"}
@@ -91,6 +94,7 @@ class ViewState:
     face: int | None = None
     marking: bool = False
     lines: tuple[BentLine, ...] = ()
+    people: Rgb8 | None = None
     compare: CompareName = "off"
     wipe: float = 0.5
     loupe: bool = False

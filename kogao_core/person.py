@@ -100,6 +100,11 @@ class PersonMask:
         )
         return replace(self, looks=tuple(looks))
 
+    def mapped(self, transform: Affine) -> PersonMask:
+        """Return the mask in other coordinates, such as those of a smaller photo."""
+        looks = (replace(look, to_image=transform.after(look.to_image)) for look in self.looks)
+        return replace(self, looks=tuple(looks))
+
     def picture(self, width: int, height: int) -> Rgb8:
         """Return the mask as a picture of the photo's size.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
+from kogao_core.face import Face
 from kogao_core.geometry import Affine, Box
 from kogao_core.pipeline import Rendering, render
 from kogao_core.protection import NOTHING
@@ -38,6 +39,8 @@ class RenderedFrame:
         Which state of the document it shows; larger is newer.
     rendering : Rendering
         In px of its own: a level of the photo, or a part of one.
+    faces : sequence of Face
+        Those that it makes smaller, px of the photo.
     levels : sequence of uint8 arrays
         The picture and, for a whole photo, its halvings, in the screen's colours.
     to_photo : Affine
@@ -50,6 +53,7 @@ class RenderedFrame:
 
     revision: int
     rendering: Rendering
+    faces: Sequence[Face]
     levels: Sequence[Rgb8]
     to_photo: Affine
     took_ms: float
@@ -122,7 +126,9 @@ class Surface:
         took_ms = (time.perf_counter() - start) * 1e3
         # Cached in the rendering; measured here, off the GUI thread: panels read them at once.
         _ = rendering.one_to_one, rendering.residual, rendering.achieved
-        return RenderedFrame(revision, rendering, result.shown, back, took_ms, whole=part is None)
+        return RenderedFrame(
+            revision, rendering, state.active, result.shown, back, took_ms, whole=part is None
+        )
 
     def shown(self) -> None:
         """Note that the last frame has gone on screen."""

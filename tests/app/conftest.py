@@ -165,3 +165,16 @@ def two(start: Callable[[], Driver], source: KnownFaces, photo: Path) -> Driver:
     driver = start()
     driver.open(photo)
     return driver
+
+
+@pytest.fixture
+def door(tmp_path: Path, source: KnownFaces) -> tuple[Path, int]:
+    """A face beside a door frame, and where that stands."""
+    face = oval_face(960, 720, size=0.5)
+    x = round(face.outline[:, 0].max() + 0.75 * face.anchor.spacing_px)
+    photo = cv2.GaussianBlur(textured_photo(960, 720), (0, 0), 12)
+    photo[60:660, x - 3 : x + 4] = 250
+    path = tmp_path / "door.png"
+    assert cv2.imwrite(str(path), photo[..., ::-1])
+    source.faces = [face]
+    return path, x

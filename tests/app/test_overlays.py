@@ -7,7 +7,6 @@ import importlib
 import pkgutil
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pyqtgraph as pg
 import pytest
@@ -20,10 +19,8 @@ from kogao_app.screenshot import names
 from kogao_app.view_state import ViewState
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from scenes import oval_face, textured_photo
+from scenes import oval_face
 from test_view import picture
-
-from kogao_core.bend import bends, beside, straight_lines
 
 ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key
@@ -129,19 +126,6 @@ def test_a_map_stays_with_the_photo_when_it_is_panned(opened):
     assert np.quantile(shift, 0.99) <= 12
 
 
-@pytest.fixture
-def door(tmp_path, source):
-    """A face beside a door frame."""
-    face = oval_face(960, 720, size=0.5)
-    x = round(face.outline[:, 0].max() + 0.75 * face.anchor.spacing_px)
-    photo = cv2.GaussianBlur(textured_photo(960, 720), (0, 0), 12)
-    photo[60:660, x - 3 : x + 4] = 250
-    path = tmp_path / "door.png"
-    assert cv2.imwrite(str(path), photo[..., ::-1])
-    source.faces = [face]
-    return path, x
-
-
 def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     path, x = door
     empty.open(path)
@@ -156,11 +140,6 @@ def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     empty.key(KEYS.Key_S)
     empty.settle()
     lines = empty.editor.view.lines
-    rendering = empty.editor.view.frame.rendering
-    photo = empty.editor.document.pyramid.levels[0]
-    found = straight_lines(photo, rendering.domain.bounds)
-    found = beside(found, [empty.state.faces[0].outline])
-    assert lines == tuple(bends(rendering.field, found))
     assert lines[0].bend_px > 1.0
     drawn = pixels_of(empty)
     new = looks_like(drawn, VERMILION) & (drawn != bare).any(axis=-1)

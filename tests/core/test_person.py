@@ -118,3 +118,12 @@ def test_whom_any_look_sees_is_there():
     people = PersonMask((PersonLook(nobody, still, 1.0), PersonLook(somebody, aside, 1.0)))
     seen = people.at(np.array([[[2.0, 5.0], [8.0, 5.0], [13.0, 5.0], [17.0, 5.0]]]))
     np.testing.assert_array_equal(seen, [[0.0, 1.0, 1.0, np.nan]])
+
+
+def test_the_mask_of_a_smaller_photo_is_the_smaller_mask():
+    opacity = np.zeros((64, 64), np.float32)
+    opacity[16:48, 32:] = 1.0
+    people = PersonMask((PersonLook(opacity, Affine.similarity(1.0, 0.0, (0.0, 0.0)), 1.0),))
+    half = people.mapped(Affine.resize(0.5, 0.5)).picture(32, 32)
+    assert (half == people.picture(64, 64)[::2, ::2]).mean() > 0.9
+    assert half[:, 20:].sum() == pytest.approx(255 * 16 * 12, rel=0.05)

@@ -23,6 +23,7 @@ LATTICE: Final = QColor(OKABE_ITO["purple"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
 STRAIGHT: Final = QColor(OKABE_ITO["sky"])
 BENT: Final = QColor(OKABE_ITO["vermilion"])
+PERSON: Final = QColor(OKABE_ITO["green"])
 DOMAINS: Final = {
     "image": QColor(150, 150, 150),
     "control-points": QColor(OKABE_ITO["blue"]),

@@ -10,6 +10,7 @@ from .lattice import Displacement, DomainRegions, Folds, LatticeLines
 from .maps import HeatMap, JacobianMap
 from .marks import Centre, Landmarks, Targets
 from .overlay import Overlay
+from .people import People
 from .protection import Protected
 from .straight import BentLines
 
@@ -17,7 +18,7 @@ LISTED: Final[tuple[type[Overlay], ...]] = (
     *(Landmarks, Targets, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
-    *(BentLines, Protected),
+    *(BentLines, People, Protected),
 )
 
 

@@ -1,0 +1,72 @@
+"""People before the background, as the network tells them apart."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QImage, QPainter, QPainterPath
+
+from kogao_core.display import Rgb8
+
+from ...i18n import tr
+from . import glyphs
+from .overlay import Overlay, Place
+
+_OPACITY: Final = 0.45
+
+
+class People(Overlay):
+    """A tint over people, with an edge where they end."""
+
+    name = "people"
+    height = 25
+    key = "U"
+    in_screenshots = False
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("People")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark: head and shoulders."""
+        middle = box.center()
+        person = QPainterPath()
+        person.addEllipse(middle - QPointF(0.0, 3.0), 3.5, 3.5)
+        person.addRoundedRect(QRectF(middle.x() - 6.0, middle.y() + 1.5, 12.0, 6.0), 3.0, 3.0)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.fillPath(person, glyphs.PERSON)
+
+    _drawn: Rgb8 | None = None
+    _image = QImage()
+
+    def wanted(self) -> bool:
+        """Return whether it is on and anyone has looked."""
+        return super().wanted() and self.shown.people is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the tint from the last paint again, as long as it holds."""
+        people, photo = self.shown.people, self.shown.image
+        if people is None:
+            return
+        if people is not self._drawn:
+            self._drawn, self._image = people, _tinted(people)
+        area = place.rect(photo.left - 0.5, photo.top - 0.5, photo.right - 0.5, photo.bottom - 0.5)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.drawImage(area, self._image)
+
+
+def _tinted(people: Rgb8) -> QImage:
+    height, width = people.shape
+    shades = np.empty((height, width, 4), np.uint8)
+    colour = glyphs.PERSON
+    shades[...] = (colour.red(), colour.green(), colour.blue(), 0)
+    # The edge is firm where the mask is half sure: it shows also to those who see no colours.
+    edge = cv2.morphologyEx((people > 127).astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3)))
+    shades[..., 3] = np.where(edge > 0, 255, _OPACITY * people)
+    image = QImage(shades.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
+    return image.convertToFormat(QImage.Format.Format_ARGB32_Premultiplied)

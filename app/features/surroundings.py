@@ -1,0 +1,145 @@
+"""Looks at the background near the faces: its straight lines, and people before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import Signal
+
+from kogao_core.assets import AssetMissing
+from kogao_core.background import Bends, measure
+from kogao_core.display import Rgb8
+from kogao_core.geometry import Affine, Image
+from kogao_core.landmarks import ModelRefused
+from kogao_core.person import PersonFinder, PersonMask
+
+from ..i18n import reason, sentence, tr
+from ..render.live import RenderedFrame
+from .feature import Context, Feature
+
+_MASK_PX: Final = 1600  # longer side of the people's picture
+
+
+@dataclass(frozen=True, eq=False)
+class BackgroundSeen:
+    """What a look at the background brought, as far as anyone asked.
+
+    Parameters
+    ----------
+    bends : Bends
+        Lines and their bend.
+    people : uint8 array of shape (H, W), optional
+        See `ViewState.people`.
+    note : str
+        What is worth knowing of it; empty for nothing.
+    """
+
+    bends: Bends
+    people: Rgb8 | None
+    note: str
+
+
+class Surroundings(Feature):
+    """Keeps lines and people up with the newest whole photo while their overlays are on.
+
+    Signals
+    -------
+    seen
+        `ViewState.lines` and `ViewState.people` are new.
+    not_seen(str)
+        The look failed, and why.
+    """
+
+    seen = Signal()
+    not_seen = Signal(str)
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._finder = PersonFinder()
+        self._frame: RenderedFrame | None = None
+        self._note = ""
+        self._lane = self.lane(self._show, self._fail)
+        self.live.drawn.connect(self._follow)
+        self.document.opened.connect(self._forget)
+        for name in ("straight", "people"):
+            self.actions[f"overlay-{name}"].toggled.connect(self._look)
+
+    def _follow(self, frame: RenderedFrame) -> None:
+        if frame.whole:
+            self._frame = frame
+            self._look()
+
+    def _look(self) -> None:
+        """Look if one of the overlays is on."""
+        photo, frame, finder = self.document.photo, self._frame, self._finder
+        wanted = self.view.visible & {"straight", "people"}
+        if photo is not None and frame is not None and wanted:
+            self._lane.submit(lambda: look(photo.pixels, frame, finder, wanted))
+
+    def _show(self, seen: BackgroundSeen) -> None:
+        self.view.lines, self.view.people = seen.bends.lines, seen.people
+        if seen.note not in ("", self._note):
+            self.say(sentence(seen.note), wrong=False)
+        self._note = seen.note
+        self.window.canvas.redraw()
+        self.seen.emit()
+
+    def _fail(self, problem: Exception) -> None:
+        text = tr("The background can't be measured ({why}).", why=reason(problem))
+        self.say(text)
+        self.not_seen.emit(text)
+
+    def _forget(self) -> None:
+        self._lane.drop()
+        self._frame = None
+        self.view.lines, self.view.people = (), None
+
+
+def look(
+    photo: Image, frame: RenderedFrame, finder: PersonFinder, wanted: set[str]
+) -> BackgroundSeen:
+    """Look at the background of a whole result.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The photo as it was read: the command line looks at the same pixels.
+    frame : RenderedFrame
+        What became of it.
+    finder : PersonFinder
+        Kept from one look to the next.
+    wanted : set of {"straight", "people"}
+        The overlays that are on.
+
+    Returns
+    -------
+    BackgroundSeen
+    """
+    people, note = None, ""
+    if not frame.faces:
+        return BackgroundSeen(Bends(()), people, note)
+    if "people" in wanted:
+        people, note = _people(photo, frame, finder)
+    if "straight" not in wanted:
+        return BackgroundSeen(Bends(()), people, note)
+    bends = measure(photo, frame.rendering, frame.faces, finder)
+    return BackgroundSeen(bends, people, bends.note or note)
+
+
+def _people(photo: Image, frame: RenderedFrame, finder: PersonFinder) -> tuple[Rgb8 | None, str]:
+    """Return where people are, and why that isn't all."""
+    try:
+        found = finder.find(photo, frame.faces)
+    except (AssetMissing, ModelRefused) as problem:
+        return None, str(problem)
+    note = tr("Some faces couldn't be told from the background.") if found.missed else ""
+    return _picture(found, photo), note
+
+
+def _picture(people: PersonMask, photo: Image) -> Rgb8:
+    sides = [photo.shape[1], photo.shape[0]]
+    scale = min(1.0, _MASK_PX / max(sides))
+    width, height = (max(1, round(scale * side)) for side in sides)
+    smaller = Affine.resize(width / sides[0], height / sides[1])
+    return people.mapped(smaller).picture(width, height)
