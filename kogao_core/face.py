@@ -295,8 +295,19 @@ def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
 OnFace = Callable[[Face], object]
 
 
-def ignored(_: Face) -> None:
-    """Wait for the end of the search."""
+def ignored(face: Face) -> None:
+    """Do nothing with a face while the search goes on: the list at its end holds it.
+
+    Parameters
+    ----------
+    face : Face
+        What was found.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> ignored(kogao.template_face((240, 180), 200))
+    """
 
 
 class LandmarkSource(Protocol):
