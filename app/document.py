@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from kogao_core.doubt import doubtful
 from kogao_core.face import Face
 from kogao_core.geometry import Box
 from kogao_core.photo import Photo
@@ -105,11 +106,15 @@ class State(Sheet):
             self, mode=mode, kept=here, faces=there.faces, off=there.off, recipe=there.recipe
         )
 
-    def with_found(self, faces: Sequence[Face]) -> State:
-        """Return the state with what the detector found; marks made by hand stay."""
+    def with_found(self, faces: Sequence[Face], image: Box) -> State:
+        """Return the state with what the detector found in a photo; marks made by hand stay.
+
+        Doubtful faces of a group start switched off.
+        """
+        off = doubtful(faces, image)
         if self.mode == "automatic":
-            return dataclasses.replace(self, faces=tuple(faces), off=frozenset())
-        kept = Sheet(tuple(faces), recipe=self.sheet("automatic").recipe)
+            return dataclasses.replace(self, faces=tuple(faces), off=off)
+        kept = Sheet(tuple(faces), off, self.sheet("automatic").recipe)
         return dataclasses.replace(self, kept=kept)
 
     def without_face(self, index: int) -> State:
@@ -211,7 +216,7 @@ class Document(QObject):
 
     def start_with(self, faces: list[Face]) -> None:
         """Take what the detector found, below the first undo step."""
-        self.begin_with(self._committed.with_found(faces))
+        self.begin_with(self._committed.with_found(faces, self.image))
 
     def begin_with(self, state: State) -> None:
         """Take a state that counts as saved, below the first undo step."""

@@ -11,7 +11,10 @@ from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
+from kogao_core import doubt
+from kogao_core.doubt import Doubt
 from kogao_core.face import Face, LandmarkSource
+from kogao_core.geometry import Box
 from kogao_core.landmarks import template_face
 from kogao_core.photo import Photo
 
@@ -28,6 +31,7 @@ from .recipe import RecipeEditing
 
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
 _THUMBNAIL_PX = 48
+_WIDTH_PX = 168
 _ALL_ROWS = 1  # the row of all faces comes before those of single ones
 
 
@@ -100,7 +104,8 @@ class Faces(Feature):
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))
         elif self.document.undo.count() or self.document.in_gesture:
-            self.document.step(self.document.state.with_found(faces), tr("Find faces"))
+            state = self.document.state.with_found(faces, self.document.image)
+            self.document.step(state, tr("Find faces"))
         else:
             self.document.start_with(faces)
         self.working.emit("")
@@ -187,6 +192,7 @@ class FacesPanel(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._pyramid: PicturePyramid | None = None
+        self._image = Box(0, 0, 0, 0)
         self._known: tuple[Face, ...] = ()
         self.list = QListWidget()
         self.list.setAccessibleName(tr("Faces"))
@@ -199,11 +205,12 @@ class FacesPanel(QWidget):
         column = column_of(self, margin=8)
         column.addWidget(title)
         column.addWidget(self.list)
-        self.setFixedWidth(160)
+        self.setFixedWidth(_WIDTH_PX)
 
     def open(self, photo: PicturePyramid) -> None:
         """Take thumbnails from another photo."""
         self._pyramid, self._known = photo, ()
+        self._image = Box.of(photo.levels[0])
         with QSignalBlocker(self.list):
             self.list.clear()
 
@@ -220,10 +227,12 @@ class FacesPanel(QWidget):
             for index, face in enumerate(state.faces):
                 off = index in state.off
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
+                why = doubt.doubt(face, self._image) if len(state.faces) > 1 else None
                 item = self.item(index)
                 item.setCheckState(check)
-                item.setText("\n".join(_caption(index, face)))
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face))
+                item.setText("\n".join(_caption(index, face, why)))
+                item.setToolTip(_tip(index, face, why))
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, why))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
 
     def _fill(self, faces: tuple[Face, ...]) -> None:
@@ -231,15 +240,11 @@ class FacesPanel(QWidget):
         everyone = QListWidgetItem(tr("All faces"))
         everyone.setToolTip(tr("The settings of the photo"))
         self.list.addItem(everyone)
-        for number, face in enumerate(faces, 1):
+        for face in faces:
             icon = QIcon()
             if self._pyramid is not None:
                 icon = face_icon(self._pyramid, face, _THUMBNAIL_PX, self.devicePixelRatioF())
-            item = QListWidgetItem(icon, "")
-            item.setToolTip(
-                tr("Face {n}: select it for settings of its own, uncheck to leave it", n=number)
-            )
-            self.list.addItem(item)
+            self.list.addItem(QListWidgetItem(icon, ""))
 
     def _tell_switch(self, item: QListWidgetItem) -> None:
         on = item.checkState() == Qt.CheckState.Checked
@@ -250,14 +255,42 @@ class FacesPanel(QWidget):
             self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
 
 
-def _caption(index: int, face: Face) -> list[str]:
-    """Return the lines beside the thumbnail: number, score, and whose settings the face goes by."""
+def _caption(index: int, face: Face, why: Doubt | None) -> list[str]:
+    """Return the lines beside the thumbnail: name, score, doubt, and whether it has settings."""
     by_hand = face.source == "manual"
     score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
-    return [str(index + 1), score, *([] if face.recipe is None else [tr("own")])]
+    words = {"unsure": tr("unsure"), "cut": tr("cut off"), "hidden": tr("hidden")}
+    doubted = [] if why is None else [words[why]]
+    own = [] if face.recipe is None else [tr("own")]
+    return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 
 
-def _spoken(index: int, face: Face) -> str:
-    _, score, *own = _caption(index, face)
-    what = [tr("Face {n}", n=index + 1), score, *(tr("settings of its own") for _ in own)]
+def _spoken(index: int, face: Face, why: Doubt | None) -> str:
+    what = _caption(index, face, why)
+    if face.recipe is not None:
+        what[-1] = tr("settings of its own")
     return ", ".join(what)
+
+
+def _tip(index: int, face: Face, why: Doubt | None) -> str:
+    """Return what a row is for, or why its face starts switched off."""
+    number = index + 1
+    reasons = {
+        "unsure": tr(
+            "it is {n:.0f} % sure that this is a face, less than {least:.0f} %",
+            n=100 * face.score,
+            least=100 * doubt.SURE,
+        ),
+        "cut": tr("part of it lies outside the photo"),
+        "hidden": tr(
+            "{n:.0f} % of its landmarks are more likely hidden than seen",
+            n=100 * doubt.hidden(face),
+        ),
+    }
+    if why is None:
+        return tr("Face {n}: select it for settings of its own, uncheck to leave it", n=number)
+    return tr(
+        "Face {n} starts switched off: {why}. Check it to make it smaller all the same.",
+        n=number,
+        why=reasons[why],
+    )

@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QPainter
 
+from kogao_core.doubt import SEEN, SURE
 from kogao_core.face import Face
 from kogao_core.targets import center_candidates
 
@@ -16,9 +17,6 @@ from ...i18n import tr
 from . import glyphs
 from .overlay import Overlay, Place
 
-_LOW_SCORE: Final = 0.75
-# A landmark below this is more likely hidden than seen.
-_UNSURE: Final = 0.5
 _TICK_PX: Final = 6.0
 _SMALLEST: Final = 0.4
 
@@ -45,10 +43,10 @@ class Landmarks(Overlay):
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw off faces and unsure ones hollow."""
         for index, face in enumerate(self.shown.state.faces):
-            off = index in self.shown.state.off or face.score < _LOW_SCORE
+            off = index in self.shown.state.off or face.score < SURE
             unsure = np.full(len(face.points), off)
             if face.confidence is not None:
-                unsure |= face.confidence < _UNSURE
+                unsure |= face.confidence < SEEN
             self._draw_face(painter, place, face, unsure.tolist())
 
     def _draw_face(
