@@ -21,6 +21,7 @@ from .features.feature import Context
 from .features.files import Files
 from .features.files.options import SaveOptions
 from .features.files.saver import Saver
+from .features.groups import Groups
 from .features.history import History
 from .features.landmarks import Exchange, LandmarkSources
 from .features.manual import Manual
@@ -105,6 +106,7 @@ class Editor(QObject):
         self.compare = Compare(context)
         self.surroundings = Surroundings(context)
         self.faces = Faces(context, self.recipe, source)
+        self.groups = Groups(context, self.recipe, self.faces)
         self.landmarks = LandmarkSources(context, self.faces, source)
         self.save_options = SaveOptions(context)
         self.saver = Saver(context)

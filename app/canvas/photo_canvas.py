@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent, QFocusEvent, QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ..i18n import tr
@@ -38,6 +38,8 @@ class PhotoCanvas(Viewport):
     -------
     picked(int)
         A face is clicked.
+    menu_wanted(int, QPoint)
+        The menu of a face is asked for, by a right click or by key, at a place of the screen.
     grabbed(Handle, float, float), dragged(float, float), released
         A handle is taken at (x, y) px of the photo, moved there, and let go.
     hovered(object, float, float)
@@ -51,6 +53,7 @@ class PhotoCanvas(Viewport):
     """
 
     picked = Signal(int)
+    menu_wanted = Signal(int, QPoint)
     grabbed = Signal(object, float, float)
     dragged = Signal(float, float)
     released = Signal()
@@ -215,6 +218,16 @@ class PhotoCanvas(Viewport):
         self._lift()
         self.end_pan()
         self.hold_space(self._space)
+        event.accept()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Ask for the menu of the face under the cursor; by key, of the selected one."""
+        by_key = event.reason() == QContextMenuEvent.Reason.Keyboard
+        face = self.shown.face if by_key else self.face_at(event.pos().toPointF())
+        if face is not None and not self._in_hand and not self.panning:
+            middle = self.to_screen(self.shown.state.faces[face].eye_center).toPoint()
+            at = self.viewport().mapToGlobal(middle) if by_key else event.globalPos()
+            self.menu_wanted.emit(face, at)
         event.accept()
 
     def _lift(self) -> None:

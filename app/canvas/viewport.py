@@ -81,6 +81,11 @@ class Viewport(pg.GraphicsView):
         center = self.to_photo(about or QPointF(self.viewport().rect().center())).tolist()
         self._box.scaleBy((factor, factor), center=pg.Point(*center))
 
+    def look_at(self, area: QRectF) -> None:
+        """Show a part of the photo, px, as large as it fits."""
+        self._fitted = False
+        self._box.setRange(area, padding=0.0)
+
     def look_like(self, other: Viewport) -> None:
         """Show the same place at the same zoom as another view."""
         self._fitted = False

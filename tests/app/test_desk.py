@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections import Counter
 
 import cv2
 import pytest
@@ -414,6 +415,13 @@ def test_every_action_is_in_a_menu_or_the_palette_with_a_tip(empty):
     for action in empty.window.actions_by_name.values():
         assert action.text()
         assert action.statusTip()
+
+
+def test_no_key_belongs_to_two_actions(empty):
+    actions = empty.window.actions_by_name.values()
+    keys = [key.toString() for action in actions for key in action.shortcuts()]
+    assert len(keys) > 40
+    assert [key for key, times in Counter(keys).items() if times > 1] == []
 
 
 # -- panels ----------------------------------------------------------------------------------------

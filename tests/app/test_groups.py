@@ -6,7 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 from scenes import oval_face
 
 KEYS = Qt.Key
@@ -55,6 +58,15 @@ def test_the_only_face_of_a_photo_is_on_however_unsure(start, source, photo):
 
 
 @pytest.fixture
+def three(start, source, photo):
+    """A photo with three small faces, all of them on."""
+    source.faces = [oval_face(center=(x, 170), size=0.2) for x in (80, 240, 400)]
+    driver = start()
+    driver.open(photo)
+    return driver
+
+
+@pytest.fixture
 def thirty(start, source, photo):
     """A photo with 30 small faces, of which none shows more than a few of its landmarks."""
     places = [(40 + 44 * column, 50 + 110 * row) for row in range(3) for column in range(10)]
@@ -81,3 +93,128 @@ def test_the_list_scrolls_to_a_face_that_is_selected_in_the_photo(thirty):
         thirty.click(thirty.canvas.to_screen(thirty.state.faces[face].eye_center).toPoint())
         assert thirty.editor.view.face == face
         assert rows.viewport().rect().contains(rows.visualItemRect(rows.item(face + 1)))
+
+
+# -- who is on: keys and menus ---------------------------------------------------------------------
+
+
+def select(driver, face):
+    driver.click(driver.canvas.to_screen(driver.state.faces[face].eye_center).toPoint())
+    assert driver.editor.view.face == face
+
+
+def right_click(widget, at, reason=QContextMenuEvent.Reason.Mouse):
+    """Send what the system sends, press and release included."""
+    for event in (QTest.mousePress, QTest.mouseRelease):
+        event(widget, Qt.MouseButton.RightButton, pos=at)
+    QApplication.sendEvent(widget, QContextMenuEvent(reason, at, widget.mapToGlobal(at)))
+
+
+def test_keys_say_which_faces_are_on_each_in_one_step(three):
+    select(three, 1)
+    told = []
+    for key in (
+        (KEYS.Key_I, SHIFT),
+        (KEYS.Key_I, CONTROL),
+        (KEYS.Key_I,),
+        (KEYS.Key_A, CONTROL, SHIFT),
+        (KEYS.Key_A, CONTROL, SHIFT),
+        (KEYS.Key_A, CONTROL),
+    ):
+        three.key(*key)
+        told.append(set(three.state.off))
+    assert told == [{0, 2}, {1}, set(), {0, 1, 2}, {0, 1, 2}, set()]
+    assert three.editor.document.undo.count() == 5
+    three.key(KEYS.Key_Z, CONTROL)
+    assert three.state.off == {0, 1, 2}
+    rows = three.panel("faces")
+    assert {rows.item(face).checkState() for face in range(3)} == {Qt.CheckState.Unchecked}
+
+
+def test_what_is_done_to_one_face_waits_until_one_is_selected(three):
+    actions = three.window.actions_by_name
+    enabled = [actions[name].isEnabled() for name in ("only-face", "switch-face", "no-face")]
+    assert enabled == [False, False, True]
+    select(three, 1)
+    assert actions["only-face"].isEnabled()
+    assert actions["switch-face"].isEnabled()
+    three.key(KEYS.Key_Escape)
+    assert not actions["only-face"].isEnabled()
+
+
+def test_a_right_click_on_a_face_selects_it_and_offers_what_can_be_done(three):
+    before, menu = three.state, three.editor.groups.menu
+    view = three.canvas.viewport()
+    right_click(view, three.canvas.to_screen(np.array([240.0, 4.0])).toPoint())
+    assert not menu.isVisible()
+    right_click(view, three.canvas.to_screen(before.faces[2].eye_center).toPoint())
+    assert menu.isVisible()
+    assert three.editor.view.face == 2
+    assert three.state is before
+    QTest.keyClick(menu, KEYS.Key_O)
+    assert not menu.isVisible()
+    assert three.state.off == {0, 1}
+
+
+def test_a_right_click_on_a_row_offers_the_same(three):
+    rows, menu = three.panel("faces").list, three.editor.groups.menu
+    right_click(rows.viewport(), rows.visualItemRect(rows.item(2)).center())
+    assert menu.isVisible()
+    assert three.editor.view.face == 1
+    QTest.keyClick(menu, KEYS.Key_S)
+    assert three.state.off == {1}
+
+
+def test_the_menu_key_offers_the_same_for_the_selected_face(three):
+    select(three, 2)
+    away = three.canvas.to_screen(three.state.faces[0].eye_center).toPoint()
+    event = QContextMenuEvent(
+        QContextMenuEvent.Reason.Keyboard, away, three.canvas.mapToGlobal(away)
+    )
+    QApplication.sendEvent(three.canvas, event)
+    assert three.editor.groups.menu.isVisible()
+    assert three.editor.view.face == 2
+    three.editor.groups.menu.close()
+
+
+# -- a close look ----------------------------------------------------------------------------------
+
+
+def seen(driver, face):
+    """Return how wide a face is on screen, as a share of the canvas, and whether all of it is."""
+    area = driver.canvas.viewport().rect()
+    at = [driver.canvas.to_screen(point).toPoint() for point in driver.state.faces[face].points]
+    width = max(one.x() for one in at) - min(one.x() for one in at)
+    return width / area.width(), all(area.contains(one) for one in at)
+
+
+def test_a_double_click_in_the_list_looks_at_a_face_and_at_all(three):
+    rows, view = three.panel("faces").list, three.canvas
+    small, _ = seen(three, 2)
+    for row, face in ((3, 2), (0, 0)):
+        at = rows.visualItemRect(rows.item(row)).center() + QPoint(20, 0)
+        QTest.mouseClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=at)
+        QTest.mouseDClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=at)
+        share, whole = seen(three, face)
+        assert whole
+        assert (share > 2 * small) == (row > 0)
+    assert all(seen(three, face)[1] for face in range(3))
+    assert view.zoom < 20
+
+
+def test_a_key_looks_at_the_selected_face_and_another_at_the_whole_photo(three):
+    whole = three.canvas.zoom
+    select(three, 1)
+    three.key(KEYS.Key_F)
+    assert three.canvas.zoom > 2 * whole
+    assert seen(three, 1)[1]
+    three.key(KEYS.Key_0)
+    assert three.canvas.zoom == pytest.approx(whole)
+
+
+def test_without_a_face_nothing_is_offered(empty):
+    names = ("only-face", "switch-face", "all-faces", "no-face", "invert-faces", "zoom-face")
+    assert not any(empty.window.actions_by_name[name].isEnabled() for name in names)
+    zoom = empty.canvas.zoom
+    empty.key(KEYS.Key_F)
+    assert empty.canvas.zoom == zoom

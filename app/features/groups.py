@@ -1,0 +1,141 @@
+"""Many faces at once: who is made smaller, and a close look at one, by key and by right click."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+
+from PySide6.QtCore import QPoint, QRectF, Qt
+from PySide6.QtWidgets import QMenu
+
+from kogao_core.face import Face
+
+from ..actions import Spec
+from ..i18n import tr
+from .faces import Faces
+from .feature import Context, Feature
+from .recipe import RecipeEditing
+
+# Round a face that is looked at, of its larger side: hair and neck are seen, too.
+_MARGIN = 0.75
+_OF_ONE = ("only-face", "switch-face")
+_OF_ALL = ("all-faces", "no-face", "invert-faces")
+
+
+class Groups(Feature):
+    """Switches faces on and off together and zooms to one; a menu on each face offers it all."""
+
+    def __init__(self, context: Context, recipe: RecipeEditing, faces: Faces) -> None:
+        super().__init__(context)
+        self._recipe = recipe
+        self.add_actions(
+            Spec(
+                "only-face",
+                tr("&Only this face"),
+                "Shift+I",
+                tr("Make the selected face smaller and leave all others as they are"),
+                lambda: self._keep({self._face}),
+            ),
+            Spec(
+                "switch-face",
+                tr("&Switch this face on or off"),
+                "I",
+                tr("Make the selected face smaller, or leave it as it is"),
+                lambda: self._keep(self._on ^ {self._face}),
+            ),
+            Spec(
+                "all-faces",
+                tr("&All faces on"),
+                "Ctrl+A",
+                tr("Make every face smaller"),
+                lambda: self._keep(self._every),
+            ),
+            Spec(
+                "no-face",
+                tr("&No face on"),
+                "Ctrl+Shift+A",
+                tr("Leave every face as it is"),
+                lambda: self._keep(()),
+            ),
+            Spec(
+                "invert-faces",
+                tr("&Invert which faces are on"),
+                "Ctrl+I",
+                tr("Make those faces smaller that are left as they are, and the other way round"),
+                lambda: self._keep(self._every - self._on),
+            ),
+            Spec(
+                "zoom-face",
+                tr("&Zoom to the face"),
+                "F",
+                tr("Look at the selected face closely; at all of them when none is selected"),
+                self.zoom,
+            ),
+        )
+        self.menu: QMenu = QMenu(tr("Face"), self.window)
+        self.menu.setAccessibleName(tr("Face"))
+        names = (*_OF_ONE, None, *_OF_ALL, None, "zoom-face", "follow-photo")
+        for name in names:
+            if name is None:
+                self.menu.addSeparator()
+            else:
+                self.menu.addAction(self.actions[name])
+        self.window.canvas.menu_wanted.connect(self._offer)
+        rows = faces.panel.list
+        rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        # A right click has selected its row before.
+        rows.customContextMenuRequested.connect(
+            lambda at: self.menu.popup(rows.viewport().mapToGlobal(at))
+        )
+        rows.itemDoubleClicked.connect(self.zoom)
+        recipe.chosen.connect(self._enable)
+        self.watch(lambda: len(self.document.state.faces), self._enable)
+
+    def zoom(self) -> None:
+        """Look at the selected face, or at all of them when none is selected."""
+        faces, chosen = self.document.state.faces, self._face
+        if faces:
+            self.window.canvas.look_at(_round(faces if chosen is None else [faces[chosen]]))
+
+    def _offer(self, face: int, at: QPoint) -> None:
+        """Open the menu of a face, which is selected with it, at a place of the screen."""
+        self._recipe.choose(face)
+        self.menu.popup(at)
+
+    @property
+    def _face(self) -> int | None:
+        """The selected face, or the only one."""
+        alone = len(self.document.state.faces) == 1
+        return 0 if alone else self.view.face
+
+    @property
+    def _every(self) -> frozenset[int]:
+        return frozenset(range(len(self.document.state.faces)))
+
+    @property
+    def _on(self) -> frozenset[int]:
+        return self._every - self.document.state.off
+
+    def _keep(self, on: Iterable[int | None]) -> None:
+        """Make these faces smaller and leave all others; what is so already is no step."""
+        state = self.document.state
+        off = self._every - frozenset(on)
+        if off != state.off:
+            self.document.step(dataclasses.replace(state, off=off), tr("Switch faces"))
+
+    def _enable(self) -> None:
+        any_face = bool(self.document.state.faces)
+        for name in (*_OF_ALL, "zoom-face"):
+            self.actions[name].setEnabled(any_face)
+        for name in _OF_ONE:
+            self.actions[name].setEnabled(self._face is not None)
+
+
+def _round(faces: Iterable[Face]) -> QRectF:
+    """Return what is seen of the photo when these faces fill the view, px."""
+    area = QRectF()
+    for face in faces:
+        left, top, width, height = face.box
+        margin = _MARGIN * max(width, height)
+        area |= QRectF(left, top, width, height).adjusted(-margin, -margin, margin, margin)
+    return area
