@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
@@ -117,6 +118,19 @@ class State(Sheet):
         kept = Sheet(tuple(faces), off, self.sheet("automatic").recipe)
         return dataclasses.replace(self, kept=kept)
 
+    def with_more(self, faces: Sequence[Face], image: Box) -> State:
+        """Return the state with faces found later behind the others; none where one is already.
+
+        Doubtful ones start switched off, too.
+        """
+        sheet = self.sheet("automatic")
+        new = [face for face in faces if not any(_same_place(face, one) for one in sheet.faces)]
+        there, every = len(sheet.faces), (*sheet.faces, *new)
+        off = sheet.off | {index for index in doubtful(every, image) if index >= there}
+        if self.mode == "automatic":
+            return dataclasses.replace(self, faces=every, off=off)
+        return dataclasses.replace(self, kept=dataclasses.replace(sheet, faces=every, off=off))
+
     def without_face(self, index: int) -> State:
         """Return the state with one face less."""
         faces = (*self.faces[:index], *self.faces[index + 1 :])
@@ -127,6 +141,11 @@ class State(Sheet):
         """Return the state with one face replaced."""
         faces = (*self.faces[:index], face, *self.faces[index + 1 :])
         return dataclasses.replace(self, faces=faces)
+
+
+def _same_place(one: Face, other: Face) -> bool:
+    apart = float(np.linalg.norm(one.eye_center - other.eye_center))
+    return apart < min(one.interocular_px, other.interocular_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +182,7 @@ class Document(QObject):
         self.pyramid: PicturePyramid | None = None
         self.undo = QUndoStack(self)
         self._state = self._committed = self._base = State()
-        self._saved = self._base.work
+        self._saved = self._begun = self._base.work
         self._savings: list[Saving] = []
         self._text = ""
 
@@ -214,9 +233,22 @@ class Document(QObject):
         self.opened.emit()
         self.changed.emit()
 
-    def start_with(self, faces: list[Face]) -> None:
+    def start_with(self, faces: Sequence[Face]) -> None:
         """Take what the detector found, below the first undo step."""
         self.begin_with(self._committed.with_found(faces, self.image))
+
+    def add_found(self, faces: Sequence[Face]) -> None:
+        """Add faces that were found late, below the first undo step: every state gets them."""
+        more = cache(lambda state: state.with_more(faces, self.image))
+        for index in range(self.undo.count()):
+            step = self.undo.command(index)
+            assert isinstance(step, ReplaceState)
+            step.change(more)
+        if self._saved is self._begun:
+            self._saved = self._begun = more(self._base).work
+        self._base, self._committed = more(self._base), more(self._committed)
+        self._state = more(self._state)
+        self.changed.emit()
 
     def begin_with(self, state: State) -> None:
         """Take a state that counts as saved, below the first undo step."""
@@ -263,7 +295,7 @@ class Document(QObject):
 
     def _begin(self, state: State) -> None:
         self._state = self._committed = self._base = state
-        self._saved = state.work
+        self._saved = self._begun = state.work
         self.undo.clear()
 
     def restore(self, state: State) -> None:
@@ -290,6 +322,10 @@ class ReplaceState(QUndoCommand):
     ) -> None:
         super().__init__(text)
         self._restore, self._before, self._after = restore, before, after
+
+    def change(self, into: Callable[[State], State]) -> None:
+        """Make other states of those around the gesture."""
+        self._before, self._after = into(self._before), into(self._after)
 
     def redo(self) -> None:
         """Show the later state."""

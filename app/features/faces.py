@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import zip_longest
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
@@ -13,7 +15,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from kogao_core import doubt
 from kogao_core.doubt import Doubt
-from kogao_core.face import Face, LandmarkSource
+from kogao_core.face import Face, LandmarkSource, OnFace
 from kogao_core.geometry import Box
 from kogao_core.landmarks import template_face
 from kogao_core.photo import Photo
@@ -35,6 +37,25 @@ _WIDTH_PX = 168
 _ALL_ROWS = 1  # the row of all faces comes before those of single ones
 
 
+@dataclass(eq=False)
+class FaceSearch:
+    """A search under way.
+
+    Parameters
+    ----------
+    first : bool
+        False for one that was asked for in place of what is there.
+    found : list of Face
+        What it has found so far; its thread adds to it.
+    shown : tuple of Face
+        Those of them that went into the document.
+    """
+
+    first: bool
+    found: list[Face] = field(default_factory=list)
+    shown: tuple[Face, ...] = ()
+
+
 class Faces(Feature):
     """Finds faces and lists them.
 
@@ -48,6 +69,7 @@ class Faces(Feature):
 
     found = Signal(int)
     not_found = Signal(str)
+    _came = Signal(object)
 
     def __init__(self, context: Context, recipe: RecipeEditing, source: LandmarkSource) -> None:
         super().__init__(context)
@@ -55,6 +77,9 @@ class Faces(Feature):
         # What table 2 calls the setting time of the automatic method.
         self.finding_s: float | None = None
         self._finding = self.lane(self._take, self._not_found)
+        self._search = FaceSearch(first=True)
+        self._came.connect(self._show_found)
+        self.document.changed.connect(self._make_way)
         self.add_actions(
             Spec(
                 "find",
@@ -89,33 +114,68 @@ class Faces(Feature):
     def find(self) -> None:
         """Look for faces again."""
         self.window.bar.clear()
-        self.look()
+        self.look(first=False)
 
-    def look(self) -> None:
-        """Look for faces in the open photo."""
+    def look(self, *, first: bool = True) -> None:
+        """Look for faces in the open photo; what is done to the first ones meanwhile stays."""
         photo, source = self.document.photo, self._source
-        if photo is not None:
-            self._finding.drop()
-            self.working.emit(tr("Looking for faces…"))
-            self._finding.submit(lambda: _found(source, photo))
+        if photo is None:
+            return
+        # What an earlier search still finds is nobody's.
+        self._search = search = FaceSearch(first)
+        self._finding.drop()
+        if not self._touched:
+            self.live.hold()
+        self.working.emit(tr("Looking for faces…"))
+
+        def take(face: Face) -> None:
+            search.found.append(face)
+            self._came.emit(search)
+
+        self._finding.submit(lambda: _found(source, photo, take))
+
+    def _show_found(self, search: FaceSearch) -> None:
+        """Show what has come, as long as there is only what this search has found."""
+        found = tuple(search.found)
+        if search is not self._search or found == search.shown:
+            return
+        if not self._touched and self.document.state.sheet("automatic").faces == search.shown:
+            search.shown = found
+            self.document.start_with(found)
+        self.working.emit(tr("Looking for faces… {n} so far", n=len(found)))
+
+    def _make_way(self) -> None:
+        """Let the picture follow what the user does while the search goes on."""
+        if self._touched:
+            self.live.go_on()
+
+    @property
+    def _touched(self) -> bool:
+        return bool(self.document.undo.count()) or self.document.in_gesture
 
     def _take(self, found: tuple[list[Face], float]) -> None:
         faces, self.finding_s = found
+        in_hand = self._touched or self.view.face is not None or self.view.selected is not None
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))
-        elif self.document.undo.count() or self.document.in_gesture:
+        elif self._search.first and in_hand:
+            self.document.add_found([one for one in faces if one not in self._search.shown])
+        elif self._touched:
             state = self.document.state.with_found(faces, self.document.image)
             self.document.step(state, tr("Find faces"))
         else:
             self.document.start_with(faces)
-        self.working.emit("")
-        self.found.emit(len(faces))
+        self._end_search(len(faces))
 
     def _not_found(self, problem: Exception) -> None:
         self._offer_placing(sentence(problem))
-        self.working.emit("")
         self.not_found.emit(reason(problem))
-        self.found.emit(0)
+        self._end_search(0)
+
+    def _end_search(self, faces: int) -> None:
+        self.live.go_on()
+        self.working.emit("")
+        self.found.emit(faces)
 
     # -- placing by hand -------------------------------------------------------------------------
 
@@ -169,10 +229,10 @@ class Faces(Feature):
         self.panel.show_state(self.document.state, self.view.face)
 
 
-def _found(source: LandmarkSource, photo: Photo) -> tuple[list[Face], float]:
+def _found(source: LandmarkSource, photo: Photo, on_face: OnFace) -> tuple[list[Face], float]:
     """Look for faces; return them and how long that took, s."""
     start = time.perf_counter()
-    return source.find(photo.pixels), time.perf_counter() - start
+    return source.find(photo.pixels, on_face), time.perf_counter() - start
 
 
 class FacesPanel(QWidget):
@@ -221,8 +281,9 @@ class FacesPanel(QWidget):
     def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show the faces; thumbnails stay while points are dragged."""
         with QSignalBlocker(self.list):
-            if len(self._known) != len(state.faces) or not self.list.count():
-                self._fill(state.faces)
+            if self._reordered(state.faces) or not self.list.count():
+                self._begin_rows()
+            self._add_rows(state.faces[self.list.count() - _ALL_ROWS :])
             self._known = state.faces
             for index, face in enumerate(state.faces):
                 off = index in state.off
@@ -235,11 +296,19 @@ class FacesPanel(QWidget):
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, why))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
 
-    def _fill(self, faces: tuple[Face, ...]) -> None:
+    def _reordered(self, faces: tuple[Face, ...]) -> bool:
+        """Return whether a thumbnail would stand beside another face than its own."""
+        there = set(self._known)
+        pairs = zip_longest(faces, self._known)
+        return any(now is not known and (now in there or now is None) for now, known in pairs)
+
+    def _begin_rows(self) -> None:
         self.list.clear()
         everyone = QListWidgetItem(tr("All faces"))
         everyone.setToolTip(tr("The settings of the photo"))
         self.list.addItem(everyone)
+
+    def _add_rows(self, faces: tuple[Face, ...]) -> None:
         for face in faces:
             icon = QIcon()
             if self._pyramid is not None:

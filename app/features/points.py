@@ -39,7 +39,6 @@ class Points(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._held: Handle | None = None
-        self._before = State()
         self._offset: Array = np.zeros(2)
         self.document.changed.connect(self._follow)
         self.document.opened.connect(self._forget)
@@ -84,17 +83,19 @@ class Points(Feature):
         self.document.commit()
         if handle.kind == "mark":
             return
-        self._held, self._before = handle, self.document.state
-        self._offset = handles.position(self._before, handle) - np.array([x, y])
+        self._held = handle
+        self._offset = handles.position(self.document.committed, handle) - np.array([x, y])
         self._select(handle if handle.kind not in ("corner", "body") else None)
         self.took.emit(handle.face)
 
     def drag(self, x: float, y: float) -> None:
         """Move the handle in hand; it stays under the cursor where it was taken."""
         if self._held is not None and self._held.movable:
-            start = handles.position(self._before, self._held)
+            # What lies below the gesture can have got faces that were found meanwhile.
+            before = self.document.committed
+            start = handles.position(before, self._held)
             to = self._offset + np.array([x, y])
-            self._take(self._held, handles.moved(self._before, self._held, start, to))
+            self._take(self._held, handles.moved(before, self._held, start, to))
 
     def release(self) -> None:
         """Let go: a moved point is one undo step, a centre is chosen."""

@@ -17,7 +17,6 @@ from kogao_core.geometry import Array
 from kogao_core.protection import NOTHING
 
 from ..actions import Spec
-from ..document import State
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..view_state import Brush, ToolName
@@ -50,7 +49,7 @@ class Protect(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._before: State | None = None
+        # Of the stroke in hand, px of the photo; empty without one.
         self._path: list[tuple[float, float]] = []
         self.add_actions(
             self._tool("points", tr("Points"), "A", tr("Drag landmarks and targets")),
@@ -147,13 +146,13 @@ class Protect(Feature):
     def begin(self, x: float, y: float) -> None:
         """Begin a stroke at (x, y), px of the photo."""
         self.document.commit()
-        self._before, self._path = self.document.state, [(x, y)]
+        self._path = [(x, y)]
         if self.view.brush.tool != "line":
             self._show()
 
     def extend(self, x: float, y: float, straight: bool) -> None:
         """Go on to (x, y); a `straight` line is level or upright."""
-        if self._before is None:
+        if not self._path:
             return
         self.view.cursor = np.array([x, y])
         if self.view.brush.tool == "line":
@@ -164,7 +163,7 @@ class Protect(Feature):
 
     def end(self) -> None:
         """Let go: the stroke is one undo step."""
-        if self._before is not None:
+        if self._path:
             self._drop()
             self.document.commit()
 
@@ -175,9 +174,7 @@ class Protect(Feature):
             self.document.step(state, tr("Remove all protection"))
 
     def _show(self) -> None:
-        if self._before is None:
-            return
-        brush, before = self.view.brush, self._before.protection
+        brush, before = self.view.brush, self.document.committed.protection
         path = _smoothed(self._path, max(_LOOSE_PX, _LOOSE * brush.radius_px))
         if brush.tool == "eraser":
             protection, text = before.erased(path, brush.radius_px), tr("Erase protection")
@@ -185,7 +182,7 @@ class Protect(Feature):
             feather = self._feather_px() if brush.hard else 0.0
             protection, text = before.with_stroke(path, brush.radius_px, feather), tr("Protect")
         if protection.strokes != self.document.state.protection.strokes:
-            state = dataclasses.replace(self._before, protection=protection)
+            state = dataclasses.replace(self.document.committed, protection=protection)
             self.document.preview(state, text)
 
     def _feather_px(self) -> float:
@@ -199,7 +196,7 @@ class Protect(Feature):
         self.changed.emit()
 
     def _drop(self) -> None:
-        self._before, self._path = None, []
+        self._path = []
 
     def _show_count(self) -> None:
         self.panel.show_count(len(self.document.state.protection.strokes))

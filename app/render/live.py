@@ -144,6 +144,7 @@ class Surface:
 class Live(QObject):
     """Keeps the canvas up with the document.
 
+    0. While a photo is opened and its faces are sought, only marks are drawn (`hold`, `go_on`).
     1. The document changes: `_follow` takes its state and a revision, and asks for a preview of
        what is on screen. A request replaces the one that waits.
     2. A worker renders it into the buffer off screen.
@@ -180,6 +181,7 @@ class Live(QObject):
         self._document, self._view, self._canvas = document, view, canvas
         self._revision = 0
         self._followed: State | None = None
+        self._held = False
         self._whole: Surface | None = None
         self._preview: Surface | None = None
         self._lanes = tuple(Lane(pool, self.failed.emit, self) for _ in range(3))
@@ -201,6 +203,20 @@ class Live(QObject):
         """Return whether a picture stays as it is unless the document changes."""
         return frame is not None and frame.whole and frame.revision == self._revision
 
+    def hold(self) -> None:
+        """Draw marks only, until `go_on`: more faces are sought, which needs the processors."""
+        self._held = True
+
+    def go_on(self) -> None:
+        """Render again; a picture that was held back comes at full resolution at once."""
+        held, self._held = self._held, False
+        if held and self._document.in_gesture:
+            self._follow()
+        elif held and self._document.state is not self._followed:
+            self._followed = self._document.state
+            self._revision += 1
+            self._render_whole()
+
     def stop(self) -> None:
         """Start nothing more."""
         self._rest.stop()
@@ -210,6 +226,8 @@ class Live(QObject):
     def _open(self) -> None:
         self.stop()
         self._followed = None
+        # Which faces it starts with is known in a moment: without any there is nothing to render.
+        self._held = True
         photo = self._document.pyramid
         if photo is not None:
             self._whole, self._preview = Surface(photo), Surface(photo)
@@ -220,6 +238,9 @@ class Live(QObject):
         # only keep the preview waiting.
         surface, state = self._preview, self._document.state
         if surface is None:
+            return
+        if self._held:
+            self._canvas.redraw()
             return
         if state is self._followed:
             # A gesture has ended with what it last showed: no reason to wait, or to preview again.

@@ -120,7 +120,7 @@ def test_without_a_face_the_bar_offers_one_to_place(start, source, photo, pixels
 
 
 def test_a_source_that_fails_still_lets_a_face_be_placed(start, source, photo):
-    def fail(_):
+    def fail(*_):
         raise RuntimeError("the networks are missing")
 
     source.find = fail

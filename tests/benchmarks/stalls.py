@@ -32,7 +32,7 @@ from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 from scenes import KnownFaces, oval_face, textured_photo
 
-from kogao_core.face import Face
+from kogao_core.face import Face, OnFace, ignored
 from kogao_core.recipe import Recipe
 
 LONGEST_MS = 100.0
@@ -64,10 +64,10 @@ class Watchdog:
 class Slow(KnownFaces):
     """A source that computes for a while, as the networks do."""
 
-    def find(self, rgb: np.ndarray) -> list[Face]:
+    def find(self, rgb: np.ndarray, on_face: OnFace = ignored) -> list[Face]:
         for _ in range(6):
             cv2.GaussianBlur(rgb, (0, 0), 9)
-        return super().find(rgb)
+        return super().find(rgb, on_face)
 
 
 def wait(busy: Callable[[], bool]) -> None:

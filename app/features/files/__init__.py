@@ -147,6 +147,7 @@ class Files(Feature):
             self.working.emit(tr("The unsaved changes are back"))
         else:
             self.document.begin_with(state)
+            self.live.go_on()
             self.working.emit("")
         self.restored.emit(work, note)
         self._faces.found.emit(len(state.faces))

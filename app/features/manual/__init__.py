@@ -39,7 +39,6 @@ class Manual(Feature):
         self._points = points
         self.clock = SettingClock(self)
         self._start: tuple[float, float] | None = None
-        self._before: State = self.document.state
         # What is only looked at so far: the clock waits for the first change to it.
         self._seen: State | None = None
         self._setting = False
@@ -175,14 +174,15 @@ class Manual(Feature):
     def press(self, handle: Handle, x: float, y: float) -> None:
         """Mark a landmark at (x, y), px of the photo."""
         if handle.kind == "mark":
-            self._start, self._before = (x, y), self.document.state
+            self._start = (x, y)
             self.drag(x, y)
 
     def drag(self, x: float, y: float) -> None:
         """Put the target of the landmark in hand at (x, y)."""
         if self._start is not None:
-            face = marking.owner(self._before, self.view.face, self._start)
-            state = marking.marked(self._before, face, (self._start, (x, y)))
+            before = self.document.committed
+            face = marking.owner(before, self.view.face, self._start)
+            state = marking.marked(before, face, (self._start, (x, y)))
             self.document.preview(state, tr("Mark a landmark"))
 
     def release(self) -> None:
