@@ -23,6 +23,8 @@ MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"
 _LEAST_TURN_PX: Final = 1e-3
 # The hairline lies about as far above the eyes as the mouth lies below them.
 _FOREHEAD: Final = 1.0
+# Landmarks that are closer on screen have marks that touch, and none could be aimed at.
+_ROOM_PX: Final = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +78,14 @@ def handles(
 def _numbered(kind: Kind, face: int, positions: Array) -> Iterator[tuple[Handle, Array]]:
     for index, position in enumerate(positions):
         yield Handle(kind, face, index), position
+
+
+def apart(face: Face, zoom: float) -> bool:
+    """Return whether a face's points can be told apart at so many screen px per photo px.
+
+    Where they can't, nothing but the face's outline is shown, and none can be taken hold of.
+    """
+    return face.anchor.spacing_px * zoom >= _ROOM_PX
 
 
 def exists(state: State, handle: Handle) -> bool:

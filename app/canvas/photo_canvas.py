@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from ..i18n import tr
 from ..view_state import ViewState
-from .handles import Handle, corners, face_at, handles
+from .handles import Handle, apart, corners, face_at, handles
 from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
@@ -101,6 +101,7 @@ class PhotoCanvas(Viewport):
         """Return the nearest handle within reach of a point of the viewport.
 
         In another face than the selected one, those of the selected one answer only on their marks.
+        A face so small that its points aren't shown has none.
         """
         view = self.shown
         if view.original or view.brush.paints:
@@ -109,11 +110,18 @@ class PhotoCanvas(Viewport):
         nearest, least = None, self._in_photo(_MARK_PX if elsewhere else GRAB_RADIUS_PX)
         for handle, position in handles(view.state, kinds(view.visible), view.placing):
             distance = float(np.hypot(*(position - here)))
-            if distance < least and view.answers(handle):
+            if distance < least and view.answers(handle) and self._shows(handle):
                 nearest, least = handle, distance
         if nearest is None and view.marking and view.placing is None:
             return Handle("mark", 0, 0)
         return nearest or self._body_at(at)
+
+    def shows_points(self, face: int) -> bool:
+        """Return whether a face is large enough on screen for its points to be shown."""
+        return apart(self.shown.state.faces[face], 1.0 / self._in_photo(1.0))
+
+    def _shows(self, handle: Handle) -> bool:
+        return handle.kind == "corner" or self.shows_points(handle.face)
 
     def face_at(self, at: QPointF) -> int | None:
         """Return the face that a click on a point of the viewport selects: on number or skin."""

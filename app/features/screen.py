@@ -104,6 +104,7 @@ class Hints(Feature):
         for changed in (points.restyled, recipe.chosen, protect.changed, manual.changed):
             changed.connect(self._show)
         self.document.changed.connect(self._show)
+        self.window.canvas.view_changed.connect(self._show)
 
     def _show(self) -> None:
         self.window.status.show_tool(self._hint())
@@ -120,4 +121,9 @@ class Hints(Feature):
             return tr("Drag the frame onto the face; a corner turns and sizes it")
         if len(faces) > 1 and view.face is None:
             return tr("Click a face to select it; drag to move the photo")
+        if not self.window.canvas.shows_points(view.face or 0):
+            return tr("Zoom to the face ({key}) to correct its points", key=self._key("zoom-face"))
         return tr("Drag a point to correct it")
+
+    def _key(self, name: str) -> str:
+        return self.actions[name].shortcut().toString()

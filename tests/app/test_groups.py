@@ -6,13 +6,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+from kogao_app.canvas.handles import Handle, position
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from scenes import oval_face
+from test_overlays import SKY, at, looks_like, pixels_of
 
 KEYS = Qt.Key
+WHITE = (255, 255, 255)
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 
 
@@ -68,12 +71,15 @@ def three(start, source, photo):
 
 @pytest.fixture
 def thirty(start, source, photo):
-    """A photo with 30 small faces, of which none shows more than a few of its landmarks."""
+    """A photo with 30 small faces; those in the last row are hidden."""
     places = [(40 + 44 * column, 50 + 110 * row) for row in range(3) for column in range(10)]
-    hidden = np.full(27, 0.4)
     source.faces = [
-        dataclasses.replace(oval_face(center=at, size=0.1), source="mesh", confidence=hidden)
-        for at in places
+        dataclasses.replace(
+            oval_face(center=at, size=0.1),
+            source="mesh",
+            confidence=np.full(27, 0.4 if index >= 20 else 0.9),
+        )
+        for index, at in enumerate(places)
     ]
     driver = start()
     driver.open(photo)
@@ -218,3 +224,60 @@ def test_without_a_face_nothing_is_offered(empty):
     zoom = empty.canvas.zoom
     empty.key(KEYS.Key_F)
     assert empty.canvas.zoom == zoom
+
+
+# -- small faces -----------------------------------------------------------------------------------
+
+
+def share(driver, places, colour):
+    """The share of places of the photo with a colour within a pixel of the screen."""
+    there = looks_like(pixels_of(driver), colour, 40)
+    rows_columns = [at(driver, x, y) for x, y in places]
+    return np.mean([there[y - 1 : y + 2, x - 1 : x + 2].any() for y, x in rows_columns])
+
+
+def along(face):
+    """Places half way between two landmarks of the outline, the lower half of it."""
+    return ((face.outline[:-1] + face.outline[1:]) / 2.0)[6:14]
+
+
+def test_a_small_face_shows_a_quiet_outline_instead_of_its_marks(thirty):
+    face = thirty.state.faces[12]
+    assert share(thirty, along(face), SKY) == 1.0
+    assert share(thirty, face.eyes, SKY) == 0.0
+    with_targets = pixels_of(thirty)
+    hide_targets_and_centres(thirty)
+    np.testing.assert_array_equal(pixels_of(thirty), with_targets)
+    select(thirty, 12)
+    thirty.key(KEYS.Key_F)
+    assert share(thirty, face.eyes, SKY) == 1.0
+    without = pixels_of(thirty)
+    hide_targets_and_centres(thirty)
+    assert (pixels_of(thirty) != without).any()
+
+
+def hide_targets_and_centres(driver):
+    """Hide them, or show them again."""
+    driver.key(KEYS.Key_T)
+    driver.key(KEYS.Key_C)
+
+
+def test_the_selected_faces_outline_is_bright_and_no_other(three):
+    first, second = (along(face) for face in three.state.faces[:2])
+    assert share(three, second, WHITE) == 0.0
+    select(three, 1)
+    assert share(three, second, WHITE) == 1.0
+    assert share(three, first, WHITE) == 0.0
+
+
+def test_points_of_a_face_too_small_to_show_them_are_not_dragged(thirty):
+    chin = Handle("outline", 12, 10)
+    select(thirty, 12)
+    assert thirty.window.status.hint_text == "Zoom to the face (F) to correct its points"
+    before = thirty.state
+    thirty.drag(thirty.on_screen(chin), QPoint(0, 24))
+    assert thirty.state is before
+    thirty.key(KEYS.Key_F)
+    assert thirty.window.status.hint_text == "Drag a point to correct it"
+    thirty.drag(thirty.on_screen(chin), QPoint(0, 24))
+    assert position(thirty.state, chin)[1] > before.faces[12].outline[10][1]

@@ -52,6 +52,17 @@ def lines(
         painter.drawLines(list(segments))
 
 
+def polyline(
+    painter: QPainter, points: Sequence[QPointF], colour: QColor, width: float, *, dotted: bool
+) -> None:
+    """Draw a line through points inside a dark case: an outline."""
+    style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for pen in (QPen(CASE, width + 1.6), QPen(colour, width, style)):
+        painter.setPen(pen)
+        painter.drawPolyline(list(points))
+
+
 def dot(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
     """Draw a filled dot with a light halo: a landmark."""
     radius = 3.5 * size

@@ -14,15 +14,20 @@ from kogao_core.face import Face
 from kogao_core.targets import center_candidates
 
 from ...i18n import tr
+from ..handles import apart
 from . import glyphs
 from .overlay import Overlay, Place
 
 _TICK_PX: Final = 6.0
-_SMALLEST: Final = 0.4
+# Landmarks at least this far apart on screen have marks of full size.
+_ROOM_PX: Final = 16.0
 
 
 class Landmarks(Overlay):
-    """Outline dots, and diamonds at the corners of eyes and mouth."""
+    """Outline dots, and diamonds at the corners of eyes and mouth; a line for a small face.
+
+    The selected face's outline is a bright line.
+    """
 
     name = "landmarks"
     height = 110
@@ -41,15 +46,19 @@ class Landmarks(Overlay):
         glyphs.dot(painter, box.center(), glyphs.LANDMARK)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw off faces and unsure ones hollow."""
+        """Draw off faces and unsure ones hollow, or dotted."""
         for index, face in enumerate(self.shown.state.faces):
+            chosen, seen = index == self.shown.face, apart(face, place.zoom)
             off = index in self.shown.state.off or face.score < SURE
-            unsure = np.full(len(face.points), off)
-            if face.confidence is not None:
-                unsure |= face.confidence < SEEN
-            self._draw_face(painter, place, face, unsure.tolist())
+            if chosen or not seen:
+                _draw_outline(painter, place, face, chosen=chosen, off=off)
+            if seen:
+                unsure = np.full(len(face.points), off)
+                if face.confidence is not None:
+                    unsure |= face.confidence < SEEN
+                self._draw_marks(painter, place, face, unsure.tolist())
 
-    def _draw_face(
+    def _draw_marks(
         self, painter: QPainter, place: Place, face: Face, unsure: Sequence[bool]
     ) -> None:
         size, outline = _size(place, face), len(face.outline)
@@ -59,10 +68,14 @@ class Landmarks(Overlay):
             mark(painter, at, glyphs.LANDMARK, size)
 
 
+def _draw_outline(painter: QPainter, place: Place, face: Face, *, chosen: bool, off: bool) -> None:
+    colour, width = (glyphs.HALO, 2.2) if chosen else (glyphs.LANDMARK, 1.2)
+    glyphs.polyline(painter, place.points(face.outline), colour, width, dotted=off)
+
+
 def _size(place: Place, face: Face) -> float:
     """Return how large a face's marks are: smaller where they would hide its outline."""
-    room = face.anchor.spacing_px * place.zoom / _ROOM_PX
-    return min(1.0, max(_SMALLEST, room))
+    return min(1.0, face.anchor.spacing_px * place.zoom / _ROOM_PX)
 
 
 class Targets(Overlay):
@@ -85,14 +98,15 @@ class Targets(Overlay):
         glyphs.ring(painter, box.center(), glyphs.TARGET)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw every active face's targets."""
+        """Draw the targets of every active face that is large enough."""
         for index, pairs in enumerate(self.shown.state.pairs):
-            if index in self.shown.state.off:
+            face = self.shown.state.faces[index]
+            if index in self.shown.state.off or not apart(face, place.zoom):
                 continue
             sources, targets = place.points(pairs.source_px), place.points(pairs.target_px)
             ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
             glyphs.lines(painter, ways, glyphs.TARGET, 1.0)
-            size = _size(place, self.shown.state.faces[index])
+            size = _size(place, face)
             for at in targets:
                 glyphs.ring(painter, at, glyphs.TARGET, size)
 
@@ -117,9 +131,9 @@ class Centre(Overlay):
         glyphs.cross(painter, box.center(), glyphs.CENTRE, 0.9)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw every active face's line."""
+        """Draw the line of every active face that is large enough."""
         for index, face in enumerate(self.shown.state.faces):
-            if index not in self.shown.state.off:
+            if index not in self.shown.state.off and apart(face, place.zoom):
                 self._draw_line(painter, place, face)
 
     def _draw_line(self, painter: QPainter, place: Place, face: Face) -> None:
@@ -137,7 +151,3 @@ class Centre(Overlay):
             for number, at in enumerate(ticks, 1):
                 beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
                 glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
-
-
-# Landmarks at least this far apart on screen have marks of full size.
-_ROOM_PX: Final = 16.0

@@ -35,11 +35,12 @@ def badges(view: ViewState, place: Place, font: QFont) -> Iterator[Badge]:
     """Yield the numbers above the faces' topmost landmarks, the topmost badge last."""
     if "landmarks" not in view.visible or len(view.state.faces) < 2:
         return
-    for index, face in enumerate(view.state.faces):
-        left, top, width, _ = face.box
+    # The chosen one's lies over the others.
+    for index in sorted(range(len(view.state.faces)), key=lambda index: index == view.face):
+        left, top, width, _ = view.state.faces[index].box
         (at,) = place.points([(left + width / 2, top)])
         chosen = index == view.face
-        text = tr("● Face {n}", n=index + 1) if chosen else str(index + 1)
+        text = tr("● {n}", n=index + 1) if chosen else str(index + 1)
         within = place.viewport if place.viewport.contains(at) else None
         above = at - QPointF(8, 20)
         yield Badge(
