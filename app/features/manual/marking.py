@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 
 from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array
+from kogao_core.geometry import Array
+from kogao_core.reshape import MIDDLE, across, reflection
 
 from ...canvas.handles import Handle, name
 from ...document import CORNERS, Mark, State
@@ -16,8 +17,6 @@ from ...i18n import tr
 
 _EYES: Final = 4
 FEWEST: Final = 3
-# Nearer to the axis than this, in landmark spacings, a point belongs to both sides.
-_MIDDLE: Final = 0.25
 # A landmark belongs to a face this far away, in its larger side.
 _REACH: Final = 0.5
 
@@ -75,7 +74,7 @@ def _with_landmark(face: Face, at: Mark) -> Face:
 
 def _turns(face: Face, points: Array) -> Array:
     """Return the angle of each point round the middle of the face: left ear, chin, right ear."""
-    right = _normal(face)
+    right = across(face)
     down = np.array([-right[1], right[0]])
     away = points - (face.eye_center + face.mouth_center) / 2.0
     return np.asarray(np.arctan2(away @ right, away @ down))
@@ -109,9 +108,9 @@ def without_landmark(state: State, handle: Handle) -> State:
 def mirrored(state: State, handle: Handle) -> State:
     """Return the state with a landmark and its target also on the other side of the face axis."""
     face = state.faces[handle.face]
-    across, spacing = _reflection(face), face.anchor.spacing_px
-    source = across(face.outline[handle.index])
-    target = across(state.pairs[handle.face].target_px[handle.index])
+    mirror, spacing = reflection(face), face.anchor.spacing_px
+    source = mirror(face.outline[handle.index])
+    target = mirror(state.pairs[handle.face].target_px[handle.index])
     apart = np.linalg.norm(face.outline - source, axis=1)
     apart[handle.index] = np.inf
     nearest = int(np.argmin(apart))
@@ -125,13 +124,13 @@ def mirrored(state: State, handle: Handle) -> State:
 def with_sides_alike(state: State, handle: Handle) -> State:
     """Return the state with the side of a point mirrored onto the other one, which goes."""
     face, targets = state.faces[handle.face], state.pairs[handle.face].target_px
-    across, spacing = _reflection(face), face.anchor.spacing_px
-    side = (face.outline - across(face.outline)) @ _normal(face)
-    middle = np.abs(side) < 2.0 * _MIDDLE * spacing
+    mirror, spacing = reflection(face), face.anchor.spacing_px
+    side = (face.outline - mirror(face.outline)) @ across(face)
+    middle = np.abs(side) < 2.0 * MIDDLE * spacing
     wanted = np.sign(side[handle.index]) or 1.0
     kept = (np.sign(side) == wanted) & ~middle
     outline, aims = face.outline[kept], targets[kept]
-    other, other_aims = across(outline)[::-1], across(aims)[::-1]
+    other, other_aims = mirror(outline)[::-1], mirror(aims)[::-1]
     parts = (outline, face.outline[middle], other), (aims, targets[middle], other_aims)
     if wanted > 0.0:  # the outline runs from the left ear to the right one
         parts = (parts[0][::-1], parts[1][::-1])
@@ -149,20 +148,6 @@ def snapped(state: State, handle: Handle) -> State:
     share = float((target - source) @ line / max(1e-12, line @ line))
     face = state.faces[handle.face].with_target(handle.index, source + share * line)
     return state.with_face(handle.face, face)
-
-
-def _normal(face: Face) -> Array:
-    """Return the direction across the face axis, to the right of an upright head."""
-    down = face.mouth_center - face.eye_center
-    down = down / max(1e-12, float(np.linalg.norm(down)))
-    return np.array([down[1], -down[0]])
-
-
-def _reflection(face: Face) -> Affine:
-    """Return the mirroring at the line through the middle of the eyes and of the mouth."""
-    normal, on_axis = _normal(face), face.eye_center
-    matrix = np.eye(2) - 2.0 * np.outer(normal, normal)
-    return Affine(matrix, on_axis - matrix @ on_axis)
 
 
 def _pair(point: Array) -> tuple[float, float]:
