@@ -37,6 +37,7 @@ from .features.recent import Recent
 from .features.recipe import RecipeEditing
 from .features.recovery import Recovery
 from .features.screen import Hints, Screen
+from .features.soft import SoftSelection
 from .features.strip import Strip
 from .features.surroundings import Surroundings
 from .i18n import reason, tr
@@ -100,6 +101,7 @@ class Editor(QObject):
 
     def _build(self, context: Context, source: LandmarkSource) -> None:
         self.points = Points(context)
+        self.soft = SoftSelection(context, self.points)
         self.recipe = RecipeEditing(context, self.points)
         self.overlays = Overlays(context)
         self.protect = Protect(context)

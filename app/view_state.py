@@ -46,6 +46,25 @@ class Brush:
         return self.tool != "points"
 
 
+@dataclass(frozen=True, slots=True)
+class Following:
+    """What goes along with a landmark of the outline that is moved by hand.
+
+    Parameters
+    ----------
+    soft : bool
+        Whether its neighbours follow, the less the farther they are along the outline.
+    reach : float
+        How far neighbours follow to either side, in landmark spacings.
+    symmetric : bool
+        Whether the landmark across the midline makes the mirrored move.
+    """
+
+    soft: bool = False
+    reach: float = 4.0
+    symmetric: bool = False
+
+
 @dataclass
 class ViewState:
     """What to draw and how.
@@ -80,6 +99,8 @@ class ViewState:
         Whether what lies under the cursor is magnified.
     brush : Brush
         The tool in hand.
+    following : Following
+        What goes along with a dragged landmark.
     cursor : array of shape (2,), optional
         Where the mouse is, px of the photo; None when it is elsewhere.
     """
@@ -99,6 +120,7 @@ class ViewState:
     wipe: float = 0.5
     loupe: bool = False
     brush: Brush = field(default_factory=Brush)
+    following: Following = field(default_factory=Following)
     cursor: Array | None = None
 
     @property

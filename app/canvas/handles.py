@@ -11,15 +11,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core import reshape
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Array
 from kogao_core.targets import center_candidates
 
 from ..document import State
 from ..i18n import tr
+from ..view_state import Following
 
 Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"})
+_ALONE: Final = Following()
 _LEAST_TURN_PX: Final = 1e-3
 # The hairline lies about as far above the eyes as the mouth lies below them.
 _FOREHEAD: Final = 1.0
@@ -110,12 +113,22 @@ def position(state: State, handle: Handle) -> Array:
     return np.asarray(points[handle.index])
 
 
-def moved(state: State, handle: Handle, start: npt.ArrayLike, to: npt.ArrayLike) -> State:
-    """Return the state with a handle dragged from `start`, where it lay in `state`, to `to`, px."""
+def moved(
+    state: State,
+    handle: Handle,
+    start: npt.ArrayLike,
+    to: npt.ArrayLike,
+    following: Following = _ALONE,
+) -> State:
+    """Return the state with a handle dragged from `start`, where it lay in `state`, to `to`, px.
+
+    Only on the outline does anything follow; targets set by hand stay where they are.
+    """
     face = state.faces[handle.face]
     match handle.kind:
         case "outline":
-            face = face.with_outline_point(handle.index, to)
+            far, symmetric = reach_px(face, following), following.symmetric
+            face = reshape.moved(face, handle.index, to, far, symmetric=symmetric)
         case "eye":
             face = face.with_eye_point(handle.index, to)
         case "mouth":
@@ -129,6 +142,11 @@ def moved(state: State, handle: Handle, start: npt.ArrayLike, to: npt.ArrayLike)
         case "centre" | "mark":
             return state
     return state.with_face(handle.face, face)
+
+
+def reach_px(face: Face, following: Following) -> float:
+    """Return how far along the outline neighbours follow, px of the photo; 0 for not at all."""
+    return following.reach * face.anchor.spacing_px if following.soft else 0.0
 
 
 def corners(face: Face) -> Array:

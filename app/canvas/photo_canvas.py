@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
-from PySide6.QtGui import QContextMenuEvent, QFocusEvent, QKeyEvent, QMouseEvent
+from PySide6.QtGui import QContextMenuEvent, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ..i18n import tr
@@ -16,9 +16,11 @@ from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
 from .overlays.unlisted import badges
-from .viewport import Viewport
+from .viewport import Viewport, notches
 
 GRAB_RADIUS_PX: Final = 12.0
+# A landmark is near a place up to so many landmark spacings away.
+NEAR: Final = 3.0
 _MARK_PX: Final = 5.0
 _ARROWS: Final = {
     Qt.Key.Key_Left: (-1, 0),
@@ -42,6 +44,11 @@ class PhotoCanvas(Viewport):
         The menu of a face is asked for, by a right click or by key, at a place of the screen.
     grabbed(Handle, float, float), dragged(float, float), released
         A handle is taken at (x, y) px of the photo, moved there, and let go.
+    fetched(object, float, float)
+        The landmark of the outline nearest to (x, y), px of the photo, is called there and in hand;
+        None where none is near.
+    widened(float)
+        The wheel was turned this many notches while a landmark is in hand that others follow.
     hovered(object, float, float)
         The handle under the cursor, or None, and where the cursor is, px of the photo.
     stroke_begun(float, float), stroked(float, float, bool), stroke_ended
@@ -57,6 +64,8 @@ class PhotoCanvas(Viewport):
     grabbed = Signal(object, float, float)
     dragged = Signal(float, float)
     released = Signal()
+    fetched = Signal(object, float, float)
+    widened = Signal(float)
     hovered = Signal(object, float, float)
     stroke_begun = Signal(float, float)
     stroked = Signal(float, float, bool)
@@ -70,7 +79,8 @@ class PhotoCanvas(Viewport):
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(
             tr(
-                "Click a face to select it, drag its points to correct them; arrow keys nudge one. "
+                "Click a face to select it, drag its points to correct them, or click with Ctrl "
+                "where the outline is; arrow keys nudge a point. "
                 "With a tool in hand they move its place, and Enter sets it down and lifts it"
             )
         )
@@ -123,6 +133,19 @@ class PhotoCanvas(Viewport):
     def _shows(self, handle: Handle) -> bool:
         return handle.kind == "corner" or self.shows_points(handle.face)
 
+    def outline_near(self, at: QPointF) -> Handle | None:
+        """Return the landmark of the outline nearest to a point of the viewport, if it is near."""
+        view, here = self.shown, self.to_photo(at)
+        if view.original or view.busy_hands:
+            return None
+        nearest, least = None, np.inf
+        for handle, position in handles(view.state, kinds(view.visible) & {"outline"}):
+            spacing_px = view.state.faces[handle.face].anchor.spacing_px
+            distance = float(np.hypot(*(position - here))) / spacing_px
+            if distance < min(least, NEAR) and view.answers(handle) and self._shows(handle):
+                nearest, least = handle, distance
+        return nearest
+
     def face_at(self, at: QPointF) -> int | None:
         """Return the face that a click on a point of the viewport selects: on number or skin."""
         view, area = self.shown, self.viewport().rect().toRectF()
@@ -161,11 +184,18 @@ class PhotoCanvas(Viewport):
         takes = left and not self._space
         if takes and self.on_knob(at):
             self._wiping = True
+        elif takes and self._fetches(event):
+            self._held = self.outline_near(at)
+            self.fetched.emit(self._held, *self.to_photo(at).tolist())
         elif takes and not self._set_down(at):
             self._clicked = at
         elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
             self.start_pan(at)
         event.accept()
+
+    def _fetches(self, event: QMouseEvent) -> bool:
+        control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        return control and not self.shown.busy_hands
 
     def _set_down(self, at: QPointF) -> bool:
         """Begin a stroke, or take hold of a handle; return whether there was one."""
@@ -245,6 +275,15 @@ class PhotoCanvas(Viewport):
             self.released.emit()
         if painting:
             self.stroke_ended.emit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom; while a landmark is in hand that others follow, change how far they do."""
+        follows = self.shown.following.soft
+        if follows and self._held is not None and self._held.kind == "outline":
+            self.widened.emit(notches(event))
+            event.accept()
+        else:
+            super().wheelEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
         """Name no point any more."""

@@ -174,13 +174,17 @@ class Viewport(pg.GraphicsView):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom at the cursor."""
-        notches = event.angleDelta().y() / _NOTCH
-        self.zoom_to(self.zoom * _ZOOM_PER_NOTCH**notches, event.position())
+        self.zoom_to(self.zoom * _ZOOM_PER_NOTCH ** notches(event), event.position())
         event.accept()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Treat a second click like a first one: two quick drags are two drags."""
         self.mousePressEvent(event)
+
+
+def notches(event: QWheelEvent) -> float:
+    """Return how far a wheel was turned; fine wheels turn by parts of a notch."""
+    return event.angleDelta().y() / _NOTCH
 
 
 class OriginalView(Viewport):

@@ -40,6 +40,7 @@ class Points(Feature):
         super().__init__(context)
         self._held: Handle | None = None
         self._offset: Array = np.zeros(2)
+        self._to: Array | None = None
         self.document.changed.connect(self._follow)
         self.document.opened.connect(self._forget)
         self.document.aborted.connect(self._drop)
@@ -47,6 +48,13 @@ class Points(Feature):
         self.add_actions(
             Spec("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1)),
             Spec("previous-point", tr("Pre&vious point"), "Ctrl+,", tip, lambda: self._walk(-1)),
+            Spec(
+                "fetch-point",
+                tr("Nea&rest point to the mouse"),
+                "R",
+                tr("Move the nearest landmark of the outline to where the mouse is"),
+                self.fetch_to_cursor,
+            ),
             Spec(
                 "abort",
                 tr("&Abort the gesture"),
@@ -63,6 +71,7 @@ class Points(Feature):
         canvas.grabbed.connect(self.grab)
         canvas.dragged.connect(self.drag)
         canvas.released.connect(self.release)
+        canvas.fetched.connect(self.fetch)
         canvas.nudged.connect(self.nudge)
         canvas.nudge_ended.connect(self.document.commit)
         canvas.hovered.connect(self.hover)
@@ -85,17 +94,43 @@ class Points(Feature):
             return
         self._held = handle
         self._offset = handles.position(self.document.committed, handle) - np.array([x, y])
+        self._to = None
         self._select(handle if handle.kind not in ("corner", "body") else None)
         self.took.emit(handle.face)
 
     def drag(self, x: float, y: float) -> None:
         """Move the handle in hand; it stays under the cursor where it was taken."""
         if self._held is not None and self._held.movable:
-            # What lies below the gesture can have got faces that were found meanwhile.
-            before = self.document.committed
-            start = handles.position(before, self._held)
-            to = self._offset + np.array([x, y])
-            self._take(self._held, handles.moved(before, self._held, start, to))
+            self._to = self._offset + np.array([x, y])
+            self._move_held()
+
+    def fetch(self, handle: Handle | None, x: float, y: float) -> None:
+        """Put a landmark at (x, y), px of the photo, and keep it in hand; None is too far away."""
+        if handle is None:
+            self.say(
+                tr(
+                    "No landmark of the selected face is near there. Select the face, show its "
+                    "landmarks, and click with Ctrl closer to its outline."
+                )
+            )
+            return
+        self.grab(handle, x, y)
+        self._offset = np.zeros(2)
+        self.drag(x, y)
+
+    def fetch_to_cursor(self) -> None:
+        """Put the nearest landmark where the mouse is, as a click with Ctrl does."""
+        at = self.view.cursor
+        if self._held is None and at is not None:
+            canvas = self.window.canvas
+            self.fetch(canvas.outline_near(canvas.to_screen(at)), *at.tolist())
+            self.release()
+
+    def follow_anew(self) -> None:
+        """Show what follows the landmark in hand, or would follow, once that is something else."""
+        if self._held is not None and self._to is not None:
+            self._move_held()
+        self.restyled.emit()
 
     def release(self) -> None:
         """Let go: a moved point is one undo step, a centre is chosen."""
@@ -109,7 +144,16 @@ class Points(Feature):
         handle, state = self.view.selected, self.document.state
         if handle is not None and handle.movable:
             at = handles.position(state, handle)
-            self._take(handle, handles.moved(state, handle, at, at + np.array([dx, dy])))
+            to = at + np.array([dx, dy])
+            self._take(handle, handles.moved(state, handle, at, to, self.view.following))
+
+    def _move_held(self) -> None:
+        if self._held is not None and self._to is not None:
+            # What lies below the gesture can have got faces that were found meanwhile.
+            before, held = self.document.committed, self._held
+            start = handles.position(before, held)
+            state = handles.moved(before, held, start, self._to, self.view.following)
+            self._take(held, state)
 
     def _take(self, handle: Handle, moved: State) -> None:
         """Show a handle moved; one drawn far out of the photo stays where it was."""

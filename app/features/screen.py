@@ -123,6 +123,8 @@ class Hints(Feature):
             return tr("Click a face to select it; drag to move the photo")
         if not self.window.canvas.shows_points(view.face or 0):
             return tr("Zoom to the face ({key}) to correct its points", key=self._key("zoom-face"))
+        if view.following.soft:
+            return tr("Drag a point: its neighbours follow, and the wheel says how far")
         return tr("Drag a point to correct it")
 
     def _key(self, name: str) -> str:

@@ -6,6 +6,7 @@ from typing import Final
 
 from ...view_state import ViewState
 from .compare import Divider
+from .following import FollowingBand
 from .listed import LISTED
 from .overlay import Overlay
 from .protection import BrushRing
@@ -13,6 +14,7 @@ from .unlisted import Draft, FaceNumbers, Names, PixelGrid, Placement
 
 _ALWAYS: Final[tuple[type[Overlay], ...]] = (
     PixelGrid,
+    FollowingBand,
     FaceNumbers,
     Draft,
     Placement,

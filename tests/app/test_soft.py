@@ -1,0 +1,253 @@
+"""Hands on the outline: neighbours that follow, both sides at once, a landmark called by click."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from kogao_app.canvas.handles import Handle
+from kogao_app.canvas.overlays.following import FollowingBand
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from scenes import oval_face
+
+from kogao_core.reshape import influence, moved
+
+CHEEK = Handle("outline", 0, 5)
+KEYS = Qt.Key
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+BY = QPoint(-24, 6)
+
+
+def turn_wheel(driver, at, notches):
+    canvas = driver.canvas
+    event = QWheelEvent(
+        QPointF(at),
+        QPointF(canvas.viewport().mapToGlobal(at)),
+        QPoint(),
+        QPoint(0, 120 * notches),
+        Qt.MouseButton.LeftButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+    QApplication.sendEvent(canvas.viewport(), event)
+
+
+def control_click(driver, at):
+    QTest.mouseClick(driver.canvas.viewport(), Qt.MouseButton.LeftButton, CONTROL, at)
+
+
+def outline(driver):
+    return driver.state.faces[0].outline
+
+
+def steps(driver):
+    return driver.editor.document.undo.count()
+
+
+def place(driver, at):
+    """Return where a point of the photo lies on screen."""
+    return driver.canvas.to_screen(np.asarray(at)).toPoint()
+
+
+def test_neighbours_follow_a_dragged_landmark_and_all_is_one_step(opened):
+    before = opened.state.faces[0]
+    opened.key(KEYS.Key_Q)
+    opened.drag(opened.on_screen(CHEEK), BY)
+    opened.settle()
+    by = outline(opened)[5] - before.outline[5]
+    reach_px = opened.editor.view.following.reach * before.anchor.spacing_px
+    followed = influence(before.outline, 5, reach_px)
+    assert np.count_nonzero(followed) > 5
+    np.testing.assert_allclose(outline(opened) - before.outline, followed[:, None] * by, atol=1e-9)
+    assert steps(opened) == 1
+    opened.key(KEYS.Key_Z, CONTROL)
+    np.testing.assert_array_equal(outline(opened), before.outline)
+
+
+def test_switched_off_again_a_landmark_moves_alone_to_the_bit(opened):
+    before = opened.state.faces[0]
+    for _ in range(2):
+        opened.key(KEYS.Key_Q)
+        opened.key(KEYS.Key_Q, SHIFT)
+    opened.drag(opened.on_screen(CHEEK), BY)
+    alone = before.with_outline_point(5, outline(opened)[5])
+    np.testing.assert_array_equal(outline(opened), alone.outline)
+
+
+def test_the_wheel_changes_the_reach_of_a_drag_and_keys_do_between_drags(opened):
+    opened.key(KEYS.Key_Q)
+    at, zoom = opened.on_screen(CHEEK), opened.canvas.zoom
+    opened.press(at)
+    opened.move(at + BY)
+    narrow = outline(opened)
+    turn_wheel(opened, at + BY, 4)
+    wide = outline(opened)
+    assert opened.canvas.zoom == zoom
+    assert opened.editor.view.following.reach > 6.0
+    np.testing.assert_array_equal(wide[5], narrow[5])
+    assert np.abs(wide[10] - narrow[10]).max() > 1.0
+    turn_wheel(opened, at + BY, -4)
+    np.testing.assert_allclose(outline(opened), narrow, atol=1e-9)
+    opened.release(at + BY)
+    assert steps(opened) == 1
+    reach = opened.editor.view.following.reach
+    opened.key(KEYS.Key_BracketRight, CONTROL)
+    assert opened.editor.view.following.reach > reach
+    assert "landmark spacings" in opened.window.status.hint_text
+    turn_wheel(opened, at, 1)
+    assert opened.canvas.zoom > zoom, "with nothing in hand the wheel zooms"
+
+
+def test_without_soft_selection_the_wheel_zooms_during_a_drag(opened):
+    at, zoom = opened.on_screen(CHEEK), opened.canvas.zoom
+    opened.press(at)
+    turn_wheel(opened, at, 1)
+    opened.release(at)
+    assert opened.canvas.zoom > zoom
+
+
+def test_both_sides_move_at_once(opened):
+    before = opened.state.faces[0]
+    opened.key(KEYS.Key_Q, SHIFT)
+    opened.drag(opened.on_screen(CHEEK), BY)
+    by = outline(opened) - before.outline
+    np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-9)
+    assert (np.flatnonzero(by.any(axis=1)) == [5, 15]).all()
+    assert steps(opened) == 1
+
+
+def test_arrow_keys_take_the_neighbours_along(opened):
+    before = opened.state.faces[0]
+    opened.click(opened.on_screen(CHEEK))
+    opened.key(KEYS.Key_Q)
+    QTest.keyClick(opened.canvas, KEYS.Key_Left, SHIFT)
+    reach_px = opened.editor.view.following.reach * before.anchor.spacing_px
+    expected = moved(before, 5, before.outline[5] - (10.0, 0.0), reach_px)
+    np.testing.assert_allclose(outline(opened), expected.outline, atol=1e-9)
+
+
+def test_escape_takes_the_neighbours_back_and_a_wheel_brings_nothing_again(opened):
+    before = opened.state
+    opened.key(KEYS.Key_Q)
+    at = opened.on_screen(CHEEK)
+    opened.press(at)
+    opened.move(at + BY)
+    opened.key(KEYS.Key_Escape)
+    opened.key(KEYS.Key_BracketRight, CONTROL)
+    opened.release(at + BY)
+    assert opened.state is before
+
+
+def test_targets_set_by_hand_and_points_inside_the_face_stay(opened):
+    target = Handle("target", 0, 6)
+    opened.key(KEYS.Key_L)
+    opened.drag(opened.on_screen(target), QPoint(12, -12))
+    opened.key(KEYS.Key_L)
+    before = opened.state.faces[0]
+    opened.key(KEYS.Key_Q)
+    opened.drag(opened.on_screen(CHEEK), BY)
+    after = opened.state.faces[0]
+    assert (after.outline[6] != before.outline[6]).any()
+    np.testing.assert_array_equal(after.targets[6], before.targets[6])
+    np.testing.assert_array_equal(after.eyes, before.eyes)
+
+
+def test_a_click_with_control_calls_the_nearest_landmark(opened):
+    before = opened.state.faces[0]
+    there = place(opened, before.outline[5] + np.array([-30.0, 4.0]))
+    control_click(opened, there)
+    np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there)))
+    assert (np.flatnonzero((outline(opened) != before.outline).any(axis=1)) == [5]).all()
+    assert steps(opened) == 1
+    assert opened.editor.view.selected == CHEEK
+
+
+def test_a_click_with_control_and_a_drag_are_one_step(opened):
+    there = place(opened, outline(opened)[5] + np.array([-30.0, 4.0]))
+    view = opened.canvas.viewport()
+    QTest.mousePress(view, Qt.MouseButton.LeftButton, CONTROL, there)
+    opened.move(there + BY)
+    opened.release(there + BY)
+    np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there + BY)))
+    assert steps(opened) == 1
+
+
+def test_a_key_calls_the_nearest_landmark_to_the_mouse(opened):
+    there = place(opened, outline(opened)[5] + np.array([-30.0, 4.0]))
+    opened.move(there)
+    opened.key(KEYS.Key_R)
+    np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there)))
+    assert steps(opened) == 1
+
+
+def test_far_from_the_outline_nothing_is_called_and_it_is_said(opened):
+    before = opened.state
+    control_click(opened, QPoint(4, 4))
+    assert opened.state is before
+    assert "No landmark of the selected face is near there" in opened.say()
+    assert not opened.canvas.panning
+
+
+def test_only_the_selected_face_is_called(two):
+    there = place(two, two.state.faces[1].outline[5] + np.array([-4.0, 4.0]))
+    control_click(two, there)
+    assert steps(two) == 0, "with no face selected none is meant"
+    two.click(place(two, two.state.faces[1].eye_center))
+    assert two.editor.view.face == 1
+    control_click(two, there)
+    moved_faces = two.state.faces
+    np.testing.assert_allclose(moved_faces[1].outline[5], two.canvas.to_photo(QPointF(there)))
+    assert steps(two) == 1
+
+
+def test_landmarks_that_are_hidden_are_not_called(opened):
+    there = place(opened, outline(opened)[5])
+    opened.key(KEYS.Key_L)
+    control_click(opened, there)
+    assert steps(opened) == 0
+
+
+def test_with_the_brush_control_paints(opened):
+    before = opened.state.faces
+    opened.key(KEYS.Key_B)
+    control_click(opened, place(opened, outline(opened)[5] + np.array([-20.0, 0.0])))
+    assert opened.state.faces == before
+
+
+@pytest.mark.parametrize("index", range(1, 8))
+def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
+    """The source has a cheek wrong: a smooth dent of a tenth of the face's width."""
+    right = oval_face()
+    inwards = (right.eye_center + right.mouth_center) / 2.0 - right.outline[index]
+    dent = 0.1 * right.box[2] * inwards / np.linalg.norm(inwards)
+    dented = moved(right, index, right.outline[index] + dent, 4.0 * right.anchor.spacing_px)
+    source.faces = [dented]
+    driver = start()
+    driver.open(photo)
+    driver.key(KEYS.Key_Q)
+    control_click(driver, place(driver, right.outline[index]))
+    off = np.linalg.norm(outline(driver) - right.outline, axis=1)
+    was = np.linalg.norm(dented.outline - right.outline, axis=1)
+    assert off.max() < 0.25 * was.max()
+    assert steps(driver) == 1
+
+
+def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
+    at = opened.on_screen(CHEEK)
+    band = next(i for i in opened.canvas.scene().items() if isinstance(i, FollowingBand))
+    opened.move(at)
+    assert not band.wanted()
+    opened.key(KEYS.Key_Q)
+    assert band.wanted()
+    plain = opened.canvas.grab().toImage()
+    opened.press(at)
+    opened.move(at + BY)
+    assert band.wanted()
+    turn_wheel(opened, at + BY, 3)
+    assert opened.canvas.grab().toImage() != plain
+    opened.release(at + BY)
+    opened.key(KEYS.Key_O)
+    assert not band.wanted(), "with all overlays hidden"
