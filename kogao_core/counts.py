@@ -74,7 +74,7 @@ def _reached(lattices: Sequence[Lattice], image: Box) -> int:
     cells = [Cells(lattice, lattice.reached) for lattice in lattices]
     # Between neighbouring edges of any lattice all pixels lie in the same cells.
     x, y = (
-        np.unique(np.concatenate([c.edges_px(axis) for c in cells]).clip(start, end))
+        np.sort(np.concatenate([c.edges_px(axis) for c in cells]).clip(start, end))
         for axis, start, end in ((0, image.left, image.right), (1, image.top, image.bottom))
     )
     hit = np.any([c.at(x[:-1], y[:-1]) for c in cells], axis=0)

@@ -394,7 +394,11 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     targets = np.vstack([problem.target_px for problem in problems])
     displacements = np.vstack([problem.displacement_px for problem in problems])
     both = list(zip(problems, supports, strict=True))
-    own_nodes = [np.unique(support.nodes[: problem.movers]) for problem, support in both]
+    # What `np.unique` returns, which loads numpy's masked arrays for it.
+    own_nodes = [
+        np.flatnonzero(np.bincount(support.nodes[: problem.movers].ravel()))
+        for problem, support in both
+    ]
     designs = [s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)]
     effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
     solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)

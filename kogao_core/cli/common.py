@@ -212,6 +212,16 @@ def landmark_source(wanted: str | None) -> LandmarkSource:
         return source(wanted)
 
 
+def loaded_source(wanted: str | None) -> LandmarkSource:
+    """Return the same, with its networks read, for a thread beside the photo's decoding."""
+    from kogao_core.landmarks import MeshSource
+
+    found = landmark_source(wanted)
+    if isinstance(found, MeshSource):
+        found.load()
+    return found
+
+
 def check_networks() -> None:
     """Stop when a network is damaged: every photo of a batch would fail."""
     from kogao_core import landmarks
@@ -231,14 +241,20 @@ def mention_fallback(wanted: str | None) -> None:
         )
 
 
-def find_faces(photo: Photo, landmarks: str | None) -> list[Face]:
-    """Find the faces, largest first, or stop where there is none."""
+def find_faces(
+    photo: Photo, landmarks: str | None, source: Callable[[], LandmarkSource] | None = None
+) -> list[Face]:
+    """Find the faces, largest first, or stop where there is none.
+
+    The source is the one of `landmarks`, or what `source` returns of them.
+    """
     from kogao_core.assets import AssetMissing
     from kogao_core.landmarks import ModelRefused
 
     with stopping(AssetMissing, BROKEN), stopping(ModelRefused, BROKEN):
         try:
-            faces = landmark_source(landmarks).find(photo.pixels)
+            found = landmark_source(landmarks) if source is None else source()
+            faces = found.find(photo.pixels)
         except ValueError as error:  # what `Face` refuses
             raise Stop(
                 f"the landmarks found in {photo.path} are no face: {error}; choose another source "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,10 +48,14 @@ def command(
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
+    from kogao_core.threads import beside
+
     to_json.check(json_file, force)
     to_json.check(mask_file, force)
-    photo = common.read_photo(common.input_path(source, sample), max_megapixels)
-    faces = common.find_faces(photo, landmarks)
+    path = common.input_path(source, sample)
+    with beside(partial(common.loaded_source, landmarks)) as loaded:
+        photo = common.read_photo(path, max_megapixels)
+    faces = common.find_faces(photo, landmarks, loaded)
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
         _write_mask(mask_file, photo, people)

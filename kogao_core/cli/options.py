@@ -138,11 +138,12 @@ def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosu
     Stop
         If the label can't be drawn.
     """
-    from kogao_core.photo import CannotDisclose
     from kogao_core.photo.disclosure import Disclosure
-    from kogao_core.photo.label import check_label
 
     if label is not None:
+        from kogao_core.photo import CannotDisclose
+        from kogao_core.photo.label import check_label
+
         with common.stopping(CannotDisclose, common.USAGE):
             check_label(label, font)
     return Disclosure(record, label or "", font)

@@ -11,7 +11,7 @@ import click
 from kogao_core.cli import common
 
 if TYPE_CHECKING:
-    from kogao_core.face import Face
+    from kogao_core.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -32,13 +32,17 @@ def takes_points(command: _Command) -> _Command:
 
 
 def faces(
-    photo: Photo, file: Path | None, mapping: str | None, landmarks: str | None
+    photo: Photo,
+    file: Path | None,
+    mapping: str | None,
+    landmarks: str | None,
+    source: Callable[[], LandmarkSource] | None,
 ) -> list[Face]:
     """Return the faces of a file of points, or find them where there is none."""
     if file is None:
         if mapping is not None:
             raise common.Stop("--points-map needs --points", common.USAGE)
-        return common.find_faces(photo, landmarks)
+        return common.find_faces(photo, landmarks, source)
     from kogao_core import interchange
     from kogao_core.geometry import Box
     from kogao_core.strict import BadFile

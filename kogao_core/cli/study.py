@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-import webbrowser
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -141,6 +140,8 @@ def rate(folder: Path, no_browser: bool) -> None:
 
 
 def _browse(address: str) -> None:
+    import webbrowser  # takes as long to load as all other commands
+
     if not webbrowser.open(address):
         click.echo("kogao-cli: no browser was found; open the address in one", err=True)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +15,7 @@ from kogao_core.cli import json_file as to_json
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from kogao_core.background import Bends
     from kogao_core.face import Face
@@ -93,7 +95,9 @@ def command(
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT."""
+    from kogao_core.photo import read_ahead
     from kogao_core.sidecar import Applied
+    from kogao_core.threads import beside
 
     if project_file is not None:
         projects.refuse_choices(click.get_current_context())
@@ -104,19 +108,24 @@ def command(
     to_json.check(json_file, force)
     if save_project:
         projects.check_free(path, sample, force)
-    photo = common.read_photo(path, max_megapixels, output)
+    is_searched = project_file is None and points_file is None
+    loading = beside(partial(common.loaded_source, landmarks)) if is_searched else nullcontext()
+    with loading as loaded:
+        photo = common.read_photo(path, max_megapixels, output)
     _check_holds(output, photo)
-    sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
-    found: list[Face] = []
-    if project_file is not None:
-        done = projects.applied(project_file, photo, sha256)
-    else:
-        protection = _protection(photo, lines, width_px, feather_px)
-        found = points.faces(photo, points_file, points_map, landmarks)
-        done = Applied(_chosen(found, which), recipe, protection)
-    rendering = _render(photo, done)
-    note = _write(photo, rendering, done.what, disclosure, output, force)
-    bends = _bends(photo, rendering, done.faces)
+    with beside(lambda: read_ahead(photo, output)) as ahead:
+        sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
+        found: list[Face] = []
+        if project_file is not None:
+            done = projects.applied(project_file, photo, sha256)
+        else:
+            protection = _protection(photo, lines, width_px, feather_px)
+            found = points.faces(photo, points_file, points_map, landmarks, loaded)
+            done = Applied(_chosen(found, which), recipe, protection)
+        rendering = _render(photo, done)
+        with beside(lambda: _measured(photo, rendering, done.faces)) as measured:
+            note = _write(photo, rendering, done.what, disclosure, output, force, ahead)
+    bends = measured()
     notes = list(filter(None, [done.note, note, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
@@ -160,10 +169,12 @@ def _render(photo: Photo, done: Applied) -> Rendering:
     return render(photo.pixels, done.faces, done.recipe, protection=done.protection)
 
 
-def _bends(photo: Photo, rendering: Rendering, faces: Sequence[Face]) -> Bends:
+def _measured(photo: Photo, rendering: Rendering, faces: Sequence[Face]) -> Bends:
+    """Measure what the summary tells."""
     from kogao_core.background import measure
     from kogao_core.person import PersonFinder
 
+    _ = rendering.pixel_counts, rendering.residual, rendering.one_to_one  # kept there
     return measure(photo.pixels, rendering, faces, PersonFinder())
 
 
@@ -187,6 +198,7 @@ def _write(
     disclosure: Disclosure,
     output: Path,
     force: bool,
+    ahead: Callable[[], object],
 ) -> str:
     from kogao_core.photo import CannotWrite, RefusedOutput, write
     from kogao_core.photo.disclosure import disclose, undisclosed
@@ -197,5 +209,5 @@ def _write(
         common.stopping(RefusedOutput, common.USAGE),
     ):
         photo, pixels = disclose(photo, rendering.pixels, disclosure, what=what)
-        note = write(photo, pixels, output, force=force)
+        note = write(photo, pixels, output, force=force, ahead=ahead)
     return "; ".join(filter(None, [note, left_out]))

@@ -106,6 +106,11 @@ class MeshNetwork:
     def __init__(self, weights: Path) -> None:
         self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
 
+    def load(self) -> None:
+        """Read the weights now rather than at the first look."""
+        with self._nets.one():
+            pass
+
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
         """Return the mesh of the face in a box, None when it collapses, and the crop it is from.
 
@@ -185,6 +190,22 @@ class MeshSource:
     @cached_property
     def _network(self) -> MeshNetwork:
         return MeshNetwork(locked.network(locked.MESH))
+
+    def load(self) -> None:
+        """Read the weights now rather than at the first search.
+
+        Raises
+        ------
+        AssetMissing
+            If the networks aren't in this installation.
+        ModelRefused
+            If they are damaged.
+        """
+        with self._lock:
+            self._detector.load()
+            self._network.load()
+            if self._refined:
+                _ = self._edges
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, largest first.

@@ -12,8 +12,6 @@ from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.landmarks import locked
-from kogao_core.landmarks.aam import AamSource
-from kogao_core.landmarks.facemark import FacemarkSource
 from kogao_core.landmarks.mesh import MeshSource
 
 _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
@@ -62,10 +60,16 @@ class Choice:
     measured: Measured | None = None
 
 
+def _aam() -> LandmarkSource:
+    from kogao_core.landmarks.aam import AamSource  # most searches need none
+
+    return AamSource()
+
+
 # The first that is complete here is what is used unless another is asked for.
 CHOICES: Final = (
     Choice("mesh", "mesh", MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
-    Choice("aam", "AAM", AamSource, False, Measured(1.7, 3.5, typical_ms=65.0)),
+    Choice("aam", "AAM", _aam, False, Measured(1.7, 3.5, typical_ms=65.0)),
 )
 
 
@@ -102,6 +106,8 @@ def source(wanted: str | None = None) -> LandmarkSource:
     for choice in CHOICES:
         if choice.name == wanted:
             return choice.make()
+    from kogao_core.landmarks.facemark import FacemarkSource
+
     return FacemarkSource(Path(wanted))
 
 

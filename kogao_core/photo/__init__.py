@@ -4,7 +4,7 @@ from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, 
 from kogao_core.photo.formats import FORMATS, READABLE, Format
 from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
-from kogao_core.photo.writing import bits_of, check_holds, check_output, write
+from kogao_core.photo.writing import bits_of, check_holds, check_output, read_ahead, write
 
 __all__ = [
     "FORMATS",
@@ -20,5 +20,6 @@ __all__ = [
     "check_holds",
     "check_output",
     "read",
+    "read_ahead",
     "write",
 ]

@@ -28,6 +28,22 @@ class CannotKeepBlocks(Exception):
     """The source's blocks don't fit the new file; the message says why."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Blocks:
+    """The blocks of a JPEG file, to be kept once.
+
+    Parameters
+    ----------
+    whole : Coefficients
+        Of the file; `keep_blocks` changes them.
+    damage : tuple of str
+        The decoder's complaints about damaged data.
+    """
+
+    whole: Coefficients
+    damage: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, slots=True)
 class Kept:
     """A JPEG file with the source's coefficients wherever no pixel changed.
@@ -47,15 +63,38 @@ class Kept:
     damage: tuple[str, ...] = ()
 
 
+def read_blocks(source: Path, folder: Path) -> Blocks:
+    """Read the blocks of a JPEG file; Python's lock is given up meanwhile.
+
+    Parameters
+    ----------
+    source : Path
+        The file.
+    folder : Path
+        Where a file may be laid aside for a moment.
+
+    Raises
+    ------
+    CannotKeepBlocks
+        If they can't be read.
+    """
+    with aside(folder) as place, hushed() as complaints:
+        try:
+            whole = coefficients.read(source.read_bytes(), place)
+        except UnreadableCoefficients as error:
+            raise CannotKeepBlocks(str(error)) from error
+    return Blocks(whole, tuple(complaints))
+
+
 def keep_blocks(
-    source: Path, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
+    blocks: Blocks, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
 ) -> Kept:
     """Encode what lies around changed pixels, and put it among a source's coefficients.
 
     Parameters
     ----------
-    source : Path
-        The JPEG file, with upright pixels.
+    blocks : Blocks
+        Those of the source, whose pixels are upright.
     before, after : arrays of shape (H, W) or (H, W, C), uint8
         Its pixels and the new ones.
     encode : callable
@@ -74,29 +113,36 @@ def keep_blocks(
     CannotKeepBlocks
         If tables, subsampling, colours or size differ from the source's.
     """
+    whole = blocks.whole
+    if (whole.frame.height, whole.frame.width) != before.shape[:2]:
+        raise CannotKeepBlocks("its size has changed")
+    changed = _changed_units(before, after, whole.frame.unit_px)
+    box = _around(changed)
     with aside(folder) as place, hushed() as complaints:
+        encoded = encode(_pixels(box, whole))
         try:
-            whole = coefficients.read(source.read_bytes(), place)
-            if (whole.frame.height, whole.frame.width) != before.shape[:2]:
-                raise CannotKeepBlocks("its size has changed")
-            changed = _changed_units(before, after, whole.frame.unit_px)
-            box = _around(changed)
-            encoded = encode(_pixels(box, whole))
             part = coefficients.read(encoded, place)
         except UnreadableCoefficients as error:
             raise CannotKeepBlocks(str(error)) from error
         _check_alike(whole, part)
-        for into, blocks, (down, along) in zip(
-            whole.planes, part.planes, whole.frame.factors, strict=True
-        ):
-            at = Box(box.left * along, box.top * down, box.right * along, box.bottom * down)
-            units = changed[box.slices].repeat(down, axis=0).repeat(along, axis=1)
-            # Components end where the picture does, not with the last unit.
-            mask = units[: blocks.shape[0], : blocks.shape[1]]
-            into[at.slices][mask] = blocks[mask]
+        _put(part, whole, box, changed)
         merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
+        del part  # writing takes the most memory of all
         data = _with_headers_of(encoded, coefficients.write(merged, place))
-    return Kept(data, 1.0 - float(changed.mean()), tuple(complaints))
+    damage = tuple(dict.fromkeys((*blocks.damage, *complaints)))
+    return Kept(data, 1.0 - float(changed.mean()), damage)
+
+
+def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> None:
+    """Put the blocks of the units that changed into the whole; `part` are those of a box."""
+    for into, fresh, (down, along) in zip(
+        whole.planes, part.planes, whole.frame.factors, strict=True
+    ):
+        at = Box(box.left * along, box.top * down, box.right * along, box.bottom * down)
+        units = changed[box.slices].repeat(down, axis=0).repeat(along, axis=1)
+        # Components end where the picture does, not with the last unit.
+        mask = units[: fresh.shape[0], : fresh.shape[1]]
+        into[at.slices][mask] = fresh[mask]
 
 
 def _around(changed: Mask) -> Box:
@@ -129,11 +175,13 @@ def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mas
     height, width = before.shape[:2]
     high, wide = unit_px
     changed = np.zeros((-(-height // high), -(-width // wide)), bool)
+    rows = [pixels.reshape(height, -1) for pixels in (before, after)]
+    values = wide * rows[0].shape[1] // width  # of a row of a unit
     for row, top in enumerate(range(0, height, high)):
-        old, new = (pixels[top : top + high] for pixels in (before, after))
-        if not np.array_equal(old, new):  # most rows of units are far from any face
-            differs = (old != new).reshape(len(old), width, -1).any(axis=(0, 2))
-            changed[row, np.flatnonzero(differs) // wide] = True
+        old, new = (pixels[top : top + high] for pixels in rows)
+        # Whole rows at once: ten times as fast as asking for any difference pixel by pixel.
+        differs = np.bitwise_or.reduce(np.bitwise_xor(old, new), axis=0)
+        changed[row, np.flatnonzero(differs) // values] = True
     return changed
 
 

@@ -11,6 +11,7 @@ from PIL import ImageCms
 
 from kogao_core.geometry import Image
 
+_ROWS: Final = 64
 _PLAIN: Final = ("L", "LA", "RGB", "RGBA")
 # The palette, transparency and premultiplied modes lose nothing here.
 _WIDER: Final = {"1": "L", "P": "RGB", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
@@ -26,14 +27,28 @@ def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]
     """
     profile = image.info.get("icc_profile") or None
     if image.mode in _PLAIN or image.mode in _WIDER:
-        return np.array(_plain(image)), profile, ()
+        return _pixels(_plain(image)), profile, ()
     note = f"converted from {image.mode} to RGB"
     if image.mode == "CMYK" and profile:
         try:
             return *_managed(image, profile), (f"{note} by its colour profile",)
         except (ImageCms.PyCMSError, OSError):
             pass
-    return np.array(image.convert("RGB")), None, (f"{note} without a colour profile",)
+    return _pixels(image.convert("RGB")), None, (f"{note} without a colour profile",)
+
+
+def _pixels(image: Pillow.Image) -> Image:
+    """Return a picture's pixels; some rows at a time, which stay within the processor's cache.
+
+    All at once they are laid out three times in fresh memory, which takes four times as long.
+    """
+    channels = len(image.getbands())
+    shape = (image.height, image.width, channels)[: 2 if channels == 1 else 3]
+    pixels = np.empty(shape, np.uint8)
+    for top in range(0, image.height, _ROWS):
+        bottom = min(image.height, top + _ROWS)
+        pixels[top:bottom] = np.asarray(image.crop((0, top, image.width, bottom)))
+    return pixels
 
 
 def _plain(image: Pillow.Image) -> Pillow.Image:
@@ -48,4 +63,4 @@ def _managed(image: Pillow.Image, profile: bytes) -> tuple[Image, bytes]:
     converted = ImageCms.profileToProfile(image, source, srgb, outputMode="RGB")
     if converted is None:
         raise ImageCms.PyCMSError("no picture came back")
-    return np.array(converted), srgb.tobytes()
+    return _pixels(converted), srgb.tobytes()

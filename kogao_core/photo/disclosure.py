@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from kogao_core.geometry import Image
-from kogao_core.photo import edit_record
-from kogao_core.photo.label import draw_label
 from kogao_core.photo.model import Photo, is_same
 
 
@@ -82,8 +80,12 @@ def disclose(
     if not disclosure.is_wanted or is_same(photo.pixels, pixels):
         return photo, pixels
     if disclosure.label:
+        from kogao_core.photo.label import draw_label
+
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
     if disclosure.record:
+        from kogao_core.photo import edit_record  # takes as long to load as all of OpenCV
+
         xmp = edit_record.added(photo.xmp, what, when or datetime.now(UTC))
         photo = dataclasses.replace(photo, xmp=xmp)
     return photo, pixels

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -20,7 +21,14 @@ from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo, is_same
 
 
-def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: bool = False) -> str:
+def write(
+    photo: Photo,
+    pixels: Image,
+    path: str | os.PathLike[str],
+    *,
+    force: bool = False,
+    ahead: Callable[[], object] | None = None,
+) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
     The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP,
@@ -38,6 +46,9 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff`` or ``.webp``.
     force : bool
         Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
+    ahead : callable, optional
+        Returns, once, what `read_ahead` returned for the same photo and path, where that was
+        called while the new pixels were in the making.
 
     Returns
     -------
@@ -77,7 +88,8 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         else:
             encode = partial(_encoded, photo, pixels, path, form)
             keep = formats.BY_NAME[form].keep if form == photo.format else None
-            data, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
+            ahead = ahead or partial(read_ahead, photo, path)
+            data, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
             note = _worth_knowing(photo, pixels, form, kept)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
             note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
@@ -89,6 +101,36 @@ def write(photo: Photo, pixels: Image, path: str | os.PathLike[str], *, force: b
         too_long = error.errno == errno.ENAMETOOLONG
         remedy = "choose a shorter name" if too_long else "choose another folder or make room"
         raise CannotWrite(f"{path} can't be written ({reason}); {remedy}") from error
+
+
+def read_ahead(photo: Photo, path: str | os.PathLike[str]) -> object:
+    """Read what `write` will need of the photo's own file, which takes as long as decoding it.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo as it was read.
+    path : path
+        Where it will be written; its ending is known and its folder there, see `check_output`.
+
+    Returns
+    -------
+    object
+        For one call of `write`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.photo import read_ahead
+    >>> photo = kogao.read(kogao.sample())
+    >>> known = read_ahead(photo, "small.jpg")
+    >>> pixels = photo.pixels // 2
+    >>> kogao.write(photo, pixels, "small.jpg", ahead=lambda: known)
+    "0.0 % of the JPEG's blocks are the source's own"
+    """
+    path = Path(path)
+    form = formats.BY_NAME[FORMATS[path.suffix.lower()]]
+    return None if form.ahead is None or form.name != photo.format else form.ahead(photo, path)
 
 
 def _backed_up(path: Path) -> Path:

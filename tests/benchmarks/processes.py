@@ -41,6 +41,7 @@ def run(*command: object) -> Cost:
     """Run a command to its end and return what it took; end with what it said if it fails."""
     words = [sys.executable, "-S", __file__, *map(str, command)]
     environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONPATH": TESTS}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # installed programs are compiled already
     done = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
     if done.returncode:
         sys.exit(f"{' '.join(words[3:])} ended with {done.returncode}:\n{done.stderr}")

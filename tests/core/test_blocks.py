@@ -1,5 +1,6 @@
 """Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
 
+import dataclasses
 import io
 
 import cv2
@@ -11,7 +12,7 @@ from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import coefficients
-from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks, read_blocks
 from kogao_core.photo.encoding import encode
 
 SIZES = [(317, 203), (320, 208), (33, 17)]
@@ -196,10 +197,34 @@ def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, r
             return out.getvalue()
 
     with pytest.raises(CannotKeepBlocks, match=reason):
-        keep_blocks(path, picture, 255 - picture, other, tmp_path)
+        keep_blocks(read_blocks(path, tmp_path), picture, 255 - picture, other, tmp_path)
     (tmp_path / "text.jpg").write_text("no JPEG at all")
     with pytest.raises(CannotKeepBlocks, match="read"):
-        keep_blocks(tmp_path / "text.jpg", picture, 255 - picture, other, tmp_path)
+        read_blocks(tmp_path / "text.jpg", tmp_path)
+
+
+def test_what_was_read_ahead_is_read_once_and_makes_the_same_file(tmp_path, monkeypatch):
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120)))
+    at_once, ahead = tmp_path / "at_once.jpg", tmp_path / "ahead.jpg"
+    note = photo.write(source, edited(source), at_once)
+    known = photo.read_ahead(source, ahead)
+    with monkeypatch.context() as patched:
+        patched.setattr("kogao_core.photo.blocks.read_blocks", None)
+        assert photo.write(source, edited(source), ahead, ahead=lambda: known) == note
+    assert ahead.read_bytes() == at_once.read_bytes()
+    # What changed meanwhile is not what was read.
+    jpeg_file(source.path, textured_photo(160, 120, seed=2))
+    assert "has changed" in photo.write(
+        source, edited(source), ahead, force=True, ahead=lambda: known
+    )
+
+
+def test_nothing_is_read_ahead_of_what_keeps_no_block(tmp_path):
+    picture = textured_photo(160, 120)
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", picture))
+    assert photo.read_ahead(source, tmp_path / "out.png") is None
+    turned = dataclasses.replace(source, orientation=6)
+    assert photo.read_ahead(turned, tmp_path / "out.jpg") is None
 
 
 @pytest.mark.parametrize("rare", [cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411,

@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from kogao_core import threads
-from kogao_core.threads import Spares, share_in_order, share_out
+from kogao_core.threads import Spares, beside, share_in_order, share_out
 
 PATIENCE_S = 20.0
 
@@ -85,3 +85,38 @@ def test_nobody_shares_what_is_lent():
         assert first is not second
     with spares.one() as again:
         assert again in (first, second)
+
+
+def test_what_runs_beside_a_block_runs_while_it_does(gate):
+    started = threading.Event()
+
+    def work():
+        started.set()
+        return gate.wait(PATIENCE_S)
+
+    with beside(work) as result:
+        assert started.wait(PATIENCE_S)
+        gate.set()
+    assert result() is True
+
+
+def test_what_was_raised_beside_is_heard_by_whoever_asks():
+    def work():
+        raise MemoryError("too much")
+
+    with beside(work) as result, pytest.raises(MemoryError, match="too much"):
+        result()
+    with beside(work):
+        pass
+    with pytest.raises(KeyboardInterrupt), beside(work):
+        raise KeyboardInterrupt
+
+
+def test_nothing_is_at_work_any_more_after_a_block_that_fails(gate):
+    block = beside(lambda: gate.wait(PATIENCE_S))
+    result = block.__enter__()
+    gate.set()
+    assert not block.__exit__(ValueError, ValueError("mine"), None)
+    assert result() is True
+    names = [thread.name for thread in threading.enumerate()]
+    assert not any(name.startswith("kogao-beside") for name in names)

@@ -446,6 +446,18 @@ def test_an_error_of_our_own_is_one_line_with_its_own_code(fails, marked, tmp_pa
     fails(3, "/some/where: Permission denied", *command)
 
 
+@pytest.mark.parametrize(
+    "work", ["kogao_core.landmarks.MeshSource.load", "kogao_core.photo.blocks.read_blocks"]
+)
+def test_so_is_one_in_what_runs_beside_other_work(fails, portrait, tmp_path, monkeypatch, work):
+    def raising(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(work, raising)
+    words = "doesn't fit into memory; close"
+    fails(70, words, "warp", portrait, "-o", tmp_path / "out.jpg", "--landmarks", "mesh")
+
+
 def test_the_traceback_is_shown_on_request(cli, marked, tmp_path, breaks, monkeypatch):
     monkeypatch.setenv("KOGAO_DEBUG", "1")
     breaks(KeyError("strange"))
@@ -661,6 +673,24 @@ def test_a_whole_warp_loads_no_qt(portrait, tmp_path):
         )  # fmt: skip
         assert re.fullmatch(r"[01] set\(\)", done.stdout.splitlines()[-1]), done.stdout
         assert done.stderr == ""
+
+
+def test_a_warp_loads_only_what_it_uses(portrait, tmp_path):
+    unused = {
+        *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
+        *("PIL.ImageDraw", "kogao_core.landmarks.aam", "kogao_core.photo.edit_record"),
+        *("kogao_core.experiments", "kogao_core.batch"),
+    }
+    program = (
+        "import sys; from kogao_core.cli import main\n"
+        "try: main()\n"
+        f"finally: print(sorted({unused} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, "warp", str(portrait), "-o", str(tmp_path / "out.jpg")],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_help_loads_neither_numpy_nor_opencv():

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
 
 Encode = Callable[[Box | None], bytes]
+Ahead = Callable[[], Any]
 Fate = Literal["kept", "moved", "left out"]
 
 
@@ -146,8 +147,12 @@ class FileFormat:
         Given a photo; says what of its metadata is too damaged for this format, or nothing.
     keep : callable, optional
         Given a photo of this format, new pixels, what encodes a part of them (a `Box`, or None for
-        all) and where the file goes; returns a file with as much of the photo's own as may stay,
-        and what that is in words. None, where all is encoded anew.
+        all), where the file goes and what returns what `ahead` returned; returns a file with as
+        much of the photo's own as may stay, and what that is in words. None, where all is encoded
+        anew.
+    ahead : callable, optional
+        Given a photo of this format and where a file goes; reads what `keep` needs of the photo's
+        own file. It doesn't depend on the new pixels, so it can be done before there are any.
     """
 
     name: SourceFormat
@@ -164,11 +169,14 @@ class FileFormat:
     behind: Callable[[bytes], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_lacks
-    keep: Callable[[Photo, Image, Encode, Path], tuple[bytes, str]] | None = None
+    keep: Callable[[Photo, Image, Encode, Path, Ahead], tuple[bytes, str]] | None = None
+    ahead: Callable[[Photo, Path], Any] | None = None
 
     def __post_init__(self) -> None:
         if bool(self.layouts) != (self.encode is not None):
             raise TypeError(f"{self.name} needs both an encoder and the layouts it writes")
+        if (self.keep is None) != (self.ahead is None):
+            raise TypeError(f"{self.name} needs both what reads ahead and what keeps that")
 
     def holds_alpha(self, depth: str) -> bool:
         """Tell whether transparency can be written beside channels of that type."""

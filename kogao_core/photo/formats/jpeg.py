@@ -7,15 +7,18 @@ import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
 
 from kogao_core.geometry import Image
 from kogao_core.photo import jpeg_extras, kinds, segments, trailers
-from kogao_core.photo.formats.base import Content, Encode, FileFormat
+from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
+
+if TYPE_CHECKING:
+    from kogao_core.photo.blocks import Blocks
 
 QUALITY: Final = 95
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
@@ -64,30 +67,45 @@ def _behind(data: bytes) -> Iterator[Extra]:
     yield from trailers.found(data, end)
 
 
-def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[bytes, str]:
+def _ahead(photo: Photo, path: Path) -> Blocks | None:
+    """Read the blocks of a photo that may keep some."""
+    from kogao_core.photo.blocks import read_blocks
+
+    return None if _why_none_stays(photo) else read_blocks(photo.path, _folder(path))
+
+
+def _why_none_stays(photo: Photo) -> str:
+    if photo.orientation != 1:
+        return "the photo was turned upright"
+    if photo.jpeg is None:
+        return "its colours were converted to RGB"
+    return "" if photo.jpeg.tables else "it was lossless"
+
+
+def _folder(path: Path) -> Path:
+    return Path(os.path.realpath(path)).parent
+
+
+def _keep(
+    photo: Photo, pixels: Image, encode: Encode, path: Path, ahead: Ahead
+) -> tuple[bytes, str]:
     """Keep every block in which no pixel changed."""
     from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
 
-    reason = ""
-    if photo.orientation != 1:
-        reason = "the photo was turned upright"
-    elif photo.jpeg is None:
-        reason = "its colours were converted to RGB"
-    elif not photo.jpeg.tables:
-        reason = "it was lossless"
-    elif pixels.shape != photo.pixels.shape:
+    reason = _why_none_stays(photo)
+    if not reason and pixels.shape != photo.pixels.shape:
         reason = "its size or its colours have changed"
-    elif not photo.is_as_read:
+    if not reason and not photo.is_as_read:
         reason = f"{photo.path} has changed since it was read"
-    else:
+    if not reason:
         try:
-            folder = Path(os.path.realpath(path)).parent
-            kept = keep_blocks(photo.path, photo.pixels, pixels, encode, folder)
+            kept = keep_blocks(ahead(), photo.pixels, pixels, encode, _folder(path))
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
             note = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
-            more = ", in one scan instead of progressive ones" if photo.jpeg.progressive else ""
+            is_progressive = photo.jpeg is not None and photo.jpeg.progressive
+            more = ", in one scan instead of progressive ones" if is_progressive else ""
             damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
             return kept.data, note + more + damage
     return encode(None), f"every block of the JPEG was compressed again: {reason}"
@@ -112,4 +130,5 @@ JPEG: Final = FileFormat(
     inside=_inside,
     behind=_behind,
     keep=_keep,
+    ahead=_ahead,
 )
