@@ -116,18 +116,21 @@ def right_click(widget, at, reason=QContextMenuEvent.Reason.Mouse):
     QApplication.sendEvent(widget, QContextMenuEvent(reason, at, widget.mapToGlobal(at)))
 
 
-def test_keys_say_which_faces_are_on_each_in_one_step(three):
+@pytest.mark.parametrize("where", ["photo", "list"])
+def test_keys_say_which_faces_are_on_each_in_one_step(three, where):
     select(three, 1)
     told = []
-    for key in (
+    widget = three.panel("faces").list if where == "list" else three.canvas
+    widget.setFocus()
+    for key, held in (
         (KEYS.Key_I, SHIFT),
         (KEYS.Key_I, CONTROL),
-        (KEYS.Key_I,),
-        (KEYS.Key_A, CONTROL, SHIFT),
-        (KEYS.Key_A, CONTROL, SHIFT),
+        (KEYS.Key_I, Qt.KeyboardModifier.NoModifier),
+        (KEYS.Key_A, CONTROL | SHIFT),
+        (KEYS.Key_A, CONTROL | SHIFT),
         (KEYS.Key_A, CONTROL),
     ):
-        three.key(*key)
+        QTest.keyClick(widget, key, held)
         told.append(set(three.state.off))
     assert told == [{0, 2}, {1}, set(), {0, 1, 2}, {0, 1, 2}, set()]
     assert three.editor.document.undo.count() == 5
