@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain
 from math import isfinite
 from pathlib import Path
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
     from kogao_core.face import LandmarkSource
+    from kogao_core.photo import Photo
 
     from .faults import Faults
     from .storage import Storage
@@ -49,6 +51,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     options = _parser().parse_args(argv)
     if options.screenshot is not None and options.photo is None:
         options.sample = True
+    ahead = None if options.photo is None else _read_ahead(options.photo)
     # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
     from PySide6.QtCore import QTemporaryDir
     from PySide6.QtWidgets import QApplication
@@ -64,7 +67,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
     faults = Faults(storage.log)
     with faults.heard():
-        return _edit(app, options, source, storage, faults)
+        return _edit(app, options, source, storage, faults, ahead)
 
 
 def _edit(
@@ -73,6 +76,7 @@ def _edit(
     source: LandmarkSource | None,
     storage: Storage,
     faults: Faults,
+    ahead: Future[Photo] | None,
 ) -> int:
     from PySide6.QtCore import Qt
 
@@ -90,10 +94,10 @@ def _edit(
     report = editor.admit if shot is None else shot.admit
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
-    if options.photo is not None and shot is None:
+    if options.photo is not None and options.photo.is_dir() and shot is None:
         editor.strip.show_places([options.photo])
     elif options.photo is not None:
-        editor.files.open(options.photo)
+        editor.files.open(options.photo, ahead)
     elif options.sample:
         editor.files.open_sample()
     elif options.rate is not None:
@@ -103,6 +107,17 @@ def _edit(
     editor.recovery.look()
     code = app.exec()
     return code if shot is None else shot.finish()
+
+
+def _read_ahead(path: Path) -> Future[Photo]:
+    """Begin to read a photo while Qt and the views are loaded, which takes as long."""
+    # Here, not in the thread: the window needs the same modules.
+    from kogao_core.photo import read
+
+    pool = ThreadPoolExecutor(1, thread_name_prefix="ahead")
+    photo = pool.submit(read, path.absolute())
+    pool.shutdown(wait=False)
+    return photo
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -29,6 +29,14 @@ def test_a_picture_of_the_window_with_all_overlays(source, photo, shot):
         assert (abs(picture.astype(int) - colour).max(axis=2) < 24).any()
 
 
+def test_a_photo_that_is_named_is_read_ahead_of_the_window_and_only_once(
+    source, photo, shot, monkeypatch
+):
+    monkeypatch.setattr("kogao_app.features.files.opening.read", fail)
+    assert run(source, photo, "--screenshot", shot) == 0
+    assert shot.is_file()
+
+
 def test_a_picture_shows_what_is_asked_for(source, photo, tmp_path):
     shots = {}
     for name in ("landmarks", "heat", "wipe,loupe", "difference", "brush"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -82,11 +83,19 @@ class Files(Feature):
         path = self.document.path
         return None if path is None or is_sample(path) else path.parent
 
-    def open(self, path: Path) -> None:
-        """Open a photo or a project once unsaved changes are dealt with."""
+    def open(self, path: Path, ahead: Future[Photo] | None = None) -> None:
+        """Open a photo or a project once unsaved changes are dealt with.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        ahead : Future, optional
+            The photo itself, if it is being read already.
+        """
         # Recent files and recovery outlive the folder that this program was started in.
         path = path.absolute()
-        self._saver.guard(lambda: self.read(path))
+        self._saver.guard(lambda: self.read(path, ahead=ahead))
 
     def open_sample(self) -> bool:
         """Open the portrait that travels with the program; return whether it is there."""
@@ -98,14 +107,21 @@ class Files(Feature):
         self.open(path)
         return True
 
-    def read(self, path: Path, work: EarlierWork | None = None, *, afresh: bool = False) -> None:
+    def read(
+        self,
+        path: Path,
+        work: EarlierWork | None = None,
+        *,
+        afresh: bool = False,
+        ahead: Future[Photo] | None = None,
+    ) -> None:
         """Read a photo without a question, see `open_photo`, or look for faces in it."""
         self.window.bar.clear()
         self.began.emit()
         self._reading.drop()
         self._left = self.document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
-        self._reading.submit(lambda: open_photo(path, work, afresh))
+        self._reading.submit(lambda: open_photo(path, work, afresh, ahead))
 
     def welcome(self) -> None:
         """Open the sample and say what to try."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,7 +58,12 @@ def is_sample(path: Path) -> bool:
         return False
 
 
-def open_photo(path: Path, work: EarlierWork | None = None, afresh: bool = False) -> Opened:
+def open_photo(
+    path: Path,
+    work: EarlierWork | None = None,
+    afresh: bool = False,
+    ahead: Future[Photo] | None = None,
+) -> Opened:
     """Read a photo, with its levels and what to go on with.
 
     Parameters
@@ -68,6 +74,8 @@ def open_photo(path: Path, work: EarlierWork | None = None, afresh: bool = False
         What to go on with; what the project beside the photo holds when absent.
     afresh : bool
         Leave that project alone.
+    ahead : Future, optional
+        The photo at `path`, if it is being read already; of no use for a project.
 
     Raises
     ------
@@ -80,8 +88,8 @@ def open_photo(path: Path, work: EarlierWork | None = None, afresh: bool = False
         work, found = photo_of(path)
         if found is None:
             raise PhotoNotBeside(work, path)
-        path = found
-    photo = read(path)
+        path, ahead = found, None
+    photo = read(path) if ahead is None else ahead.result()
     pyramid = PicturePyramid(rgb8(photo.pixels), screen_colours(photo).show)
     try:
         work = work or (None if afresh else beside(photo))
