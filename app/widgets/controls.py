@@ -12,6 +12,8 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QSlider,
+    QStyle,
+    QStyleOptionSlider,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -76,10 +78,29 @@ class GestureSlider(QSlider):
         self._aborted = self.isSliderDown()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a gesture."""
+        """Begin a gesture; a press beside the handle brings it there, to be dragged on."""
         self._rest.stop()
         self._aborted = self._dragged = False
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._jump(event.position().x())
         super().mousePressEvent(event)
+
+    def _jump(self, x: float) -> None:
+        option = QStyleOptionSlider()
+        self.initStyleOption(option)
+        groove, handle = (
+            self.style().subControlRect(QStyle.ComplexControl.CC_Slider, option, part, self)
+            for part in (QStyle.SubControl.SC_SliderGroove, QStyle.SubControl.SC_SliderHandle)
+        )
+        if handle.left() <= x <= handle.right():
+            return
+        # The style's rectangles are mirrored where the text runs from right to left.
+        place = round(x - groove.left() - handle.width() / 2)
+        room = groove.width() - handle.width()
+        value = QStyle.sliderValueFromPosition(
+            self.minimum(), self.maximum(), place, room, option.upsideDown
+        )
+        self.setValue(value)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the mouse unless the gesture was aborted."""

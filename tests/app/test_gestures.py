@@ -291,3 +291,23 @@ def test_a_double_click_on_what_is_the_default_changes_nothing(opened):
     assert not any(timer.isActive() for timer in handle.findChildren(QTimer)), "nothing is to come"
     opened.settle()
     assert opened.editor.document.undo.count() == 0
+
+
+def test_a_press_in_the_groove_brings_the_handle_there_to_be_dragged_on(opened):
+    handle = slider(opened)
+    x, y = round(0.8 * handle.width()), handle.height() // 2
+    QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=QPoint(x, y))
+    assert opened.state.recipe.percent == pytest.approx(0.8 * 15.0, abs=0.4)
+    QTest.mouseMove(handle, QPoint(x - 40, y))
+    assert opened.state.recipe.percent < 0.8 * 15.0 - 1.0
+    QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=QPoint(x - 40, y))
+    assert opened.editor.document.undo.count() == 1
+
+
+def test_a_press_on_the_handle_moves_nothing(opened):
+    handle = slider(opened)
+    x = 6 + QStyle.sliderPositionFromValue(0, 150, handle.value(), handle.width() - 12)
+    for beside in (-4, 0, 4):
+        QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
+        QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
+    assert opened.state.recipe.percent == 4.0
