@@ -184,7 +184,7 @@ class Document(QObject):
         self._state = self._committed = self._base = State()
         self._saved = self._begun = self._base.work
         self._savings: list[Saving] = []
-        self._text = ""
+        self._text = self._change = ""
 
     @property
     def state(self) -> State:
@@ -270,21 +270,32 @@ class Document(QObject):
             self._saved = {**self._saved, **saving.work}
         self.marked.emit()
 
-    def preview(self, state: State, text: str) -> None:
-        """Show a state while a gesture lasts; `text` says what it does, and another is another."""
+    def preview(self, state: State, text: str, change: str = "") -> None:
+        """Show a state while a gesture lasts.
+
+        Parameters
+        ----------
+        state : State
+            What to show.
+        text : str
+            What the gesture does; another text is another gesture.
+        change : str
+            From which value to which, so far: it stands behind the text in the history.
+        """
         if text != self._text:
             self.commit()
-        self._text, self._state = text, state
+        self._text, self._change, self._state = text, change, state
         self.changed.emit()
 
     def commit(self) -> None:
         """End the gesture: what is shown becomes one undo step."""
         if self.in_gesture:
-            self.undo.push(ReplaceState(self.restore, self._committed, self._state, self._text))
+            text = f"{self._text} {self._change}".rstrip()
+            self.undo.push(ReplaceState(self.restore, self._committed, self._state, text))
 
-    def step(self, state: State, text: str) -> None:
-        """Make a state the next undo step."""
-        self.preview(state, text)
+    def step(self, state: State, text: str, change: str = "") -> None:
+        """Make a state the next undo step, see `preview`."""
+        self.preview(state, text, change)
         self.commit()
 
     def abort(self) -> None:

@@ -161,7 +161,9 @@ class Points(Feature):
             check_faces([moved.faces[handle.face]], self.document.image)
         except OutOfBounds:
             return
-        self.document.preview(moved, self._name_of(handle))
+        away = handles.position(moved, handle) - handles.position(self.document.committed, handle)
+        px = tr("{px:.1f} px", px=float(np.hypot(*away)))
+        self.document.preview(moved, self._name_of(handle), px)
 
     def select_next(self, step: int) -> None:
         """Select the point that comes `step` places after the selected one, going round."""

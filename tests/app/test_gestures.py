@@ -50,7 +50,7 @@ def test_a_held_key_is_one_step(opened):
     QTest.keyRelease(slider(opened), KEYS.Key_Right)
     assert not opened.editor.document.in_gesture
     assert opened.editor.document.undo.count() == 1
-    assert opened.editor.document.undo.undoText() == "Warp distance"
+    assert opened.editor.document.undo.undoText() == "Warp distance 4.0 → 4.5 % of D"
 
 
 def test_a_slider_dragged_with_the_mouse_previews_and_commits_once(opened):
@@ -311,3 +311,25 @@ def test_a_press_on_the_handle_moves_nothing(opened):
         QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
         QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
     assert opened.state.recipe.percent == 4.0
+
+
+def test_the_history_tells_values(opened):
+    panel = opened.panel("recipe")
+    QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
+    panel.lattice.slider.setFocus()
+    QTest.keyClick(panel.lattice.slider, KEYS.Key_End)
+    panel.fold.button.click()
+    panel.choices["fit"].setFocus()
+    QTest.keyClick(panel.choices["fit"], KEYS.Key_Up)
+    panel.switches["guard"].click()
+    by = QPoint(-30, 40)
+    opened.drag(opened.on_screen(LEFT), by)
+    moved_px = 50.0 * opened.canvas.devicePixelRatioF() / opened.canvas.zoom
+    stack = opened.editor.document.undo
+    assert [stack.text(row) for row in range(stack.count())] == [
+        "Centre 2 → 4",
+        "Lattice 1.0 → 4.0",
+        "Fit Exact → Approximation",
+        "Guard on → off",
+        f"outline 4, left cheek {moved_px:.1f} px",
+    ]

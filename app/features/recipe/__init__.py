@@ -16,6 +16,7 @@ from ...i18n import tr
 from ...render.live import RenderedFrame
 from ..feature import Context, Feature
 from ..points import Points
+from . import fields
 from .panel import RecipePanel
 
 _LONGEST_TEXT = 10_000
@@ -89,7 +90,8 @@ class RecipeEditing(Feature):
         if value == now and not self.document.in_gesture:
             return
         state = self.document.state.with_choices(self.view.face, **{field: value})
-        self.document.preview(state, gesture_name(field))
+        before = getattr(self.document.committed.recipe_of(self.view.face), field)
+        self.document.preview(state, gesture_name(field), fields.change(field, before, value))
 
     def follow_photo(self) -> None:
         """Let the chosen face, or every one, go by the photo's recipe again."""
@@ -134,7 +136,8 @@ class RecipeEditing(Feature):
     def _take_center(self, face: int, number: int) -> None:
         own = self.document.state.faces[face].recipe is not None or self.view.face == face
         state = self.document.state.with_choices(face if own else None, center=number)
-        self.document.step(state, gesture_name("center"))
+        before = self.document.state.recipe_of(face).center
+        self.document.step(state, gesture_name("center"), fields.change("center", before, number))
 
     def _follow(self) -> None:
         chosen, state = self.view.face, self.document.state

@@ -92,6 +92,24 @@ def tip(field: str) -> str:
     return cited(tr(setting.help), tr(setting.where))
 
 
+def change(field: str, before: object, after: object) -> str:
+    """Return how a field of the recipe has changed, in words: its values and their unit."""
+    unit = tr(SETTINGS[field].unit)
+    values = {"before": _value(field, before), "after": _value(field, after)}
+    return tr("{before} → {after} {unit}", unit=unit, **values).rstrip()
+
+
+def _value(field: str, value: object) -> str:
+    if isinstance(value, bool):
+        return tr("on") if value else tr("off")
+    if isinstance(value, float):
+        # Hundredths are the finest that a slider shows; amounts read 4.0, not 4.
+        text = f"{value:.2f}"
+        return text[:-1] if text.endswith("0") else text
+    titles = {one.name: tr(one.title) for one in SETTINGS[field].alternatives}
+    return titles.get(str(value), str(value))
+
+
 def options(field: str) -> list[tuple[str, str, str]]:
     """Return the choices of a field: what they are called, where they are from, their values."""
     return [
