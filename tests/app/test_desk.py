@@ -77,7 +77,8 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     opened.editor.document.commit()
     view = opened.panel("history")
     texts = [view.model().index(row, 0).data() for row in range(view.model().rowCount())]
-    assert texts == ["As it was opened", "Warp distance", "Lattice"]
+    rows = ["As it was opened", "Warp distance 4.0 → 5.0 % of D", "Lattice 1.0 → 2.0"]
+    assert texts == rows
     opened.editor.window.docks.show("history")
     opened.qtbot.waitUntil(view.isVisible)
     first = view.visualRect(view.model().index(0, 0)).center()
