@@ -241,7 +241,7 @@ def _spread(job: _Job, boxes: Sequence[Box], threads: int) -> None:
     job.prepare(boxes)
 
     def hand() -> Callable[[tuple[int, Box]], None]:
-        buffer = np.empty((2, job.block_px, job.strip_px), np.float32)
+        buffer = np.zeros((2, job.block_px, job.strip_px), np.float32)
         return lambda numbered: job.run(numbered, buffer)
 
     threads = min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX)

@@ -220,3 +220,25 @@ def test_bytes_do_not_depend_on_how_many_threads_blas_has(monkeypatch):
             results.append(render(photo, [face], recipe).pixels)
     np.testing.assert_array_equal(results[1], results[0])
     np.testing.assert_array_equal(results[2], results[0])
+
+
+def test_nothing_is_added_to_what_nobody_has_written(monkeypatch):
+    """Neighbours' maps end in different columns: beyond the first one there is none to add to."""
+    photo = textured_photo(1300, 700)
+    faces = [
+        oval_face(1300, 700, center=(1230.0, 200.0), size=0.2),
+        oval_face(1300, 700, center=(1200.0, 380.0), size=0.9),
+    ]
+    expected = render(photo, faces, Recipe(percent=4)).pixels
+    empty = np.empty
+
+    def worst(shape, dtype=float, **kwargs):
+        array = empty(shape, dtype, **kwargs)
+        if array.dtype == np.float32:
+            array.view(np.uint32)[...] = 0x7F800001  # a signalling NaN
+        return array
+
+    monkeypatch.setattr(np, "empty", worst)
+    with np.errstate(invalid="raise"):
+        pixels = render(photo, faces, Recipe(percent=4), threads=1).pixels
+    np.testing.assert_array_equal(pixels, expected)
