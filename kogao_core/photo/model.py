@@ -78,6 +78,8 @@ class Photo:
         EXIF orientation 1 to 8 of the file; `pixels` are already turned by it.
     jpeg : JpegCoding, optional
         Compression of a JPEG source, for writing another like it.
+    tiff_compression : int, optional
+        TIFF's number of how a TIFF source was compressed, for writing another like it.
     lossless_webp : bool
         Whether a WebP source was lossless.
     stamp : Stamp, optional
@@ -113,6 +115,7 @@ class Photo:
     carried: tuple[bytes, ...] = ()
     aspect: tuple[int, int] | None = None
     extras: tuple[Extra, ...] = ()
+    tiff_compression: int | None = None
 
     @property
     def width(self) -> int:

@@ -137,6 +137,11 @@ class TiffTags:
         """Whether a channel has more than 8 bits."""
         return self._first(_BITS, 1) > 8
 
+    @property
+    def compression(self) -> int:
+        """How the pixels are compressed, by TIFF's number."""
+        return self._first(_COMPRESSION, 1)
+
     def check_compression(self, path: Path) -> None:
         """Refuse what the libtiff of neither decoder is built for.
 
@@ -145,7 +150,7 @@ class TiffTags:
         UnreadablePhoto
             If the pixels are compressed in such a way.
         """
-        number = self._first(_COMPRESSION, 1)
+        number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             name = _COMPRESSIONS.get(number, f"number {number}")
             raise UnreadablePhoto(

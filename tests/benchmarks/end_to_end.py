@@ -112,7 +112,7 @@ def batch(sizes: Sizes, folder: Path) -> Iterator[Row]:
     pairs = [file for one in sorted(photos.iterdir()) for file in (one, bare / one.name)]
 
     def with_jobs(jobs: int) -> Cost:
-        return run(*CLI, "batch", photos, "-o", out, "--jobs", jobs, "--force")
+        return run(*CLI, "batch", photos, "-o", out, "--jobs", jobs, "--force", "--again")
 
     def per_photo(cost: Cost) -> float:
         return cost.cpu_ms / sizes.photos

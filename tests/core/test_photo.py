@@ -12,6 +12,7 @@ import files
 import numpy as np
 import pytest
 from PIL import ExifTags, Image, ImageCms, PngImagePlugin
+from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import CannotWrite, RefusedOutput, UnreadablePhoto
@@ -438,6 +439,29 @@ def test_an_unreadable_file_says_so(tmp_path, picture):
     path = saved(tmp_path / "in.png", picture)
     path.chmod(0)
     assert_refused(path, "permissions")
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("number", [1, 5, 8, 32773])
+def test_a_tiff_is_compressed_as_its_source_was(tmp_path, dtype, number):
+    picture = textured_photo(60, 40, dtype=dtype)
+    how = (cv2.IMWRITE_TIFF_COMPRESSION, number)
+    cv2.imwrite(str(tmp_path / "in.tif"), picture[..., ::-1], how)
+    source = photo.read(tmp_path / "in.tif")
+    photo.write(source, picture[::-1].copy(), tmp_path / "out.tif")
+    for name in ("in.tif", "out.tif"):
+        with Image.open(tmp_path / name) as seen:
+            assert seen.tag_v2[259] == number
+    np.testing.assert_array_equal(photo.read(tmp_path / "out.tif").pixels, picture[::-1])
+
+
+def test_a_tiff_from_elsewhere_is_compressed_by_lzw(tmp_path):
+    picture = textured_photo(60, 40)
+    Image.fromarray(picture).save(tmp_path / "in.tif", compression="jpeg")
+    for source in (photo.read(tmp_path / "in.tif"), photo.Photo(picture, tmp_path / "a", "PNG")):
+        photo.write(source, picture, tmp_path / "out.tif", force=True)
+        with Image.open(tmp_path / "out.tif") as seen:
+            assert seen.tag_v2[259] == 5
 
 
 @pytest.mark.parametrize("kind", ["jpg", "png", "webp", "tif", "deep.png", "deep.tif"])

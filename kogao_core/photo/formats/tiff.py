@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from typing import IO, Final
 
+import cv2
 import numpy as np
 from PIL import Image as Pillow
 
@@ -13,6 +14,10 @@ from kogao_core.photo import colour, contents, deep, kinds, tiff, tiff_extras, t
 from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
+
+_LZW: Final = 5
+# Lossless ways that every reader knows; what was compressed otherwise becomes LZW.
+_KEPT: Final = {1, _LZW, 8, 32773, 32946}  # none, LZW, Deflate, PackBits, Deflate's old number
 
 
 def _decode(source: Source) -> Photo:
@@ -43,13 +48,16 @@ def _decode(source: Source) -> Photo:
         dpi=contents.dpi(tags.dpi),
         aspect=contents.aspect(tags.aspect),
         orientation=tags.orientation,
+        tiff_compression=tags.compression,
         photoshop=tags.photoshop,
         notes=notes,
     )
 
 
 def _encode(content: Content) -> bytes:
-    written = deep.encode(content.pixels, ".tiff")
+    number = content.photo.tiff_compression
+    how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
+    written = deep.encode(content.pixels, ".tiff", how)
     return tiff.with_metadata(
         written,
         photoshop_resources=content.resources,
