@@ -11,7 +11,7 @@ import numpy.typing as npt
 from kogao_core.domain import Cells
 from kogao_core.field import Field
 from kogao_core.geometry import Array, Box
-from kogao_core.lattice import ORDER, Lattice, basis, groups
+from kogao_core.lattice import Lattice, groups
 from kogao_core.settings import DOMAINS, DomainName
 
 _TILE_PX: Final = 16  # squares that are counted whole, left out whole, or looked at
@@ -128,30 +128,18 @@ class _Tiles:
 
     def displacement(self, lattice: Lattice, rows: Array, columns: Array) -> Array:
         """Evaluate eq. (1) on tiles, shape (N, 2, 16, 16), px."""
-        count = int(_TILE_PX / lattice.grid.spacing_px) + 1 + ORDER
         if not len(rows):
             return np.zeros((0, 2, _TILE_PX, _TILE_PX))
-        first_i, bx = _weights(lattice, self.left, count, 0)
-        first_j, by = _weights(lattice, self.top, count, 1)
+        first_i, bx = lattice.grid.weights(self.left, _TILE_PX, 0)
+        first_j, by = lattice.grid.weights(self.top, _TILE_PX, 1)
+        count = bx.shape[1]
         i, j = first_i[columns], first_j[rows]
         nodes = lattice.window(
             (int(i.min()), int(j.min())), (int(np.ptp(j)) + count, int(np.ptp(i)) + count)
         )
         windows = np.lib.stride_tricks.sliding_window_view(nodes, (count, count), (0, 1))
         phi = windows[j - j.min(), i - i.min()]
-        return np.asarray(by[rows][:, None] @ phi @ bx[columns][:, None].swapaxes(2, 3))
-
-
-def _weights(
-    lattice: Lattice, starts: npt.NDArray[np.int64], count: int, axis: int
-) -> tuple[npt.NDArray[np.int64], Array]:
-    """Return the first of `count` nodes that reach each tile, and their weights at its pixels."""
-    cell, s = lattice.grid.locate(starts[:, None] + np.arange(_TILE_PX), axis)
-    first = cell[:, 0] - 1
-    weights = np.zeros((*cell.shape, count))
-    places = (cell - 1 - first[:, None])[..., None] + np.arange(ORDER)
-    np.put_along_axis(weights, places, basis(s), 2)
-    return first, weights
+        return np.asarray(by[rows][:, None].swapaxes(2, 3) @ phi @ bx[columns][:, None])
 
 
 def _bounds(lattice: Lattice, tiles: _Tiles) -> tuple[Array, Array]:

@@ -13,6 +13,28 @@ Array = npt.NDArray[np.float64]
 Image = npt.NDArray[Any]
 
 
+def degrees_of(across: npt.ArrayLike) -> float:
+    """Return by how much a vector (x, y) is turned from +x towards +y, -180 to 180.
+
+    Parameters
+    ----------
+    across : array_like of shape (2,)
+        Such as from the left eye to the right.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> from kogao_core.geometry import degrees_of
+    >>> degrees_of((0.0, 2.0))
+    90.0
+    """
+    x, y = np.asarray(across, np.float64)
+    return float(np.degrees(np.arctan2(y, x)))
+
+
 @dataclass(frozen=True, slots=True)
 class Box:
     """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``.

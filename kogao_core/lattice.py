@@ -137,6 +137,35 @@ class Grid:
         matrix[rows[inside], columns[inside]] = weights[inside]
         return matrix
 
+    def weights(
+        self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
+    ) -> tuple[npt.NDArray[np.int64], Array]:
+        """Return the nodes that reach the pixels of equal pieces of an axis, and their weights.
+
+        Parameters
+        ----------
+        starts_px : int array of shape (N,)
+            First pixel of each piece.
+        size_px : int
+            Pixels of a piece.
+        axis : int
+            0 for x, 1 for y.
+
+        Returns
+        -------
+        first : int array of shape (N,)
+            The first of the nodes that reach each piece.
+        weights : array of shape (N, nodes, size_px)
+            Eq. (2); as many nodes for every piece as any can need.
+        """
+        cell, s = self.locate(starts_px[:, None] + np.arange(size_px), axis)
+        first = cell[:, 0] - 1
+        count = int((size_px - 1) / self.spacing_px) + 1 + ORDER
+        weights: Array = np.zeros((len(cell), count, size_px))
+        places = (cell - 1 - first[:, None])[:, None] + np.arange(ORDER)[:, None]
+        np.put_along_axis(weights, places, basis(s).transpose(0, 2, 1), 1)
+        return first, weights
+
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
@@ -149,7 +178,7 @@ class Lattice:
     first : tuple of int
         Node index (i, j) of ``phi[0, 0]``; i runs along x, j along y.
     phi : array of shape (J, I, 2)
-        Pull (x, y) of each control point, px.
+        Displacement (x, y) of each control point, px.
 
     Examples
     --------

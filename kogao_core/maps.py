@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Array, Box
-from kogao_core.lattice import ORDER, Grid, Lattice, basis
+from kogao_core.lattice import Grid, Lattice
 
 Float32 = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int64]
@@ -160,15 +160,11 @@ class _Axis:
     def __init__(self, grid: Grid, axis: int, size_px: int, start: int, end: int) -> None:
         self.key = (grid, axis, size_px, start, end)
         self.size_px, self.start, self.end = size_px, start, end
-        pieces = np.arange(start, end)[:, None]
-        cells, s = grid.locate(pieces * size_px + np.arange(size_px), axis)
-        self._count = int((size_px - 1) / grid.spacing_px) + 1 + ORDER
-        self._first = cells[:, 0] - 1
-        self.weights = np.zeros((len(cells), self._count, size_px), np.float32)
-        places = (cells - 1 - self._first[:, None])[:, None] + np.arange(ORDER)[:, None]
-        values = basis(s).astype(np.float32).transpose(0, 2, 1)
-        np.put_along_axis(self.weights, places, values, 1)
+        self._first, weights = grid.weights(np.arange(start, end) * size_px, size_px, axis)
+        self.weights = weights.astype(np.float32)
 
     def nodes(self, pieces: Integers) -> Integers:
         """Return the nodes that reach each of some pieces, shape (N, nodes)."""
-        return np.asarray(self._first[pieces - self.start][:, None] + np.arange(self._count))
+        return np.asarray(
+            self._first[pieces - self.start][:, None] + np.arange(self.weights.shape[1])
+        )

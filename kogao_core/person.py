@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from kogao_core.display import Rgb8
 from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array, Box, Image
+from kogao_core.geometry import Affine, Array, Box, Image, degrees_of
 from kogao_core.landmarks import locked
 from kogao_core.landmarks.blazeface import INPUT_PX, Square
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.landmarks.pixels import Pyramid, planes
 
 Opacity = npt.NDArray[np.float32]
 
@@ -151,8 +151,7 @@ class PersonNetwork:
         to_image = view.to_image.after(Affine.resize(_FINE, _FINE).inverse)
         picture = image.sample(to_image, fine_px, cv2.BORDER_REPLICATE)
         coarse = cv2.resize(picture, (INPUT_PX, INPUT_PX), interpolation=cv2.INTER_AREA)
-        planes = coarse.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
-        self._net.setInput(np.ascontiguousarray(planes))
+        self._net.setInput(planes(coarse.astype(np.float32) / 255.0))
         rough = cv2.resize(self._net.forward()[0, 0], (fine_px, fine_px))
         opacity = _refined(rough, picture)
         return PersonLook(opacity, to_image, _of_the_face(opacity, to_image.inverse(face.points)))
@@ -219,8 +218,7 @@ def _key(face: Face) -> tuple[float, ...]:
 def _view(face: Face) -> Square:
     points = face.points
     low, high = points.min(axis=0), points.max(axis=0)
-    across = face.eyes[3] - face.eyes[0]
-    degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+    degrees = degrees_of(face.eyes[3] - face.eyes[0])
     return Square((low + high) / 2.0, max(1.0, _SIDES * float((high - low).max())), degrees)
 
 

@@ -68,16 +68,20 @@ def _help(setting: Setting) -> str:
     return f"{setting.full_help}: {offered}" if offered else setting.full_help
 
 
-_OPTIONS: Final = (
-    *map(_option, SETTINGS.values()),
-    chooses_faces,
-    click.option(
+def _recipe_file(help_text: str) -> Callable[[_Command], _Command]:
+    return click.option(
         "--recipe",
         "recipe_file",
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help="A saved recipe (JSON); the options above override it.",
-    ),
+        help=help_text,
+    )
+
+
+_OPTIONS: Final = (
+    *map(_option, SETTINGS.values()),
+    chooses_faces,
+    _recipe_file("A saved recipe (JSON); the options above override it."),
 )
 
 
@@ -151,13 +155,7 @@ def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosu
 
 _PAPERS: Final = (
     click.option("--percent", type=float, help=f"{_help(SETTINGS['percent'])} [4]."),
-    click.option(
-        "--recipe",
-        "recipe_file",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help="A saved recipe (JSON) [the paper's].",
-    ),
+    _recipe_file("A saved recipe (JSON) [the paper's]."),
     chooses_faces,
 )
 

@@ -10,8 +10,8 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.geometry import Affine, Array, degrees_of
+from kogao_core.landmarks.pixels import Pyramid, planes
 from kogao_core.threads import Spares
 
 INPUT_PX: Final = 256
@@ -123,7 +123,7 @@ class BlazeFace:
             return []
         pixels = sampled.astype(np.float32) / 127.5 - 1.0
         with self._nets.one() as net:
-            net.setInput(np.ascontiguousarray(pixels.transpose(2, 0, 1)[None]))
+            net.setInput(planes(pixels))
             regressors, logits = net.forward(["regressors", "classificators"])
         scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
         likely = scores > least_score
@@ -187,7 +187,7 @@ def _detection(row: Array, view: Square, score: float) -> Detection:
     to_image = view.to_image
     center, *keypoints = to_image(row[[0, 1, *range(4, 16)]].reshape(7, 2) - 0.5)
     across = keypoints[1] - keypoints[0]
-    degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+    degrees = degrees_of(across)
     side_px = float(row[2:4].max()) * to_image.scale
     tilt = abs((degrees - view.degrees + 180.0) % 360.0 - 180.0)
     wide = _ABOUT_WIDE[0] < view.side_px / side_px < _ABOUT_WIDE[1] and tilt < _ABOUT_UPRIGHT

@@ -13,12 +13,12 @@ import numpy as np
 
 from kogao_core import assets
 from kogao_core.face import Face, OnFace, ignored
-from kogao_core.geometry import Affine, Array, Image
+from kogao_core.geometry import Affine, Array, Image, degrees_of
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, Square
 from kogao_core.landmarks.edges import EdgeNetwork, refine
 from kogao_core.landmarks.outline import silhouette
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.landmarks.pixels import Pyramid, planes
 from kogao_core.threads import Spares, one_blas_thread
 
 EYES: Final = (33, 133, 362, 263)
@@ -133,9 +133,8 @@ class MeshNetwork:
         return _read(crop.to_image(points), presence, mirrored=True)
 
     def _points(self, pixels: Image) -> tuple[Array, float]:
-        planes = pixels.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
         with self._nets.one() as net:
-            net.setInput(np.ascontiguousarray(planes))
+            net.setInput(planes(pixels.astype(np.float32) / 255.0))
             flat, presence = net.forward(["Identity", "Identity_1"])
         # The network counts from the edge of its first pixel, we from its centre. The half pixel is
         # measured, too: it takes the bias of the eye corners from 0.4 to 0.1 % of their distance.
@@ -153,7 +152,7 @@ def _read(points: Array, presence: float, *, mirrored: bool) -> Mesh | None:
 
 
 def _box(points: Array, across: Array) -> Detection:
-    degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+    degrees = degrees_of(across)
     upright = Affine.similarity(1.0, -degrees, (0.0, 0.0))
     turned = upright(points)
     low, high = turned.min(axis=0), turned.max(axis=0)

@@ -8,6 +8,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.display import Rgb8, rgb8
 from kogao_core.geometry import Affine, Box, Image
@@ -75,6 +76,11 @@ class Pyramid:
         if dense == 2:
             picture = cv2.resize(picture, (size_px, size_px), interpolation=cv2.INTER_AREA)
         return np.asarray(picture, np.uint8)
+
+
+def planes(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Return a picture of shape (H, W, 3) as a network takes it, (1, 3, H, W)."""
+    return np.ascontiguousarray(values.transpose(2, 0, 1)[None])
 
 
 def _warped(level: Rgb8, to_level: Affine, side_px: int, border: int) -> Any:

@@ -3,29 +3,10 @@
 import ast
 import re
 from graphlib import TopologicalSorter
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from modules import ROOT, for_types_only, modules
 
-
-def modules():
-    """Return the path of every module of the editor by its name, `app` left out."""
-    found = {}
-    for path in (ROOT / "app").rglob("*.py"):
-        parts = path.relative_to(ROOT / "app").with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
-
-
-def for_types_only(tree):
-    """Return the imports that no running program sees."""
-    blocks = (n for n in ast.walk(tree) if isinstance(n, ast.If))
-    return {
-        node
-        for block in blocks
-        if ast.unparse(block.test) == "TYPE_CHECKING"
-        for node in ast.walk(block)
-    }
+APP = ROOT / "app"
 
 
 def imported(name, path, known):
@@ -44,7 +25,7 @@ def imported(name, path, known):
 
 
 def graph():
-    known = modules()
+    known = modules("app", APP)
     return {name: imported(name, path, known) for name, path in known.items() if name}
 
 
@@ -72,6 +53,8 @@ def test_no_module_imports_itself_by_way_of_others():
 
 def test_the_window_knows_no_feature_and_the_editor_all_of_them():
     inside = graph()
-    features = {name for name in modules() if name.count(".") == 1 and room(name) == "features"}
+    features = {
+        name for name in modules("app", APP) if name.count(".") == 1 and room(name) == "features"
+    }
     assert not [name for name in inside["window"] if room(name) == "features"]
     assert features <= inside["editor"] | {"features.feature"}

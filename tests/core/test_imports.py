@@ -3,31 +3,10 @@
 import ast
 import re
 from graphlib import TopologicalSorter
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from modules import ROOT, for_types_only, modules
+
 CORE = "kogao_core"
-
-
-def modules():
-    """Return the path of every module of the core by its full name."""
-    found = {}
-    for path in (ROOT / CORE).rglob("*.py"):
-        parts = path.relative_to(ROOT).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
-
-
-def for_types_only(tree):
-    """Return the nodes that no running program sees."""
-    blocks = (n for n in ast.walk(tree) if isinstance(n, ast.If))
-    return {
-        node
-        for block in blocks
-        if ast.unparse(block.test) == "TYPE_CHECKING"
-        for inner in block.body
-        for node in ast.walk(inner)
-    }
 
 
 def imported(path, known):
@@ -48,7 +27,7 @@ def imported(path, known):
 
 
 def graph():
-    known = modules()
+    known = modules(CORE, ROOT)
     return {name: imported(path, known) for name, path in known.items()}
 
 
@@ -83,7 +62,7 @@ def test_every_room_imports_only_from_floors_below():
 
 def test_no_module_imports_itself_by_way_of_others():
     # A package's own list of names stands for all of it, so it is no station on the way.
-    lists = {name for name, path in modules().items() if path.name == "__init__.py"}
+    lists = {name for name, path in modules(CORE, ROOT).items() if path.name == "__init__.py"}
     inner = {
         name: {other for other in found if other.startswith(CORE) and other not in lists}
         for name, found in graph().items()

@@ -8,7 +8,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.geometry import Affine, Array, Image
+from kogao_core.geometry import Affine, Array, Image, degrees_of
 from kogao_core.landmarks.edges.network import Floats
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
@@ -58,7 +58,7 @@ class Cut:
         """Return the cut of a face with these eye corners and this outline, px of the image."""
         across = eyes[3] - eyes[0]
         scale = max(1e-6, float(np.linalg.norm(across))) / UNIT
-        degrees = float(np.degrees(np.arctan2(across[1], across[0])))
+        degrees = degrees_of(across)
         turn = Affine.similarity(scale, degrees, (0.0, 0.0))
         middle = (outline.min(axis=0) + outline.max(axis=0) + 2.0 * eyes.mean(axis=0)) / 4.0
         half = (_SIDE - 1) / 2.0
