@@ -120,6 +120,14 @@ def _sheet(theme: Theme) -> str:
     QLabel[plate="true"] {{
         background: rgba(0, 0, 0, 170); color: white; border-radius: 3px; padding: 1px 4px;
     }}
+    QLineEdit[value="true"] {{
+        background: transparent; border: 1px solid transparent;
+        border-bottom-color: {theme.line};
+    }}
+    QLineEdit[value="true"]:hover {{ border-color: {theme.line}; }}
+    QLineEdit[value="true"]:focus {{
+        background: {theme.raised}; border-color: {theme.accent};
+    }}
     QSlider {{ min-height: 20px; }}
     QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
     QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 2px; }}

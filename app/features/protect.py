@@ -20,7 +20,8 @@ from ..actions import Spec
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..view_state import Brush, ToolName
-from ..widgets.controls import Fold, SliderScale, ValueSlider, action_button, column_of, muted_label
+from ..widgets.controls import Fold, ValueSlider, action_button, column_of, muted_label
+from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
 _OF_PHOTO: Final = 1 / 100  # the first brush's radius in the photo's longer side
@@ -102,6 +103,7 @@ class Protect(Feature):
         )
         self.panel.resized.connect(self.set_radius)
         self.panel.reset.connect(self.fit_brush)
+        self.panel.refused.connect(self.say)
         canvas = self.window.canvas
         canvas.stroke_begun.connect(self.begin)
         canvas.stroked.connect(self.extend)
@@ -233,16 +235,20 @@ class ProtectPanel(QWidget):
         Another radius of the brush, px of the photo.
     reset
         The brush's first size is wanted.
+    refused(str)
+        What was typed is no size, in a sentence.
     """
 
     resized = Signal(float)
     reset = Signal()
+    refused = Signal(str)
 
     def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
         super().__init__()
         self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), _size_tip(), 0)
         self.size_px.edited.connect(self.resized)
         self.size_px.reset.connect(self.reset)
+        self.size_px.refused.connect(self.refused)
         self.hard = QCheckBox(tr("Har&d edge: not a pixel of it moves"))
         self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
         self.hard.toggled.connect(hard.setChecked)
@@ -294,6 +300,7 @@ def _sizes() -> SliderScale:
         lambda n: 2.0 ** (n / _STEPS_PER_OCTAVE),
         lambda v: round(_STEPS_PER_OCTAVE * math.log2(v)),
         lambda v: tr("{v:.0f} px across", v=2 * v),
+        lambda px: round(px) / 2,
     )
 
 

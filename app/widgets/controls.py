@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QApplication,
+    QComboBox,
     QHBoxLayout,
     QLabel,
     QSlider,
+    QSpinBox,
     QStyle,
     QStyleOptionSlider,
     QToolButton,
@@ -20,31 +19,10 @@ from PySide6.QtWidgets import (
 )
 
 from ..theme import GRID_PX
+from .typed import SliderScale, ValueField
 
 # Notches of a wheel that follow each other faster are one gesture, and so is a double click.
 _REST_MS = 400
-
-
-@dataclass(frozen=True, slots=True)
-class SliderScale:
-    """How the whole steps of a slider stand for values.
-
-    Parameters
-    ----------
-    low, high, page : int
-        Range and Page-key step of the slider.
-    value, step : callable
-        Value of a step, and the step nearest to a value.
-    text : callable
-        How a value reads.
-    """
-
-    low: int
-    high: int
-    page: int
-    value: Callable[[int], float]
-    step: Callable[[float], int]
-    text: Callable[[float], str]
 
 
 class GestureSlider(QSlider):
@@ -58,11 +36,14 @@ class GestureSlider(QSlider):
         The user let go of the button or the key.
     reset
         A double click asks for the default.
+    entered
+        Enter: a value is to be typed.
     """
 
     edited = Signal()
     rested = Signal()
     reset = Signal()
+    entered = Signal()
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -124,6 +105,13 @@ class GestureSlider(QSlider):
         self._rest.stop()
         self.reset.emit()
 
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move by keys; Enter asks for a field to type in."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.entered.emit()
+        else:
+            super().keyPressEvent(event)
+
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """End a gesture made by keys; a held key repeats within one gesture."""
         super().keyReleaseEvent(event)
@@ -145,8 +133,38 @@ class GestureSlider(QSlider):
         self._rest.start()
 
 
+class Choices(QComboBox):
+    """A box to choose from that a wheel in passing leaves alone: it turns the one in focus only."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Choose another one if this has the focus; any other wheel is meant for the panel."""
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+
+class WholeNumber(QSpinBox):
+    """A box for a whole number; a wheel in passing leaves it alone, too."""
+
+    def __init__(self, least: int, most: int, value: int) -> None:
+        super().__init__(minimum=least, maximum=most, value=value)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Count if this has the focus; any other wheel is meant for what lies behind."""
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+
 class ValueSlider(QWidget):
-    """A named slider with its value and a line of explanation.
+    """A named slider, its value to be typed as well, and a line of explanation.
 
     Parameters
     ----------
@@ -167,11 +185,14 @@ class ValueSlider(QWidget):
         The gesture's end.
     reset
         The default is wanted.
+    refused(str)
+        What was typed is no value, in a sentence that says which are.
     """
 
     edited = Signal(float)
     rested = Signal()
     reset = Signal()
+    refused = Signal(str)
 
     def __init__(self, title: str, scale: SliderScale, tip: str, note_lines: int) -> None:
         super().__init__()
@@ -184,14 +205,14 @@ class ValueSlider(QWidget):
         self.slider.setToolTip(tip)
         name = heading(title)
         name.setBuddy(self.slider)
-        self._value = QLabel()
+        self.field = ValueField(title.replace("&", ""), scale)
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         top = QHBoxLayout()
         top.addWidget(name)
         top.addStretch()
-        top.addWidget(self._value)
+        top.addWidget(self.field)
         column = column_of(self)
         column.addLayout(top)
         column.addWidget(self.slider)
@@ -199,15 +220,27 @@ class ValueSlider(QWidget):
         self.slider.edited.connect(self._tell)
         self.slider.rested.connect(self.rested)
         self.slider.reset.connect(self.reset)
+        self.slider.entered.connect(self._type)
+        self.field.typed.connect(self._take)
+        self.field.refused.connect(self.refused)
+        self.field.left.connect(self.slider.setFocus)
 
     def show_value(self, value: float) -> None:
         """Show a value without telling anyone."""
         with QSignalBlocker(self.slider):
             self.slider.setValue(self._scale.step(value))
-        self._value.setText(self._scale.text(value))
+        self.field.show_text(self._scale.text(value))
 
     def _tell(self) -> None:
         self.edited.emit(self._scale.value(self.slider.value()))
+
+    def _type(self) -> None:
+        self.field.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.field.selectAll()
+
+    def _take(self, value: float) -> None:
+        self.edited.emit(value)
+        self.rested.emit()
 
 
 class Fold(QWidget):

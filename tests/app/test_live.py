@@ -124,7 +124,7 @@ def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
     seen: dict[str, set[tuple[str, str]]] = {}
 
     def look(*_):
-        seen.setdefault(opened.panel("recipe").percent._value.text(), set()).add(
+        seen.setdefault(opened.panel("recipe").percent.field.text(), set()).add(
             tuple(label.text() for label in labels)
         )
 

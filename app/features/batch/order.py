@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QFileDialog,
     QHBoxLayout,
     QLabel,
@@ -19,7 +18,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QPushButton,
-    QSpinBox,
     QWidget,
 )
 
@@ -27,7 +25,7 @@ from kogao_core.recipe import Recipe
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import column_of, heading, muted_label
+from ...widgets.controls import Choices, WholeNumber, column_of, heading, muted_label
 from ...widgets.dialogs import ask_path, photo_filter
 from .run import Order
 
@@ -56,13 +54,13 @@ class OrderForm(QWidget):
         self.folder = QLineEdit()
         self.folder.setToolTip(tr("Made if need be; no photo of yours is ever written over"))
         self.folder.textChanged.connect(self.changed)
-        self.settings = QComboBox()
+        self.settings = Choices()
         self.settings.setToolTip(tr("What is done to every photo"))
         self.projects = QCheckBox(tr("Where a &project lies beside a photo, do what it says"))
         self.projects.setToolTip(tr("Its points, settings and protection, as they were saved"))
         self.again = QCheckBox(tr("Do every photo &again, also those that are done"))
         self.again.setToolTip(tr("Otherwise only what is missing or has changed"))
-        self.jobs = QSpinBox(minimum=1, maximum=_MOST_JOBS, value=_JOBS)
+        self.jobs = WholeNumber(1, _MOST_JOBS, _JOBS)
         self.jobs.setToolTip(tr("Each takes about eight times the pixels of a photo in memory"))
         self.disclosure = muted_label()
         self._lay_out()

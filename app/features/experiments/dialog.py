@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QGridLayout,
@@ -23,7 +22,7 @@ from kogao_core.geometry import Image
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import heading, muted_label
+from ...widgets.controls import Choices, heading, muted_label
 from ...widgets.dialogs import room_px, table
 from ...widgets.pictures import scaled
 from .model import Findings
@@ -67,7 +66,7 @@ class ExperimentDialog(QDialog):
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
         self.state = _words(tr("Measuring…"))
-        self.kinds = QComboBox()
+        self.kinds = Choices()
         self.kinds.setAccessibleName(tr("Pictures"))
         self.tables: list[QTableWidget] = []
         self._page = QVBoxLayout()

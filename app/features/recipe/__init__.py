@@ -39,6 +39,7 @@ class RecipeEditing(Feature):
         self._mode = self.document.state.mode
         self.panel: RecipePanel = RecipePanel(self.set_field, self.document.commit)
         self.panel.follow.connect(self.follow_photo)
+        self.panel.refused.connect(self.say)
         self.document.aborted.connect(self.panel.abort)
         self.document.opened.connect(self.panel.clear_readings)
         self.document.changed.connect(self._follow)

@@ -22,7 +22,8 @@ from kogao_core.settings import CENTERS, SETTINGS, Alternative, cited
 from ...document import DEFAULT, State
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import SliderScale, column_of, heading, muted_label
+from ...widgets.controls import column_of, heading, muted_label
+from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
 _STEPS: Final = 100
@@ -33,7 +34,12 @@ _THRESHOLD_STEPS_PER_PX: Final = 64
 def percent() -> SliderScale:
     """Return the slider of the warp distance."""
     return SliderScale(
-        0, 150, 10, lambda n: n / 10, lambda v: round(v * 10), lambda v: tr("{v:.1f} % of D", v=v)
+        0,
+        150,
+        10,
+        lambda n: n / 10,
+        lambda v: round(v * 10),
+        lambda v: tr("{v} % of D", v=_figure(v)),
     )
 
 
@@ -77,6 +83,7 @@ def scale(field: str) -> SliderScale:
         lambda n: low + n * step,
         lambda v: round((v - low) / step),
         lambda v: tr("{v:.4g} {unit}", v=v, unit=setting.unit).rstrip(),
+        round if setting.is_whole else float,
     )
 
 
@@ -103,11 +110,15 @@ def _value(field: str, value: object) -> str:
     if isinstance(value, bool):
         return tr("on") if value else tr("off")
     if isinstance(value, float):
-        # Hundredths are the finest that a slider shows; amounts read 4.0, not 4.
-        text = f"{value:.2f}"
-        return text[:-1] if text.endswith("0") else text
+        return _figure(value)
     titles = {one.name: tr(one.title) for one in SETTINGS[field].alternatives}
     return titles.get(str(value), str(value))
+
+
+def _figure(value: float) -> str:
+    # Hundredths are the finest that is shown and typed; amounts read 4.0, not 4.
+    text = f"{value:.2f}"
+    return text[:-1] if text.endswith("0") else text
 
 
 def options(field: str) -> list[tuple[str, str, str]]:

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
@@ -17,7 +17,7 @@ from ...document import DEFAULT, State
 from ...i18n import tr
 from ...render.live import RenderedFrame
 from ...theme import GRID_PX
-from ...widgets.controls import Fold, ValueSlider, column_of, muted_label
+from ...widgets.controls import Choices, Fold, ValueSlider, column_of, muted_label
 from . import fields
 from .fields import CenterChoice, OwnerLine
 from .gauge import NaturalnessGauge
@@ -40,15 +40,18 @@ class RecipePanel(QWidget):
     -------
     follow
         The face shall go by the photo's recipe again.
+    refused(str)
+        What was typed for a field is no value of it, in a sentence.
     """
 
     follow = Signal()
+    refused = Signal(str)
 
     def __init__(self, edit: Callable[[str, object], object], commit: Callable[[], object]) -> None:
         super().__init__()
         self._edit, self._commit = edit, commit
         self.sliders: dict[str, ValueSlider] = {}
-        self.choices: dict[str, QComboBox] = {}
+        self.choices: dict[str, Choices] = {}
         self.switches: dict[str, QCheckBox] = {}
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
         self.centre = CenterChoice()
@@ -151,15 +154,16 @@ class RecipePanel(QWidget):
         )
         slider.edited.connect(partial(self._edit, field))
         slider.rested.connect(self._commit)
+        slider.refused.connect(self.refused)
         slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
         self.sliders[field] = slider
         return slider
 
-    def _choice(self, field: str) -> QComboBox:
-        box = QComboBox()
+    def _choice(self, field: str) -> Choices:
+        box = Choices()
         box.setAccessibleName(tr(SETTINGS[field].title))
         box.setToolTip(fields.tip(field))
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setSizeAdjustPolicy(Choices.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         for place, (text, tip, value) in enumerate(fields.options(field)):
             box.addItem(text, value)
