@@ -1,5 +1,6 @@
 """What there is to choose from is declared once: words, options, solvers and documents follow."""
 
+import dataclasses
 import re
 from pathlib import Path
 from typing import get_args
@@ -64,6 +65,29 @@ def test_each_choice_warps(field, one):
     rendering = render(photo, [face], Recipe(**{field: one.name}))
     assert (rendering.pixels != photo).any()
     assert rendering.achieved[0] == pytest.approx(4.0, abs=0.6)
+
+
+def other_value(setting, value):
+    """Return a value of a field that isn't `value`."""
+    if setting.within is not None:
+        return max(setting.within, key=lambda end: abs(end - value))
+    return next(one for one in setting.choices or (True, False) if one != value)
+
+
+@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
+def test_every_field_has_a_say_in_what_is_rendered(setting):
+    photo = textured_photo()
+
+    def outcome(recipe):
+        rendering = render(photo, [oval_face()], recipe)
+        return rendering.pixels.tobytes(), rendering.domain.mask(Box.of(photo)).tobytes()
+
+    def matters(recipe):
+        other = other_value(setting, getattr(recipe, setting.name))
+        return outcome(dataclasses.replace(recipe, **{setting.name: other})) != outcome(recipe)
+
+    # So large a move on so fine a lattice folds: otherwise the guard has nothing to do.
+    assert matters(Recipe()) or matters(Recipe(percent=12.0, lattice=0.25))
 
 
 def test_every_domain_has_its_mask_and_its_count():
