@@ -8,6 +8,8 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from collections.abc import Callable, Iterator
+from functools import reduce
+from operator import or_
 from pathlib import Path
 
 import cv2
@@ -51,10 +53,16 @@ class Driver:
         self.settle()
 
     def key(self, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
-        held = Qt.KeyboardModifier.NoModifier
-        for modifier in modifiers:
-            held |= modifier
-        QTest.keyClick(self.window, key, held)
+        """Press a key that holds in the whole window."""
+        QTest.keyClick(self.window, key, _held(modifiers))
+
+    def press_key(
+        self, widget: QWidget, key: Qt.Key, *modifiers: Qt.KeyboardModifier, times: int = 1
+    ) -> None:
+        """Give a widget the focus, and press a key there."""
+        widget.setFocus()
+        for _ in range(times):
+            QTest.keyClick(widget, key, _held(modifiers))
 
     def on_screen(self, handle: Handle) -> QPoint:
         return self.canvas.to_screen(position(self.state, handle)).toPoint()
@@ -78,6 +86,16 @@ class Driver:
             self.move(start + part)
         self.release(start + by)
 
+    def change_something(self) -> None:
+        """Make the warp distance larger by a key; it is one undo step."""
+        self.press_key(self.panel("recipe").percent.slider, Qt.Key.Key_PageUp)
+
+    def dialog(self, kind: type[QWidget]) -> QWidget:
+        """Wait for a dialog of a kind."""
+        found = self.window.findChildren
+        self.qtbot.waitUntil(lambda: any(one.isVisible() for one in found(kind)))
+        return next(one for one in found(kind) if one.isVisible())
+
     def say(self) -> str:
         """What the message bar says; empty when it is hidden."""
         bar = self.window.bar
@@ -87,6 +105,10 @@ class Driver:
         """Press the button of the message bar that says `words`."""
         button = next(b for b in self.window.bar.buttons if words in b.text())
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def _held(modifiers: tuple[Qt.KeyboardModifier, ...]) -> Qt.KeyboardModifier:
+    return reduce(or_, modifiers, Qt.KeyboardModifier.NoModifier)
 
 
 @pytest.fixture

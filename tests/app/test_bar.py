@@ -34,17 +34,11 @@ def dismiss(shown):
     QTest.mouseClick(shown.buttons[-1], Qt.MouseButton.LeftButton)
 
 
-def change_something(driver):
-    slider = driver.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, Qt.Key.Key_PageUp)
-
-
 @pytest.mark.usefixtures("read")
 def test_a_refusal_goes_with_the_next_step(opened, photo):
     opened.editor.files.save(photo)
     assert "never written over" in opened.say()
-    change_something(opened)
+    opened.change_something()
     assert opened.say() == ""
     opened.editor.files.save(photo)
     assert "never written over" in opened.say()
@@ -55,7 +49,7 @@ def test_a_refusal_goes_with_the_next_step(opened, photo):
 def test_what_came_a_moment_ago_has_not_been_read(opened, photo, monkeypatch):
     monkeypatch.setattr(bar, "UNREAD_MS", 10**9)
     opened.editor.files.save(photo)
-    change_something(opened)
+    opened.change_something()
     assert "never written over" in opened.say()
 
 
@@ -115,7 +109,7 @@ def test_an_offer_waits_behind_an_error_until_it_is_answered(alone, order):
 @pytest.mark.usefixtures("read")
 def test_placing_is_explained_for_as_long_as_it_lasts(opened):
     opened.key(Qt.Key.Key_P, CONTROL)
-    change_something(opened)
+    opened.change_something()
     assert "Drag the frame" in opened.say()
     opened.key(Qt.Key.Key_Z, CONTROL)
     opened.key(Qt.Key.Key_Z, CONTROL)
@@ -126,7 +120,7 @@ def test_placing_is_explained_for_as_long_as_it_lasts(opened):
 def test_the_welcome_stays_with_the_sample(empty, photo):
     empty.editor.files.welcome()
     empty.settle()
-    change_something(empty)
+    empty.change_something()
     assert "Warp distance" in empty.say()
     empty.key(Qt.Key.Key_Z, CONTROL)
     empty.open(photo)

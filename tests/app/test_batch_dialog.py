@@ -16,7 +16,6 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox
 from scenes import textured_photo
-from test_desk import dialog
 
 from kogao_core import batch, photo
 from kogao_core.recipe import Recipe
@@ -47,7 +46,7 @@ def drop_on(widget, *paths):
 def asked(driver, *paths):
     """Open the dialog by its key and drop photos on it."""
     driver.key(Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
-    box = dialog(driver, views.BatchDialog)
+    box = driver.dialog(views.BatchDialog)
     drop_on(box.form, *paths)
     return box
 
@@ -168,11 +167,11 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     empty.qtbot.waitUntil(lambda: box.progress.value() > done, timeout=60_000)
     empty.window.close()
     assert empty.window.isVisible()
-    question = dialog(empty, QMessageBox)
+    question = empty.dialog(QMessageBox)
     click(question.button(QMessageBox.StandardButton.Cancel))
     assert empty.editor.batch.busy
     empty.window.close()
-    question = dialog(empty, QMessageBox)
+    question = empty.dialog(QMessageBox)
     click(question.button(QMessageBox.StandardButton.Yes))
     empty.qtbot.waitUntil(lambda: not empty.window.isVisible(), timeout=60_000)
     assert not empty.editor.batch.busy

@@ -13,7 +13,6 @@ from kogao_app.features.files import opening
 from kogao_app.render import live
 from meanwhile import Meanwhile
 from PySide6.QtCore import QPointF, Qt
-from PySide6.QtTest import QTest
 from test_overlays import at, hide_marks, pixels_of
 
 KEYS = Qt.Key
@@ -99,8 +98,7 @@ def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monke
     source.find = meanwhile.led("find", source.find)
     empty.open(photo)
     slider = empty.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, KEYS.Key_PageUp)
+    empty.press_key(slider, KEYS.Key_PageUp)
     empty.settle()
     empty.key(KEYS.Key_F, Qt.KeyboardModifier.ControlModifier)
     empty.settle()

@@ -20,8 +20,7 @@ def bare(opened):
     """A photo with nothing drawn over it, at a strong warp."""
     hide_marks(opened)
     slider = opened.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, KEYS.Key_End)
+    opened.press_key(slider, KEYS.Key_End)
     opened.settle()
     return opened
 

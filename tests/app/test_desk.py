@@ -38,17 +38,6 @@ KEYS, CONTROL, SHIFT = (
 ALT = Qt.KeyboardModifier.AltModifier
 
 
-def dialog(driver, kind):
-    driver.qtbot.waitUntil(lambda: any(d.isVisible() for d in driver.window.findChildren(kind)))
-    return next(d for d in driver.window.findChildren(kind) if d.isVisible())
-
-
-def change_something(driver):
-    slider = driver.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, KEYS.Key_PageUp)
-
-
 def choose(menu, words):
     """Open a menu and choose the entry that says `words`."""
     menu.aboutToShow.emit()
@@ -72,7 +61,7 @@ def drop(driver, *paths):
 
 
 def test_the_history_lists_gestures_and_leads_back(opened):
-    change_something(opened)
+    opened.change_something()
     opened.editor.recipe.set_field("lattice", 2.0)
     opened.editor.document.commit()
     view = opened.panel("history")
@@ -91,9 +80,9 @@ def test_the_history_lists_gestures_and_leads_back(opened):
 def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, answer):
     other = tmp_path / "other.png"
     assert cv2.imwrite(str(other), textured_photo(seed=3))
-    change_something(opened)
+    opened.change_something()
     drop(opened, other)
-    box = dialog(opened, QMessageBox)
+    box = opened.dialog(QMessageBox)
     QTest.mouseClick(
         box.button(getattr(QMessageBox.StandardButton, answer)), Qt.MouseButton.LeftButton
     )
@@ -111,9 +100,9 @@ def test_the_papers_settings_are_a_preset(opened):
 
 
 def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
-    change_something(opened)
+    opened.change_something()
     opened.key(KEYS.Key_S, CONTROL, ALT)
-    asked = dialog(opened, QInputDialog)
+    asked = opened.dialog(QInputDialog)
     line = asked.findChild(QLineEdit)
     QTest.keyClicks(line, "Wedding")
     QTest.keyClick(line, KEYS.Key_Return)
@@ -235,11 +224,11 @@ def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
 
 def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, folder):
     drop(empty, folder)
-    change_something(empty)
+    empty.change_something()
     strip = empty.panel("strip")
     at = strip.visualItemRect(strip.item(1)).center()
     QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    box = dialog(empty, QMessageBox)
+    box = empty.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
     assert strip.currentRow() == 0
 
@@ -320,7 +309,7 @@ def test_a_folder_without_photos_is_said(empty, tmp_path):
 
 def test_a_folder_can_be_chosen_by_key(empty, folder):
     empty.key(KEYS.Key_O, CONTROL, SHIFT)
-    asked = dialog(empty, QFileDialog)
+    asked = empty.dialog(QFileDialog)
     assert asked.fileMode() == QFileDialog.FileMode.Directory
     asked.selectFile(str(folder))
     asked.accept()
@@ -340,7 +329,7 @@ def test_thumbnails_are_small_and_a_broken_file_has_none(folder):
 
 def test_the_palette_finds_and_runs_a_command(opened):
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
-    palette = dialog(opened, Palette)
+    palette = opened.dialog(Palette)
     QTest.keyClicks(palette.words, "place hand")
     shown = [palette.list.item(r) for r in range(palette.list.count())]
     assert [item.text() for item in shown if not item.isHidden()] == [
@@ -352,7 +341,7 @@ def test_the_palette_finds_and_runs_a_command(opened):
 
 def test_arrows_walk_through_the_palette(opened):
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
-    palette = dialog(opened, Palette)
+    palette = opened.dialog(Palette)
     QTest.keyClicks(palette.words, "zoom")
     first = palette.list.currentRow()
     QTest.keyClick(palette.words, KEYS.Key_Down)
@@ -365,7 +354,7 @@ def test_arrows_walk_through_the_palette(opened):
 def test_nothing_runs_when_nothing_is_found(opened):
     before = opened.state
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
-    palette = dialog(opened, Palette)
+    palette = opened.dialog(Palette)
     QTest.keyClicks(palette.words, "qqq")
     QTest.keyClick(palette.words, KEYS.Key_Return)
     assert opened.state is before
@@ -376,16 +365,11 @@ def row_of(keys, words):
     return next(r for r in range(keys.table.rowCount()) if words in keys.table.item(r, 0).text())
 
 
-def press(keys, key, modifier=Qt.KeyboardModifier.NoModifier):
-    keys.key.setFocus()
-    QTest.keyClick(keys.key, key, modifier)
-
-
 def test_an_action_gets_another_key_that_stays(opened, start):
     opened.key(KEYS.Key_K, CONTROL)
-    keys = dialog(opened, ShortcutsDialog)
+    keys = opened.dialog(ShortcutsDialog)
     keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
-    press(keys, KEYS.Key_F7)
+    opened.press_key(keys.key, KEYS.Key_F7)
     assert keys.table.item(row_of(keys, "Lattice"), 1).text() == "F7"
     keys.close()
     opened.key(KEYS.Key_F7)
@@ -396,7 +380,7 @@ def test_an_action_gets_another_key_that_stays(opened, start):
     later.key(KEYS.Key_F7)
     assert "lattice" in later.editor.view.visible
     later.key(KEYS.Key_K, CONTROL)
-    keys = dialog(later, ShortcutsDialog)
+    keys = later.dialog(ShortcutsDialog)
     keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
     QTest.mouseClick(keys.reset, Qt.MouseButton.LeftButton)
     assert later.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
@@ -404,9 +388,9 @@ def test_an_action_gets_another_key_that_stays(opened, start):
 
 def test_a_key_that_is_taken_is_refused_in_words(opened):
     opened.key(KEYS.Key_K, CONTROL)
-    keys = dialog(opened, ShortcutsDialog)
+    keys = opened.dialog(ShortcutsDialog)
     keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
-    press(keys, KEYS.Key_S, CONTROL)
+    opened.press_key(keys.key, KEYS.Key_S, CONTROL)
     assert keys.note.text() == "Ctrl+S belongs to “Save a copy…”"
     assert opened.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
     keys.close()
@@ -492,7 +476,7 @@ def test_without_a_photo_the_window_says_what_to_do(empty, photo):
     state = empty.editor.recent.empty
     assert state.isVisible()
     QTest.mouseClick(state.buttons[0], Qt.MouseButton.LeftButton)
-    asked = dialog(empty, QFileDialog)
+    asked = empty.dialog(QFileDialog)
     asked.close()
     QTest.mouseClick(state.buttons[1], Qt.MouseButton.LeftButton)
     empty.settle()

@@ -26,12 +26,6 @@ def choose(driver, row):
     )
 
 
-def press(driver, slider, key):
-    slider.setFocus()
-    QTest.keyClick(slider, key)
-    driver.settle()
-
-
 def percent(driver):
     return driver.panel("recipe").percent.slider
 
@@ -39,7 +33,8 @@ def percent(driver):
 def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     choose(two, 2)
     assert two.panel("recipe").owner.title.text() == "Face 2"
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     first, second = two.state.faces
     assert first.recipe is None
     assert second.recipe.percent == 15.0
@@ -53,7 +48,8 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
 
 def test_no_row_of_a_face_is_cut(two):
     choose(two, 2)
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     rows = two.panel("faces").list
     assert rows.sizeHintForColumn(0) <= rows.viewport().width()
     spoken = two.panel("faces").item(1).data(Qt.ItemDataRole.AccessibleTextRole)
@@ -62,7 +58,8 @@ def test_no_row_of_a_face_is_cut(two):
 
 def test_the_panel_shows_the_selected_faces_values(two):
     choose(two, 1)
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     choose(two, 2)
     assert percent(two).value() == 40
     assert two.panel("recipe").owner.note.text() == "as the photo"
@@ -76,16 +73,19 @@ def test_the_panel_shows_the_selected_faces_values(two):
 
 def test_the_photos_settings_leave_a_face_with_its_own_alone(two):
     choose(two, 1)
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     choose(two, 0)
-    press(two, percent(two), KEYS.Key_Home)
+    two.press_key(percent(two), KEYS.Key_Home)
+    two.settle()
     assert [two.state.recipe_of(face).percent for face in (0, 1)] == [15.0, 0.0]
 
 
 @pytest.mark.parametrize("row", [0, 1])
 def test_the_way_back_to_the_photos_settings(two, row):
     choose(two, 1)
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     choose(two, row)
     button = two.panel("recipe").owner.button
     assert button.isVisible()
@@ -118,7 +118,8 @@ def test_a_clicked_centre_is_that_of_the_selected_face_alone(two):
 
 def test_settings_are_copied_from_face_to_face_and_to_another_photo(two, start, photo):
     choose(two, 1)
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     two.key(KEYS.Key_C, CONTROL, SHIFT)
     choose(two, 2)
     two.key(KEYS.Key_V, CONTROL, SHIFT)
@@ -172,7 +173,8 @@ def test_a_clipboard_with_a_number_of_400_digits_changes_nothing(two):
 def test_a_face_that_goes_gives_the_panel_back_to_the_photo(two, source):
     choose(two, 2)
     source.faces = source.faces[:1]
-    press(two, percent(two), KEYS.Key_End)
+    two.press_key(percent(two), KEYS.Key_End)
+    two.settle()
     two.key(KEYS.Key_F, CONTROL)
     two.settle()
     assert two.editor.view.face is None
@@ -181,8 +183,7 @@ def test_a_face_that_goes_gives_the_panel_back_to_the_photo(two, source):
 
 def test_arrows_walk_through_the_faces(two):
     choose(two, 0)
-    two.panel("faces").list.setFocus()
-    QTest.keyClick(two.panel("faces").list, KEYS.Key_Down)
+    two.press_key(two.panel("faces").list, KEYS.Key_Down)
     assert two.editor.view.face == 0
     QTest.keyClick(two.panel("faces").list, KEYS.Key_Space)
     assert two.state.off == {0}

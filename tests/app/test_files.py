@@ -21,19 +21,8 @@ from kogao_core.pipeline import render
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
-def change_something(driver):
-    slider = driver.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, Qt.Key.Key_PageUp)
-
-
-def dialog(driver, kind):
-    driver.qtbot.waitUntil(lambda: any(d.isVisible() for d in driver.window.findChildren(kind)))
-    return next(d for d in driver.window.findChildren(kind) if d.isVisible())
-
-
 def save_as(driver, path):
-    asked = dialog(driver, QFileDialog)
+    asked = driver.dialog(QFileDialog)
     # A name that is being typed isn't replaced by `selectFile`.
     asked.findChild(QLineEdit, "fileNameEdit").setText(str(path))
     asked.accept()
@@ -62,10 +51,10 @@ def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path, dtype
     path, copy = tmp_path / "deep.png", tmp_path / "copy.png"
     assert cv2.imwrite(str(path), pixels[..., ::-1])
     empty.open(path)
-    change_something(empty)
+    empty.change_something()
     assert empty.window.isWindowModified()
     empty.key(Qt.Key.Key_S, CONTROL)
-    assert dialog(empty, QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
+    assert empty.dialog(QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
     save_as(empty, copy)
     empty.qtbot.waitUntil(lambda: not empty.window.isWindowModified(), timeout=10_000)
     expected = render(pixels, empty.state.active, empty.state.recipe).pixels
@@ -76,13 +65,13 @@ def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path, dtype
 
 def test_the_original_is_never_written_over(opened, photo):
     before = photo.read_bytes()
-    change_something(opened)
+    opened.change_something()
     opened.editor.files.save(photo)
     opened.settle()
     assert "never written over" in opened.say()
     assert photo.read_bytes() == before
     opened.take_step("Choose another name")
-    assert dialog(opened, QFileDialog).acceptMode() == QFileDialog.AcceptMode.AcceptSave
+    assert opened.dialog(QFileDialog).acceptMode() == QFileDialog.AcceptMode.AcceptSave
 
 
 def test_a_copy_that_cannot_be_written_is_said(opened, tmp_path):
@@ -98,7 +87,7 @@ def test_an_unreadable_file_is_said_and_the_last_photo_stays(opened, photo, tmp_
     assert "broken.jpg" in opened.say()
     assert opened.editor.document.path == photo
     opened.take_step("Open a photo")
-    assert dialog(opened, QFileDialog).fileMode() == QFileDialog.FileMode.ExistingFile
+    assert opened.dialog(QFileDialog).fileMode() == QFileDialog.FileMode.ExistingFile
 
 
 def test_without_a_face_the_bar_offers_one_to_place(start, source, photo, pixels):
@@ -132,7 +121,7 @@ def test_a_source_that_fails_still_lets_a_face_be_placed(start, source, photo):
 
 
 def test_find_again_undoes_corrections_as_a_step(opened):
-    change_something(opened)
+    opened.change_something()
     opened.editor.faces.place(lambda: opened.state.faces[0])
     assert len(opened.state.faces) == 2
     opened.key(Qt.Key.Key_F, CONTROL)
@@ -143,22 +132,22 @@ def test_find_again_undoes_corrections_as_a_step(opened):
 
 
 def test_closing_with_changes_asks(opened):
-    change_something(opened)
+    opened.change_something()
     opened.window.close()
     assert opened.window.isVisible()
-    box = dialog(opened, QMessageBox)
+    box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
     assert opened.window.isVisible()
     opened.window.close()
-    box = dialog(opened, QMessageBox)
+    box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
 
 
 def test_closing_can_save_first(opened, tmp_path):
-    change_something(opened)
+    opened.change_something()
     opened.window.close()
-    box = dialog(opened, QMessageBox)
+    box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
     save_as(opened, tmp_path / "copy.png")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
@@ -173,7 +162,7 @@ def test_closing_without_changes_just_closes(opened):
 
 def test_the_about_box_names_paper_and_licences(empty):
     empty.key(Qt.Key.Key_F1)
-    box = dialog(empty, QMessageBox)
+    box = empty.dialog(QMessageBox)
     assert "B-spline" in box.informativeText()
     assert "Apache-2.0" in box.informativeText()
     for named in ("MediaPipe", "PySide6", "Face Research Lab London Set"):
@@ -199,9 +188,9 @@ def test_a_missing_sample_is_said(empty, monkeypatch):
 
 
 def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path):
-    change_something(opened)
+    opened.change_something()
     opened.window.close()
-    box = dialog(opened, QMessageBox)
+    box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
     save_as(opened, tmp_path / "copy.bmp")
     opened.qtbot.waitUntil(lambda: "must end in" in opened.say())
@@ -215,12 +204,12 @@ def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path
 
 def test_dialogs_begin_in_the_folder_of_the_photo(opened, photo):
     opened.key(Qt.Key.Key_O, CONTROL)
-    assert dialog(opened, QFileDialog).directory().absolutePath() == str(photo.parent)
+    assert opened.dialog(QFileDialog).directory().absolutePath() == str(photo.parent)
 
 
 def test_the_file_dialogs_buttons_have_room_for_their_icons(opened):
     opened.key(Qt.Key.Key_O, CONTROL)
-    for button in dialog(opened, QFileDialog).findChildren(QToolButton):
+    for button in opened.dialog(QFileDialog).findChildren(QToolButton):
         if button.isVisible() and not button.icon().isNull():
             assert button.width() >= button.minimumSizeHint().width()
 
@@ -245,9 +234,9 @@ def test_changes_made_while_the_next_photo_is_read_are_asked_about(opened, tmp_p
     assert cv2.imwrite(str(other), textured_photo(seed=9)[..., ::-1])
     first = opened.editor.document.path
     opened.editor.files.open(other)
-    change_something(opened)
+    opened.change_something()
     opened.settle()
-    asked = dialog(opened, QMessageBox)
+    asked = opened.dialog(QMessageBox)
     assert opened.editor.document.path == first
     QTest.mouseClick(asked.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     opened.settle()

@@ -13,12 +13,6 @@ def gauge(driver):
     return driver.panel("recipe").gauge
 
 
-def press(driver, key, times=1):
-    slider(driver).setFocus()
-    for _ in range(times):
-        QTest.keyClick(slider(driver), key)
-
-
 def test_the_papers_choice_reads_zero_and_names_its_source(opened):
     assert gauge(opened).text.text() == "0.0 % found it unnatural"
     for words in ("Table 1", "32 students", "25 faces", "past the targets by about a tenth"):
@@ -26,23 +20,23 @@ def test_the_papers_choice_reads_zero_and_names_its_source(opened):
 
 
 def test_it_follows_distance_and_centre_and_warns_above_six_percent(opened):
-    press(opened, KEYS.Key_PageUp, 2)
+    opened.press_key(slider(opened), KEYS.Key_PageUp, times=2)
     assert gauge(opened).text.text() == "5.0 % found it unnatural"
-    press(opened, KEYS.Key_Right)
+    opened.press_key(slider(opened), KEYS.Key_Right)
     assert gauge(opened).text.text().startswith("⚠")
     assert gauge(opened).text.property("warn")
-    press(opened, KEYS.Key_Left)
+    opened.press_key(slider(opened), KEYS.Key_Left)
     assert not gauge(opened).text.property("warn")
     QTest.mouseClick(opened.panel("recipe").centre.buttons[3], Qt.MouseButton.LeftButton)
     assert "6.8 %" in gauge(opened).text.text()
 
 
 def test_beyond_the_table_it_says_at_least_or_at_most(opened):
-    press(opened, KEYS.Key_End)
+    opened.press_key(slider(opened), KEYS.Key_End)
     assert gauge(opened).text.text() == "⚠ ≥ 70 % found it unnatural"
-    press(opened, KEYS.Key_Home)
+    opened.press_key(slider(opened), KEYS.Key_Home)
     assert gauge(opened).text.text() == "nothing moves"
-    press(opened, KEYS.Key_PageUp)
+    opened.press_key(slider(opened), KEYS.Key_PageUp)
     assert gauge(opened).text.text() == "≤ 0.6 % found it unnatural"
 
 
@@ -54,7 +48,7 @@ def test_without_an_active_face_there_is_none(opened):
 
 def test_the_blocks_fill_and_turn_to_the_warning_colour(opened):
     calm = gauge(opened).blocks.grab().toImage()
-    press(opened, KEYS.Key_PageUp, 4)
+    opened.press_key(slider(opened), KEYS.Key_PageUp, times=4)
     alarmed = gauge(opened).blocks.grab().toImage()
     assert alarmed.pixelColor(5, 5).name() == "#d55e00"
     assert calm.pixelColor(5, 5) != alarmed.pixelColor(5, 5)

@@ -67,8 +67,7 @@ def test_a_slider_dragged_with_the_mouse_previews_and_commits_once(opened):
 
 
 def test_a_double_click_resets_a_slider(opened):
-    slider(opened).setFocus()
-    QTest.keyClick(slider(opened), KEYS.Key_End)
+    opened.press_key(slider(opened), KEYS.Key_End)
     assert opened.state.recipe.percent == 15.0
     QTest.mouseDClick(slider(opened), Qt.MouseButton.LeftButton)
     assert opened.state.recipe.percent == 4.0
@@ -89,8 +88,7 @@ def test_escape_ends_a_slider_gesture_as_if_it_had_not_been(opened):
 
 def test_undo_and_redo_bring_results_back(opened):
     before = opened.shown.copy()
-    slider(opened).setFocus()
-    QTest.keyClick(slider(opened), KEYS.Key_PageUp)
+    opened.press_key(slider(opened), KEYS.Key_PageUp)
     opened.settle()
     after = opened.shown.copy()
     assert (after != before).any()
@@ -190,11 +188,9 @@ def test_clicking_a_candidate_chooses_the_centre(opened):
 def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
     panel = opened.panel("recipe")
     QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
-    panel.lattice.slider.setFocus()
-    QTest.keyClick(panel.lattice.slider, KEYS.Key_End)
+    opened.press_key(panel.lattice.slider, KEYS.Key_End)
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
-    panel.choices["fit"].setFocus()
-    QTest.keyClick(panel.choices["fit"], KEYS.Key_Up)
+    opened.press_key(panel.choices["fit"], KEYS.Key_Up)
     QTest.keyClick(panel.sliders["threshold_px"].slider, KEYS.Key_End)
     panel.switches["guard"].click()
     opened.settle()
@@ -264,8 +260,7 @@ def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
 
 def test_a_double_click_beside_the_handle_is_one_step(opened):
     handle = slider(opened)
-    handle.setFocus()
-    QTest.keyClick(handle, KEYS.Key_PageUp)
+    opened.press_key(handle, KEYS.Key_PageUp)
     before = opened.state.recipe.percent
     far = QPoint(handle.width() - 8, handle.height() // 2)
     QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=far)
@@ -316,11 +311,9 @@ def test_a_press_on_the_handle_moves_nothing(opened):
 def test_the_history_tells_values(opened):
     panel = opened.panel("recipe")
     QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
-    panel.lattice.slider.setFocus()
-    QTest.keyClick(panel.lattice.slider, KEYS.Key_End)
+    opened.press_key(panel.lattice.slider, KEYS.Key_End)
     panel.fold.button.click()
-    panel.choices["fit"].setFocus()
-    QTest.keyClick(panel.choices["fit"], KEYS.Key_Up)
+    opened.press_key(panel.choices["fit"], KEYS.Key_Up)
     panel.switches["guard"].click()
     by = QPoint(-30, 40)
     opened.drag(opened.on_screen(LEFT), by)

@@ -10,12 +10,6 @@ from PySide6.QtWidgets import QAbstractButton, QInputDialog, QWidget
 
 KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 CONTROL = Qt.KeyboardModifier.ControlModifier
-PLAIN = Qt.KeyboardModifier.NoModifier
-
-
-def press(driver, key, times=1, held=PLAIN):
-    for _ in range(times):
-        QTest.keyClick(driver.canvas, key, held)
 
 
 def middle(driver):
@@ -29,7 +23,7 @@ def test_keys_select_points_and_arrows_move_them(opened):
     assert opened.window.status.hint_text.startswith("outline 1")
     opened.key(KEYS.Key_Period, CONTROL)
     before = opened.state.faces[0].outline
-    press(opened, KEYS.Key_Left, 3)
+    opened.press_key(opened.canvas, KEYS.Key_Left, times=3)
     opened.settle()
     moved = opened.state.faces[0].outline - before
     np.testing.assert_allclose(moved[1], (-3.0, 0.0))
@@ -41,8 +35,7 @@ def test_keys_select_points_and_arrows_move_them(opened):
 
 def test_the_arrows_move_the_point_wherever_the_keys_went_before(opened):
     slider = opened.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, KEYS.Key_Right)
+    opened.press_key(slider, KEYS.Key_Right)
     opened.key(KEYS.Key_Period, CONTROL)
     before = opened.state
     for _ in range(2):
@@ -56,25 +49,25 @@ def test_the_arrows_move_the_point_wherever_the_keys_went_before(opened):
 def test_a_stroke_is_painted_with_arrows_and_enter(opened):
     opened.key(KEYS.Key_B)
     start = middle(opened)
-    press(opened, KEYS.Key_Return)
-    press(opened, KEYS.Key_Right, 2, SHIFT)
-    press(opened, KEYS.Key_Down, 5)
+    opened.press_key(opened.canvas, KEYS.Key_Return)
+    opened.press_key(opened.canvas, KEYS.Key_Right, SHIFT, times=2)
+    opened.press_key(opened.canvas, KEYS.Key_Down, times=5)
     assert opened.editor.document.in_gesture
-    press(opened, KEYS.Key_Return)
+    opened.press_key(opened.canvas, KEYS.Key_Return)
     opened.settle()
     (stroke,) = opened.state.protection.strokes
     px = 1.0 / opened.canvas.zoom * opened.canvas.devicePixelRatioF()
     np.testing.assert_allclose(stroke.points_px[0], start, atol=0.1)
     np.testing.assert_allclose(stroke.points_px[-1], start + np.array([80, 20]) * px, atol=0.1)
     assert opened.editor.document.undo.count() == 1
-    press(opened, KEYS.Key_Right)
+    opened.press_key(opened.canvas, KEYS.Key_Right)
     assert len(opened.state.protection.strokes) == 1, "the brush is lifted"
 
 
 def test_escape_lifts_the_brush_without_a_stroke(opened):
     opened.key(KEYS.Key_B)
-    press(opened, KEYS.Key_Return)
-    press(opened, KEYS.Key_Right, 4)
+    opened.press_key(opened.canvas, KEYS.Key_Return)
+    opened.press_key(opened.canvas, KEYS.Key_Right, times=4)
     opened.key(KEYS.Key_Escape)
     opened.settle()
     assert not opened.state.protection.strokes
@@ -82,8 +75,8 @@ def test_escape_lifts_the_brush_without_a_stroke(opened):
 
 def test_the_pointer_stays_on_the_canvas(opened):
     opened.key(KEYS.Key_B)
-    press(opened, KEYS.Key_Up, 100, SHIFT)
-    press(opened, KEYS.Key_Return, 2)
+    opened.press_key(opened.canvas, KEYS.Key_Up, SHIFT, times=100)
+    opened.press_key(opened.canvas, KEYS.Key_Return, times=2)
     (stroke,) = opened.state.protection.strokes
     assert opened.canvas.to_screen(stroke.points_px[0]).y() == pytest.approx(0.0, abs=0.5)
 
@@ -92,8 +85,8 @@ def test_a_corner_is_marked_by_keys_and_the_hint_goes_on(opened):
     opened.key(KEYS.Key_F3)
     opened.settle()
     assert "1 of 6" in opened.window.status.hint_text
-    press(opened, KEYS.Key_Left, 3)
-    press(opened, KEYS.Key_Return, 2)
+    opened.press_key(opened.canvas, KEYS.Key_Left, times=3)
+    opened.press_key(opened.canvas, KEYS.Key_Return, times=2)
     assert len(opened.state.draft) == 1
     assert "2 of 6" in opened.window.status.hint_text
     opened.key(KEYS.Key_F2)

@@ -108,8 +108,7 @@ def test_switching_modes_keeps_both_states(manual):
     assert manual.state.mode == "automatic"
     assert not manual.panel("manual").isVisible()
     assert len(found[0].outline) == 21
-    manual.panel("recipe").percent.slider.setFocus()
-    QTest.keyClick(manual.panel("recipe").percent.slider, KEYS.Key_End)
+    manual.press_key(manual.panel("recipe").percent.slider, KEYS.Key_End)
     manual.key(KEYS.Key_F3)
     manual.settle()
     assert manual.state.faces is by_hand

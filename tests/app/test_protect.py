@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QToolButton
-from test_files import CONTROL, dialog, save_as
+from test_files import CONTROL, save_as
 from test_view import picture
 
 from kogao_core.photo import read
@@ -177,8 +177,7 @@ def test_brackets_and_the_slider_size_the_brush(opened):
     opened.key(KEYS.Key_BracketLeft)
     assert opened.editor.view.brush.radius_px == pytest.approx(2 * first / 2**0.25)
     slider = opened.panel("protect").size_px.slider
-    slider.setFocus()
-    QTest.keyClick(slider, KEYS.Key_End)
+    opened.press_key(slider, KEYS.Key_End)
     assert opened.editor.view.brush.radius_px == 512.0
     QTest.mouseDClick(slider, Qt.MouseButton.LeftButton)
     assert opened.editor.view.brush.radius_px == pytest.approx(first)
@@ -227,7 +226,7 @@ def test_remove_all_is_one_step(opened):
 def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
     paint(opened)
     opened.key(KEYS.Key_S, CONTROL)
-    dialog(opened, QFileDialog)
+    opened.dialog(QFileDialog)
     copy = tmp_path / "held.png"
     save_as(opened, copy)
     opened.qtbot.waitUntil(copy.is_file, timeout=10_000)

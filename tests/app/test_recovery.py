@@ -72,12 +72,6 @@ VICTIM = """
 """
 
 
-def change_something(driver):
-    slider = driver.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, Qt.Key.Key_PageUp)
-
-
 def kept(driver):
     """Wait for the recovery file that holds the newest state."""
     recovery = driver.editor.recovery
@@ -87,7 +81,7 @@ def kept(driver):
 
 def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, storage):
     before = sorted(photo.parent.iterdir())
-    change_something(opened)
+    opened.change_something()
     file = kept(opened)
     assert file.parent == storage.recovery
     project = load(file)
@@ -102,18 +96,18 @@ def test_nothing_is_kept_without_changes_and_after_an_orderly_end(start, photo, 
     driver = start()
     driver.open(photo)
     assert not driver.editor.recovery.file.exists()
-    change_something(driver)
+    driver.change_something()
     file = kept(driver)
     driver.key(Qt.Key.Key_Z, CONTROL)
     driver.qtbot.waitUntil(lambda: not file.exists(), timeout=10_000)
-    change_something(driver)
+    driver.change_something()
     kept(driver)
     driver.editor.close()
     assert not list(storage.recovery.iterdir())
 
 
 def test_a_running_programs_work_is_not_offered(opened, start, storage):
-    change_something(opened)
+    opened.change_something()
     kept(opened)
     assert leftovers(storage.recovery) == []
     other = start()
@@ -123,7 +117,7 @@ def test_a_running_programs_work_is_not_offered(opened, start, storage):
 
 
 def test_a_gesture_in_hand_is_not_kept_half_done(opened):
-    change_something(opened)
+    opened.change_something()
     file = kept(opened)
     at = opened.on_screen(Handle("outline", 0, 10))
     opened.press(at)
@@ -344,7 +338,7 @@ def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypa
     monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", slow)
     for _ in range(8):
         opened.editor._pools[1].start(lambda: gate.wait(20))
-    change_something(opened)
+    opened.change_something()
     file = opened.editor.recovery.file
     opened.qtbot.waitUntil(file.exists)
     assert load(file).automatic.recipe.percent == 5.0
@@ -364,14 +358,14 @@ def test_what_could_not_be_kept_is_kept_once_there_is_room(opened, monkeypatch):
         save(project, path)
 
     monkeypatch.setattr("kogao_app.features.recovery.save", write)
-    change_something(opened)
+    opened.change_something()
     opened.qtbot.waitUntil(lambda: "No space left" in opened.say())
     full.clear()
     opened.qtbot.waitUntil(opened.editor.recovery.file.exists)
 
 
 def test_an_edit_is_kept_without_a_pause(opened):
-    change_something(opened)
+    opened.change_something()
     opened.settle()
     assert opened.editor.recovery.file.exists()
 
@@ -379,7 +373,7 @@ def test_an_edit_is_kept_without_a_pause(opened):
 def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
     driver = start()
     driver.open(photo)
-    change_something(driver)
+    driver.change_something()
     driver.editor.recovery.look()
     driver.settle()
     driver.take_step("Restore")
@@ -441,9 +435,9 @@ def test_a_full_disk_is_said_once(opened, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("kogao_app.features.recovery.save", full)
-    change_something(opened)
+    opened.change_something()
     opened.qtbot.waitUntil(lambda: "No space left" in opened.say(), timeout=10_000)
     opened.take_step("Dismiss")
-    change_something(opened)
+    opened.change_something()
     opened.settle()
     assert opened.say() == ""

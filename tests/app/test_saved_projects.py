@@ -15,7 +15,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
-from test_desk import change_something, dialog, drop
+from test_desk import drop
 
 from kogao_core.project import load, sha256_of
 from kogao_core.sidecar import sidecar_of
@@ -37,7 +37,7 @@ def worked(start, photo):
     """A photo with its project beside it: a slider moved, a point dragged, a line protected."""
     driver = start()
     driver.open(photo)
-    change_something(driver)
+    driver.change_something()
     driver.drag(driver.on_screen(Handle("outline", 0, 10)), QPoint(6, 9))
     state = driver.state
     driver.editor.document.step(
@@ -65,7 +65,7 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     assert not other.window.isWindowModified()
     assert not other.editor.document.undo.canUndo()
     np.testing.assert_array_equal(other.shown, worked.shown)
-    change_something(other)
+    other.change_something()
     assert other.window.isWindowModified()
     save_project(other)
     assert load(file).automatic.recipe.percent == other.state.recipe.percent
@@ -85,7 +85,7 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
     driver = start()
     driver.open(photo)
     assert "back" in driver.say()
-    change_something(driver)
+    driver.change_something()
     driver.settle()
     save_project(driver)
     assert sorted(calls) == ["hash", "read"]
@@ -150,7 +150,7 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
     empty.editor.files.open(alone)
     empty.settle()
     assert empty.editor.document.photo is None
-    asked = dialog(empty, QFileDialog)
+    asked = empty.dialog(QFileDialog)
     assert "work.kogao.json" in asked.windowTitle()
     asked.fileSelected.emit(str(secret))
     asked.reject()
@@ -158,7 +158,7 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
     assert empty.editor.document.path == secret
     np.testing.assert_array_equal(empty.shown, seen)
     # It goes back where it came from, although that isn't beside the photo.
-    change_something(empty)
+    empty.change_something()
     empty.window.actions_by_name["save-project"].trigger()
     empty.settle()
     assert load(alone).automatic.recipe.percent == empty.state.recipe.percent
@@ -177,7 +177,7 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
     assert driver.say().count("\n") == 0
     assert driver.say().startswith("The photo starts afresh")
     assert len(driver.state.faces) == 1
-    change_something(driver)
+    driver.change_something()
     save_project(driver)
     assert "another project" in driver.say()
     assert file.read_text() == text
@@ -189,9 +189,9 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
 
 
 def test_closing_can_save_the_project_first(opened, photo):
-    change_something(opened)
+    opened.change_something()
     opened.window.close()
-    box = dialog(opened, QMessageBox)
+    box = opened.dialog(QMessageBox)
     QTest.mouseClick(button(box, "Save project"), Qt.MouseButton.LeftButton)
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
     assert load(sidecar_of(photo)).automatic.recipe.percent == 5.0
@@ -208,12 +208,12 @@ def test_where_nothing_can_be_written_another_place_is_asked_for(opened, tmp_pat
         write(project, path)
 
     monkeypatch.setattr(projects, "save", read_only)
-    change_something(opened)
+    opened.change_something()
     save_project(opened)
     assert "Permission denied" in opened.say()
     assert opened.window.isWindowModified()
     opened.take_step("another place")
-    asked = dialog(opened, QFileDialog)
+    asked = opened.dialog(QFileDialog)
     (tmp_path / "mine").mkdir()
     # A name without the ending gets it, so that no photo can be written over.
     asked.fileSelected.emit(str(tmp_path / "mine" / "portrait.png"))
@@ -227,7 +227,7 @@ def test_the_built_in_sample_is_never_written_beside(empty):
     empty.editor.files.open_sample()
     empty.settle()
     save_project(empty)
-    asked = dialog(empty, QFileDialog)
+    asked = empty.dialog(QFileDialog)
     assert asked.selectedFiles()[0].endswith("average.jpg.kogao.json")
     assert not sidecar_of(empty.editor.document.path).exists()
 

@@ -13,7 +13,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
-from test_files import dialog, save_as
+from test_files import save_as
 
 from kogao_core.photo import read
 from kogao_core.project import load, save
@@ -63,7 +63,7 @@ def step(driver, percent):
 
 
 def answer(driver, words):
-    box = dialog(driver, QMessageBox)
+    box = driver.dialog(QMessageBox)
     button = next(one for one in box.buttons() if words in one.text().replace("&", ""))
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
@@ -85,7 +85,7 @@ def test_undo_and_another_edit_while_a_copy_is_written_count_as_unsaved(opened, 
     assert "Saved copy.png" in opened.say()
     assert opened.window.isWindowModified()
     opened.window.close()
-    assert dialog(opened, QMessageBox).isVisible()
+    assert opened.dialog(QMessageBox).isVisible()
 
 
 def test_an_edit_while_the_copy_before_closing_is_written_is_asked_about(opened, disk, tmp_path):
@@ -104,7 +104,7 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
     step(opened, 11.0)
     opened.window.close()
     answer(opened, "Save a copy")
-    asked = dialog(opened, QFileDialog)
+    asked = opened.dialog(QFileDialog)
     disk.set()
     opened.settle()
     assert (tmp_path / "first.png").exists()
@@ -218,7 +218,7 @@ def test_a_copy_of_an_earlier_photo_does_not_make_the_next_one_saved(opened, dis
 
 def test_a_name_is_asked_for_the_photo_that_is_open(opened, other):
     opened.key(Qt.Key.Key_S, CONTROL)
-    assert dialog(opened, QFileDialog).isVisible()
+    assert opened.dialog(QFileDialog).isVisible()
     opened.editor.files.read(other)
     opened.settle()
     assert not any(asked.isVisible() for asked in opened.window.findChildren(QFileDialog))
@@ -228,7 +228,7 @@ def test_another_save_or_a_cancelled_one_ends_the_wish_to_close(opened, disk, tm
     step(opened, 8.0)
     closing_with_a_copy(opened, tmp_path / "copy.png")
     opened.key(Qt.Key.Key_S, CONTROL)
-    dialog(opened, QFileDialog).reject()
+    opened.dialog(QFileDialog).reject()
     disk.set()
     opened.settle()
     assert not opened.window.isWindowModified()
@@ -240,7 +240,7 @@ def test_a_refused_save_closes_nothing(opened, photo):
     before = photo.read_bytes()
     opened.window.close()
     answer(opened, "Save a copy")
-    asked = dialog(opened, QFileDialog)
+    asked = opened.dialog(QFileDialog)
     asked.fileSelected.emit(str(photo))
     asked.reject()
     opened.settle()
@@ -296,7 +296,7 @@ def test_marks_of_a_face_begun_are_in_no_file_and_stay_unsaved(opened, photo):
     assert sidecar_of(photo).exists()
     assert opened.window.isWindowModified()
     opened.window.close()
-    assert "isn't complete" in dialog(opened, QMessageBox).informativeText()
+    assert "isn't complete" in opened.dialog(QMessageBox).informativeText()
 
 
 def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):

@@ -12,7 +12,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 from scenes import oval_face, textured_photo
-from test_desk import change_something, dialog
 
 from kogao_core.photo import read
 
@@ -33,7 +32,7 @@ def save(driver, path):
 
 def options(driver):
     driver.key(Qt.Key.Key_O, CONTROL, ALT)
-    return dialog(driver, SavingDialog)
+    return driver.dialog(SavingDialog)
 
 
 def accept(box):
@@ -78,7 +77,7 @@ def test_a_record_and_a_label_are_told_and_remembered(empty, start, jpeg, tmp_pa
     QTest.keyClick(box.labelled, Qt.Key.Key_Space)
     box.label.setText("retouched by hand")
     accept(box)
-    change_something(empty)
+    empty.change_something()
     save(empty, tmp_path / "copy.png")
     copy = read(tmp_path / "copy.png")
     assert b"Kogao" in copy.xmp
@@ -117,4 +116,4 @@ def test_a_photo_too_small_for_its_label_leads_to_the_options(empty, source, tmp
     save(empty, tmp_path / "copy.png")
     assert not (tmp_path / "copy.png").exists()
     empty.take_step("Save options")
-    assert dialog(empty, SavingDialog).isVisible()
+    assert empty.dialog(SavingDialog).isVisible()

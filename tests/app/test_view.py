@@ -54,10 +54,8 @@ def test_a_key_toggles_an_overlay_and_its_box(opened, layer):
 def test_folded_cells_are_drawn_and_counted(opened):
     panel = opened.panel("recipe")
     assert "✓" in panel.one_to_one.text()
-    panel.lattice.slider.setFocus()
-    QTest.keyClick(panel.lattice.slider, Qt.Key.Key_Home)
-    panel.percent.slider.setFocus()
-    QTest.keyClick(panel.percent.slider, Qt.Key.Key_End)
+    opened.press_key(panel.lattice.slider, Qt.Key.Key_Home)
+    opened.press_key(panel.percent.slider, Qt.Key.Key_End)
     opened.settle()
     assert "held back" in panel.one_to_one.text()
     panel.switches["guard"].click()
@@ -236,8 +234,7 @@ def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):
 
 def test_a_warp_of_nothing_has_no_lattice_in_warp_distances(opened):
     slider = opened.panel("recipe").percent.slider
-    slider.setFocus()
-    QTest.keyClick(slider, Qt.Key.Key_Home)
+    opened.press_key(slider, Qt.Key.Key_Home)
     note = opened.panel("recipe").lattice.note.text()
     assert "– × warp distance" in note  # noqa: RUF001
 
@@ -283,8 +280,7 @@ def test_the_side_panel_is_never_wider_than_its_place(opened):
     panel, area = opened.panel("recipe"), opened.panel("manual").window().findChild(QScrollArea)
     assert area.isAncestorOf(panel)
     for slider in (panel.lattice.slider, panel.percent.slider):
-        slider.setFocus()
-        QTest.keyClick(slider, Qt.Key.Key_Home)
+        opened.press_key(slider, Qt.Key.Key_Home)
     QTest.keyClick(panel.percent.slider, Qt.Key.Key_End)
     opened.settle()
     assert "⚠" in panel.gauge.text.text()
