@@ -57,7 +57,7 @@ class Window(QMainWindow):
         super().__init__()
         self.setAcceptDrops(True)
         self.actions_by_name: dict[str, QAction] = {}
-        self.menus = {"panels": QMenu(tr("&Panels"))}
+        self.menus = {"panels": QMenu(tr("&Panels"), self)}
         self.canvas, self.bar, self.status = PhotoCanvas(view), MessageBar(), StatusLine()
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)

@@ -49,7 +49,7 @@ class Compare(Feature):
             ),
             Spec(
                 "loupe",
-                tr("&Loupe"),
+                tr("Lo&upe"),
                 "Z",
                 tr("Before and after magnified"),
                 toggled=self.use_loupe,

@@ -45,7 +45,7 @@ class Groups(Feature):
             ),
             Spec(
                 "all-faces",
-                tr("&All faces on"),
+                tr("All fa&ces on"),
                 "Ctrl+A",
                 tr("Make every face smaller"),
                 lambda: self._keep(self._every),

@@ -74,7 +74,7 @@ class Overlays(Feature):
             *map(self._switch, LISTED),
             Spec(
                 "hide-overlays",
-                tr("Hide all &overlays"),
+                tr("Hide all o&verlays"),
                 "O",
                 tr("The photo without marks, or the same marks again"),
                 toggled=self._hide_all,

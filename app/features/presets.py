@@ -83,7 +83,7 @@ class Presets(Feature):
                 self._ask_name,
             )
         )
-        self.menu = self.window.menus["presets"] = QMenu(tr("Prese&ts"))
+        self.menu = self.window.menus["presets"] = QMenu(tr("Prese&ts"), self.window)
         self.menu.aboutToShow.connect(self.fill)
         self.fill()
 

@@ -249,7 +249,7 @@ class ProtectPanel(QWidget):
         self.size_px.edited.connect(self.resized)
         self.size_px.reset.connect(self.reset)
         self.size_px.refused.connect(self.refused)
-        self.hard = QCheckBox(tr("Har&d edge: not a pixel of it moves"))
+        self.hard = QCheckBox(tr("Hard ed&ge: not a pixel of it moves"))
         self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
         self.hard.toggled.connect(hard.setChecked)
         hard.toggled.connect(self.hard.setChecked)

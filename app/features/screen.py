@@ -50,7 +50,7 @@ class Screen(Feature):
             ),
             Spec(
                 "reset-layout",
-                tr("&First layout again"),
+                tr("First la&yout again"),
                 "",
                 tr("All panels in their places"),
                 docks.reset,

@@ -68,7 +68,7 @@ class RecipeEditing(Feature):
             Spec(
                 "follow-photo",
                 tr("&Use the photo's settings"),
-                "",
+                "Ctrl+U",
                 tr("Forget the settings of this face's own"),
                 self.follow_photo,
             ),

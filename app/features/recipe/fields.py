@@ -88,9 +88,12 @@ def scale(field: str) -> SliderScale:
 
 
 def label(field: str) -> str:
-    """Return what a field is called, with its mnemonic."""
-    title = tr(SETTINGS[field].title)
-    return title.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else title
+    """Return what a field is called, and a switch what it does, with its mnemonic."""
+    setting = SETTINGS[field]
+    text = tr(setting.title)
+    if setting.within is None and not setting.alternatives:
+        text = tr("{title}: {help}", title=text, help=tip(field))
+    return text.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else text
 
 
 def tip(field: str) -> str:
@@ -142,10 +145,10 @@ _LETTERS: Final = {
     "lattice": "L",
     "lattice_unit": "u",
     "fit": "i",
-    "domain": "m",
+    "domain": "D",
     "threshold_px": "r",
     "interpolation": "n",
-    "guard": "G",
+    "guard": "k",
 }
 
 
@@ -218,7 +221,7 @@ class OwnerLine(QWidget):
         super().__init__()
         self.title, self.note = heading(""), muted_label()
         self.note.setWordWrap(True)
-        self.button = QPushButton(tr("&Use the photo's"))
+        self.button = QPushButton(tr("Use the photo's"))
         self.button.setToolTip(tr("Forget this face's own settings"))
         self.button.setAccessibleName(tr("Use the photo's settings"))
         self.button.clicked.connect(self.follow)

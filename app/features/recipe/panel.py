@@ -173,8 +173,7 @@ class RecipePanel(QWidget):
         return box
 
     def _switch(self, field: str) -> QCheckBox:
-        text = tr("{title}: {help}", title=fields.label(field), help=fields.tip(field))
-        switch = QCheckBox(text)
+        switch = QCheckBox(fields.label(field))
         switch.setToolTip(fields.tip(field))
         switch.toggled.connect(lambda on: self._choose(field, on))
         self.switches[field] = switch

@@ -1,0 +1,85 @@
+"""A letter leads to one place: in each menu, and with Alt in each window."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import pytest
+from kogao_app.features.experiments.dialog import ExperimentDialog
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QFileDialog,
+    QLabel,
+    QMenu,
+    QMenuBar,
+    QWidget,
+)
+
+
+def doubled(texts):
+    """The letters that more than one text is called by."""
+    called = defaultdict(list)
+    for text in texts:
+        called[QKeySequence.mnemonic(text).toString()].append(text)
+    return {letter: those for letter, those in called.items() if letter and len(those) > 1}
+
+
+def letters_of(window):
+    """The texts in a window that a letter may be underlined in, folded away or not."""
+    texts = []
+    for widget in window.findChildren(QWidget):
+        if widget.window() is not window or not widget.isEnabled():
+            continue
+        if isinstance(widget, QAbstractButton) or (isinstance(widget, QLabel) and widget.buddy()):
+            texts.append(widget.text())
+        elif isinstance(widget, QMenuBar):
+            texts += [action.text() for action in widget.actions()]
+    return texts
+
+
+def test_a_letter_with_alt_leads_to_one_place_of_the_window(two):
+    texts = letters_of(two.window)
+    assert {"F&ace", "Lattice &unit", "Brush si&ze"} <= set(texts)
+    assert doubled(texts) == {}
+
+
+def test_a_letter_leads_to_one_entry_of_a_menu(two):
+    menus = two.window.findChildren(QMenu)
+    assert {"&File", "F&ace", "Face", "Prese&ts"} <= {menu.title() for menu in menus}
+    found = {menu.title(): doubled(one.text() for one in menu.actions()) for menu in menus}
+    assert {title: those for title, those in found.items() if those} == {}
+
+
+@pytest.fixture
+def dialogs(two):
+    """Every dialog, opened as its entry in the menus does; those that ask before work is lost."""
+    two.change_something()
+    for name, action in two.window.actions_by_name.items():
+        # An experiment runs for a while before its window says more than these buttons.
+        if action.text().endswith("…") and not name.startswith("experiment-"):
+            action.trigger()
+    ExperimentDialog("An experiment", two.window).open()
+    two.editor.saver.guard(lambda: None)
+    two.settle()
+    found = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
+    yield [one for one in found if one is not two.window and not isinstance(one, QFileDialog)]
+    for one in found:
+        if one is not two.window:
+            one.close()
+
+
+def test_a_letter_with_alt_leads_to_one_place_of_a_dialog(two, dialogs):
+    kinds = {type(one).__name__ for one in dialogs}
+    assert kinds >= {"BatchDialog", "SavingDialog", "ShortcutsDialog", "ModesDialog", "QMessageBox"}
+    for dialog in dialogs:
+        assert (dialog.windowTitle(), doubled(letters_of(dialog))) == (dialog.windowTitle(), {})
+    two.editor.batch.dialog.show_running()
+    assert doubled(letters_of(two.editor.batch.dialog)) == {}
+
+
+@pytest.mark.usefixtures("opened")
+def test_every_menu_goes_with_its_window():
+    tops = [one for one in QApplication.topLevelWidgets() if isinstance(one, QMenu)]
+    assert [menu.title() for menu in tops if menu.parent() is None] == []
