@@ -124,8 +124,8 @@ class ValueField(QLineEdit):
 
     def event(self, event: QEvent) -> bool:
         """Keep Escape from the window while something is typed here."""
-        asked = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
-        if asked and event.key() == Qt.Key.Key_Escape:
+        asked = event.type() == QEvent.Type.ShortcutOverride
+        if asked and isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
             event.accept()
             return True
         return super().event(event)
