@@ -9,7 +9,7 @@ import shutil
 import stat
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
@@ -28,6 +28,9 @@ _KINDS: Final = (
     (stat.S_ISSOCK, "a socket"),
 )
 _swept: Final[set[Path]] = set()
+
+Pieces = Sequence[bytes | memoryview]
+"""What a file holds, one behind the other; not joined, for that would copy them."""
 
 
 class NotAFile(OSError):
@@ -54,7 +57,7 @@ def check_target(path: str | os.PathLike[str]) -> None:
 
 
 def put(
-    data: bytes,
+    data: bytes | Pieces,
     path: str | os.PathLike[str],
     check: Callable[[], object] | None = None,
     like: Path | None = None,
@@ -63,8 +66,8 @@ def put(
 
     Parameters
     ----------
-    data : bytes
-        What the file is to hold.
+    data : bytes, or sequence of bytes and memoryviews
+        What the file is to hold, one behind the other.
     path : path
         Where; a link is followed to the file it names.
     check : callable, optional
@@ -85,7 +88,7 @@ def put(
     with aside(target.parent) as place:
         fresh = place / "fresh"
         with fresh.open("xb") as file:
-            file.write(data)
+            file.writelines([data] if isinstance(data, bytes) else data)
             file.flush()
             if like is not None or target.exists():
                 _resemble(like or target, fresh)

@@ -141,6 +141,6 @@ def before_pixels(png: bytes) -> bytes:
     return png[IHDR_END:end]
 
 
-def inserted(png: bytes, more: bytes) -> bytes:
-    """Return a PNG file with more chunks behind its header."""
-    return png[:IHDR_END] + more + png[IHDR_END:]
+def taken_apart(png: bytes) -> tuple[bytes, memoryview]:
+    """Return the header of a PNG file and all that follows."""
+    return png[:IHDR_END], memoryview(png)[IHDR_END:]

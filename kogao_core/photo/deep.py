@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import IO
+from typing import IO, Final
 
 import cv2
 import numpy as np
 from PIL import Image as Pillow
 
 from kogao_core.geometry import Image
+
+_LOCK: Final = threading.Lock()
+_levels: Final[list[int]] = []
 
 
 def is_16_bit_png(image: Pillow.Image, file: IO[bytes]) -> bool:
@@ -59,12 +63,15 @@ def decode(data: bytes) -> Image:
 
 @contextmanager
 def _silent_opencv() -> Iterator[None]:
-    level = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    """Keep OpenCV's log silent while any thread is inside; its level is the whole program's."""
+    logging = cv2.utils.logging
+    with _LOCK:
+        _levels.append(logging.setLogLevel(logging.LOG_LEVEL_SILENT))
     try:
         yield
     finally:
-        cv2.utils.logging.setLogLevel(level)
+        with _LOCK:  # whoever leaves last takes the level that the first one found
+            logging.setLogLevel(_levels.pop())
 
 
 def encode(pixels: Image, suffix: str, how: Sequence[int] = ()) -> bytes:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from kogao_core.atomic import Pieces
 from kogao_core.geometry import Box, Image
 from kogao_core.photo import formats, jpeg_extras, metadata, photoshop, stale
 from kogao_core.photo.formats import Content, Format
 from kogao_core.photo.model import Photo
 
 
-def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -> bytes:
+def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -> Pieces:
     """Return a file with new pixels and the photo's metadata, whose orientation is upright.
 
     Parameters

@@ -31,7 +31,7 @@ def found(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     seen = [*photo.extras, *form.inside(photo, file), *_from_metadata(photo, form.note)]
     if form.behind is not None:
         file.seek(0)
-        seen += form.behind(file.read())
+        seen += form.behind(file)
     return tuple(dict.fromkeys(seen))
 
 

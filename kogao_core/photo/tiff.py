@@ -13,8 +13,9 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import TiffImagePlugin
 
+from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
-from kogao_core.photo import deep, photoshop
+from kogao_core.photo import deep, photoshop, tiff_pixels
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.stderr import hushed
 
@@ -183,11 +184,14 @@ class TiffTags:
                 "with 8 or 16 bits, or 32-bit float, with straight alpha"
             )
 
-    def decode(self, data: bytes) -> Image:
-        """Decode a deep file of a layout that was checked; upright."""
-        pixels = deep.decode(data)
+    def decode(self, file: IO[bytes]) -> Image:
+        """Decode an open deep file of a layout that was checked; upright."""
+        pixels = tiff_pixels.read(file, self.tags, self.orientation)
+        if pixels is None:
+            file.seek(0)
+            pixels = deep.decode(file.read())
         if self._first(_PHOTOMETRIC, _RGB) == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
-            pixels = np.asarray(np.iinfo(np.uint16).max - pixels)
+            np.invert(pixels, out=pixels)
         return pixels
 
     @property
@@ -276,26 +280,10 @@ def _in_order(iptc: bytes) -> bytes:
     return iptc
 
 
-def with_metadata(
-    written: bytes,
-    *,
-    exif: bytes | None,
-    xmp: bytes | None,
-    icc_profile: bytes | None,
-    dpi: tuple[float, float] | None,
-    aspect: tuple[int, int] | None,
-    photoshop_resources: bytes | None,
-) -> bytes:
-    """Return a TIFF file as OpenCV wrote it, with a fuller directory.
+def taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
+    """Return the directory and the pixels of a file as OpenCV writes it.
 
-    Parameters
-    ----------
-    written : bytes
-        A file whose pixels lie between its header and its directory.
-    exif, xmp, icc_profile, dpi, aspect
-        As in `Photo`.
-    photoshop_resources : bytes, optional
-        Those to keep.
+    The pixels lie between header and directory, whose strips are then counted from the first pixel.
     """
     directory = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES])
     start = directory.next
@@ -303,9 +291,34 @@ def with_metadata(
         file.seek(start)
         directory.load(file)
     dict(directory)  # entries that were never looked at would not be saved
-    # Pillow counts strips from the end of the directory, where the pixels go now.
-    strips = directory[_STRIPS]
-    directory[_STRIPS] = tuple(offset - _HEADER_BYTES for offset in strips)
+    directory[_STRIPS] = tuple(offset - _HEADER_BYTES for offset in directory[_STRIPS])
+    return directory, memoryview(written)[_HEADER_BYTES:start]
+
+
+def with_metadata(
+    directory: TiffImagePlugin.ImageFileDirectory_v2,
+    pixels: memoryview,
+    *,
+    exif: bytes | None,
+    xmp: bytes | None,
+    icc_profile: bytes | None,
+    dpi: tuple[float, float] | None,
+    aspect: tuple[int, int] | None,
+    photoshop_resources: bytes | None,
+) -> Pieces:
+    """Return a TIFF file with a fuller directory ahead of its pixels.
+
+    Parameters
+    ----------
+    directory : PIL.TiffImagePlugin.ImageFileDirectory_v2
+        What it says of the pixels; strips are counted from the first pixel.
+    pixels : memoryview
+        As they are stored.
+    exif, xmp, icc_profile, dpi, aspect
+        As in `Photo`.
+    photoshop_resources : bytes, optional
+        Those to keep.
+    """
     if directory[_SAMPLES] == _WITH_ALPHA:
         directory[_EXTRA] = _STRAIGHT
     density = dpi or aspect
@@ -321,8 +334,8 @@ def with_metadata(
         if density is None or tag not in _DENSITY:
             directory[tag] = value
     with io.BytesIO() as out:
-        directory.save(out)
-        return b"".join([out.getvalue(), memoryview(written)[_HEADER_BYTES:start]])
+        directory.save(out)  # adds its own length to where the strips start
+        return [out.getvalue(), pixels]
 
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Iterator
-from typing import Final
+from typing import IO, Final
 
 from PIL import ExifTags
 from PIL import Image as Pillow
@@ -79,34 +80,42 @@ def _first(value: object) -> int:
     return number if isinstance(number, int) else 1
 
 
-def end(data: bytes) -> int:
-    """Return where the last part ends that a directory of a TIFF file points to."""
-    order = ">" if data.startswith(b"MM") else "<"
+def end(file: IO[bytes]) -> int:
+    """Return where the last part ends that a directory of an open TIFF file points to."""
+    whole = file.seek(0, os.SEEK_END)
+    order = ">" if _bytes_at(file, 0, 2) == b"MM" else "<"
     last, seen = 8, set[int]()
-    waiting = [struct.unpack_from(order + "I", data, 4)[0]]
+    waiting = [struct.unpack(order + "I", _bytes_at(file, 4, 4))[0]]
     while waiting and len(seen) < _MOST_DIRECTORIES:
         start = waiting.pop()
-        if start in seen or not 0 < start < len(data) - 2:
+        if start in seen or not 0 < start < whole - 2:
             continue
         seen.add(start)
-        (count,) = struct.unpack_from(order + "H", data, start)
+        (count,) = struct.unpack(order + "H", _bytes_at(file, start, 2))
         last = max(last, start + 2 + 12 * count + 4)
         numbers: dict[int, tuple[int, ...]] = {}
-        for at in range(start + 2, min(start + 2 + 12 * count, len(data) - 16), 12):
-            tag, kind, size = struct.unpack_from(order + "HHI", data, at)
+        entries = _bytes_at(file, start + 2, 12 * count)
+        for at in range(start + 2, min(start + 2 + 12 * count, whole - 16), 12):
+            tag, kind, size, value = struct.unpack_from(order + "HHII", entries, at - start - 2)
             length = _SIZES.get(kind, 1) * size
-            place = at + 8 if length <= 4 else struct.unpack_from(order + "I", data, at + 8)[0]
-            if place + length > len(data):
+            place = at + 8 if length <= 4 else value
+            if place + length > whole:
                 continue
             last = max(last, place + length)
             if kind in (3, 4, 13):
                 letter = "H" if kind == 3 else "I"
-                numbers[tag] = struct.unpack_from(f"{order}{size}{letter}", data, place)
+                stored = _bytes_at(file, place, length)
+                numbers[tag] = struct.unpack(f"{order}{size}{letter}", stored)
                 waiting += numbers[tag] if tag in _POINTERS or kind == 13 else ()
         for places, lengths in _PLACES.items():
             pairs = zip(numbers.get(places, ()), numbers.get(lengths, ()), strict=False)
             last = max(last, *(at + length for at, length in pairs), 0)
         after = start + 2 + 12 * count
-        if after + 4 <= len(data):
-            waiting.append(struct.unpack_from(order + "I", data, after)[0])
-    return min(last, len(data))
+        if after + 4 <= whole:
+            waiting.append(struct.unpack(order + "I", _bytes_at(file, after, 4))[0])
+    return min(last, whole)
+
+
+def _bytes_at(file: IO[bytes], at: int, count: int) -> bytes:
+    file.seek(at)
+    return file.read(count)

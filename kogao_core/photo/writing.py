@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from kogao_core.atomic import NotAFile, check_target, put
+from kogao_core.atomic import NotAFile, Pieces, check_target, put
 from kogao_core.geometry import Box, Image
 from kogao_core.photo import encoding, formats, kinds
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
@@ -84,17 +84,18 @@ def write(
     check_holds(path, pixels)
     try:
         if _is_unchanged(photo, pixels, form):
-            data, note = photo.path.read_bytes(), ""
+            pieces: Pieces = [photo.path.read_bytes()]
+            note = ""
         else:
             encode = partial(_encoded, photo, pixels, path, form)
             keep = formats.BY_NAME[form].keep if form == photo.format else None
             ahead = ahead or partial(read_ahead, photo, path)
-            data, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
+            pieces, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
             note = _worth_knowing(photo, pixels, form, kept)
         if path.exists() and photo.path.exists() and path.samefile(photo.path):
             note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
         # The last look is just before the file appears: someone may have been quicker.
-        put(data, path, lambda: check_output(path, force=force))
+        put(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
         reason = error.strerror or error
@@ -295,7 +296,7 @@ def _spread(photo: Photo, pixels: Image) -> str:
     return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
 
 
-def _encoded(photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None) -> bytes:
+def _encoded(photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None) -> Pieces:
     try:
         return encoding.encode(photo, pixels, form, part)
     except ValueError as error:

@@ -5,7 +5,9 @@ import re
 import subprocess
 import sys
 import textwrap
+import threading
 
+import cv2
 import numpy as np
 import pytest
 from files import directory
@@ -13,6 +15,7 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import stderr
+from kogao_core.photo import deep
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="closes a descriptor")
 SAVING = """
@@ -151,3 +154,26 @@ def test_an_error_within_still_lets_go():
     with stderr.hushed() as said:
         np.zeros(1)
     assert said == []
+
+
+def test_opencv_stays_silent_while_any_thread_decodes_and_gets_its_level_back(monkeypatch):
+    """Its level is one for all threads; here the first that came is the first to leave."""
+    level, levels = cv2.utils.logging.getLogLevel(), []
+    began, go_on = ([threading.Event(), threading.Event()] for _ in range(2))
+
+    def decode(data, _):
+        began[data[0]].set()
+        go_on[data[0]].wait()
+        levels.append(cv2.utils.logging.getLogLevel())
+        return np.zeros((1, 1), np.uint16)
+
+    monkeypatch.setattr(cv2, "imdecode", decode)
+    threads = [threading.Thread(target=deep.decode, args=(bytes([k]),)) for k in range(2)]
+    for thread, there in zip(threads, began, strict=True):
+        thread.start()
+        there.wait()
+    for thread, event in zip(threads, go_on, strict=True):
+        event.set()
+        thread.join()
+    assert levels == [cv2.utils.logging.LOG_LEVEL_SILENT] * 2
+    assert cv2.utils.logging.getLogLevel() == level

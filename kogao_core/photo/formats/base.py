@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 
 from PIL import Image as Pillow
 
+from kogao_core.atomic import Pieces
 from kogao_core.geometry import Box, Image
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra, Kind
@@ -18,7 +19,7 @@ from kogao_core.photo.model import Photo
 if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
 
-Encode = Callable[[Box | None], bytes]
+Encode = Callable[[Box | None], Pieces]
 Ahead = Callable[[], Any]
 Fate = Literal["kept", "moved", "left out"]
 
@@ -127,7 +128,7 @@ class FileFormat:
     is_lossless : bool
         Whether every file of it holds its pixels exactly.
     encode : callable, optional
-        Given a `Content`; returns the bytes of a file. None, where it is read only.
+        Given a `Content`; returns the pieces of a file. None, where it is read only.
     layouts : mapping of str to tuple of int
         Channels that can be written, by the name of the pixels' type: 1 is grey, 2 grey + alpha,
         3 RGB, 4 RGBA. Empty, where it is read only.
@@ -140,7 +141,7 @@ class FileFormat:
     inside : callable
         Yields what an open file of the photo holds beside pixels and metadata blocks.
     behind : callable, optional
-        Yields what follows the end of the picture in the bytes of a file.
+        Yields what follows the end of the picture in a file, open at its start.
     note : Kind, optional
         What a maker's note in its EXIF is; None, where `inside` yields it.
     lacks : callable
@@ -159,17 +160,17 @@ class FileFormat:
     title: str
     suffixes: tuple[str, ...]
     is_lossless: bool
-    encode: Callable[[Content], bytes] | None = None
+    encode: Callable[[Content], Pieces] | None = None
     layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     longest_side_px: int | None = None
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset()
     reader: Reader | None = None
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]] = _nothing_inside
-    behind: Callable[[bytes], Iterator[Extra]] | None = None
+    behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_lacks
-    keep: Callable[[Photo, Image, Encode, Path, Ahead], tuple[bytes, str]] | None = None
+    keep: Callable[[Photo, Image, Encode, Path, Ahead], tuple[Pieces, str]] | None = None
     ahead: Callable[[Photo, Path], Any] | None = None
 
     def __post_init__(self) -> None:

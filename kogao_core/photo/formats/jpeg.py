@@ -11,6 +11,7 @@ from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
 
+from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
 from kogao_core.photo import jpeg_extras, kinds, segments, trailers
 from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
@@ -25,10 +26,10 @@ _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
 
 
-def _encode(content: Content) -> bytes:
+def _encode(content: Content) -> Pieces:
     more = (*content.carried, *segments.photoshop_segments(content.resources or b""))
     opaque = dataclasses.replace(content, pixels=_without_alpha(content.pixels))
-    return segments.inserted(_plain(opaque), more)
+    return [segments.inserted(_plain(opaque), more)]
 
 
 def _plain(content: Content) -> bytes:
@@ -60,7 +61,8 @@ def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
     return jpeg_extras.found(file)
 
 
-def _behind(data: bytes) -> Iterator[Extra]:
+def _behind(file: IO[bytes]) -> Iterator[Extra]:
+    data = file.read()
     end, late = segments.end_of_picture(data, 2)
     if late:
         yield Extra(kinds.LATE_SEGMENTS)
@@ -88,7 +90,7 @@ def _folder(path: Path) -> Path:
 
 def _keep(
     photo: Photo, pixels: Image, encode: Encode, path: Path, ahead: Ahead
-) -> tuple[bytes, str]:
+) -> tuple[Pieces, str]:
     """Keep every block in which no pixel changed."""
     from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
 
@@ -99,7 +101,9 @@ def _keep(
         reason = f"{photo.path} has changed since it was read"
     if not reason:
         try:
-            kept = keep_blocks(ahead(), photo.pixels, pixels, encode, _folder(path))
+            kept = keep_blocks(
+                ahead(), photo.pixels, pixels, lambda box: b"".join(encode(box)), _folder(path)
+            )
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
@@ -107,7 +111,7 @@ def _keep(
             is_progressive = photo.jpeg is not None and photo.jpeg.progressive
             more = ", in one scan instead of progressive ones" if is_progressive else ""
             damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
-            return kept.data, note + more + damage
+            return [kept.data], note + more + damage
     return encode(None), f"every block of the JPEG was compressed again: {reason}"
 
 

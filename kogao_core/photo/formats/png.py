@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from PIL import PngImagePlugin
 
+from kogao_core.atomic import Pieces
 from kogao_core.photo import chunks, deep, kinds, trailers
 from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.kinds import Extra
@@ -25,13 +26,15 @@ _FAST: Final = (
 )
 
 
-def _encode(content: Content) -> bytes:
+def _encode(content: Content) -> Pieces:
     aspect = content.photo.aspect
     shape = () if aspect is None else (chunks.shape(aspect),)
-    return chunks.inserted(_plain(content), b"".join((*shape, *content.carried)))
+    header, *rest = _plain(content)
+    return [header, *shape, *content.carried, *rest]
 
 
-def _plain(content: Content) -> bytes:
+def _plain(content: Content) -> Pieces:
+    """Return the header, and in other pieces the rest."""
     xmp, resources = content.blocks.pop("xmp"), content.resources
     text = PngImagePlugin.PngInfo()
     if resources:
@@ -41,21 +44,22 @@ def _plain(content: Content) -> bytes:
     if xmp is not None:
         text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
     if content.pixels.ndim == 3 and content.pixels.shape[2] == _GREY_WITH_ALPHA:
-        return content.saved("PNG", pnginfo=text, compress_level=_LEVEL)  # OpenCV knows none
+        saved = content.saved("PNG", pnginfo=text, compress_level=_LEVEL)  # OpenCV knows none
+        return chunks.taken_apart(saved)
     # Pillow can't write 16-bit colour and takes longer for the rest: OpenCV writes the pixels,
     # Pillow the chunks around them.
     empty = Content(content.photo, np.zeros((1, 1), np.uint8), content.blocks)
     carrier = empty.saved("PNG", pnginfo=text)
-    return chunks.inserted(
-        deep.encode(content.pixels, ".png", _FAST), chunks.before_pixels(carrier)
-    )
+    header, pixels = chunks.taken_apart(deep.encode(content.pixels, ".png", _FAST))
+    return [header, chunks.before_pixels(carrier), pixels]
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     return chunks.found(file, photo.channels)
 
 
-def _behind(data: bytes) -> Iterator[Extra]:
+def _behind(file: IO[bytes]) -> Iterator[Extra]:
+    data = file.read()
     return trailers.found(data, chunks.end(data))
 
 

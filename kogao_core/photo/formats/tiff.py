@@ -10,14 +10,30 @@ import cv2
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.photo import colour, contents, deep, kinds, tiff, tiff_extras, trailers
+from kogao_core.atomic import Pieces
+from kogao_core.photo import (
+    colour,
+    contents,
+    deep,
+    kinds,
+    tiff,
+    tiff_extras,
+    tiff_pixels,
+    trailers,
+)
 from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
 
 _LZW: Final = 5
 # Lossless ways that every reader knows; what was compressed otherwise becomes LZW.
-_KEPT: Final = {1, _LZW, 8, 32773, 32946}  # none, LZW, Deflate, PackBits, Deflate's old number
+_KEPT: Final = {
+    tiff_pixels.UNCOMPRESSED,
+    _LZW,
+    8,
+    32773,
+    32946,
+}  # none, LZW, Deflate, PackBits, Deflate's old number
 
 
 def _decode(source: Source) -> Photo:
@@ -32,7 +48,7 @@ def _decode(source: Source) -> Photo:
     tags.check_compression(path)
     if tags.is_deep:
         tags.check_layout(path)
-        pixels = tags.decode(source.data())
+        pixels = tags.decode(file)
     else:
         file.seek(0)
         with Pillow.open(file, formats=["TIFF"]) as image:
@@ -54,12 +70,16 @@ def _decode(source: Source) -> Photo:
     )
 
 
-def _encode(content: Content) -> bytes:
+def _encode(content: Content) -> Pieces:
     number = content.photo.tiff_compression
-    how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
-    written = deep.encode(content.pixels, ".tiff", how)
+    if number == tiff_pixels.UNCOMPRESSED:
+        directory, stored = tiff_pixels.laid_out(content.pixels)
+    else:
+        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
+        directory, stored = tiff.taken_apart(deep.encode(content.pixels, ".tiff", how))
     return tiff.with_metadata(
-        written,
+        directory,
+        stored,
         photoshop_resources=content.resources,
         aspect=content.photo.aspect,
         **content.blocks,
@@ -77,8 +97,12 @@ def _lacks(photo: Photo) -> str:
     return "the EXIF block is damaged, and TIFF can't hold it as it is: it is left out"
 
 
-def _behind(data: bytes) -> Iterator[Extra]:
-    return trailers.found(data, tiff_extras.end(data))
+def _behind(file: IO[bytes]) -> Iterator[Extra]:
+    end = tiff_extras.end(file)
+    if end == file.seek(0, os.SEEK_END):
+        return iter(())  # as nearly always, and pixels may be large
+    file.seek(0)
+    return trailers.found(file.read(), end)
 
 
 TIFF: Final = FileFormat(

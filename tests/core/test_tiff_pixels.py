@@ -1,0 +1,95 @@
+"""Uncompressed TIFF pixels are taken from the file and put there as they are."""
+
+import io
+import tracemalloc
+
+import cv2
+import files
+import numpy as np
+import pytest
+
+from kogao_core import photo
+from kogao_core.photo import deep, tiff, tiff_pixels
+
+SHAPES = [(37, 51), (37, 51, 3), (300, 400, 3), (37, 51, 4), (2, 70_000)]
+
+
+def noise(shape, dtype):
+    return np.random.default_rng(5).integers(0, 60_000, shape).astype(dtype)
+
+
+def read(path):
+    with path.open("rb") as file:
+        tags = tiff.TiffTags.read(file)
+        return tiff_pixels.read(file, tags.tags, tags.orientation)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_pixels_are_those_that_a_decoder_finds(tmp_path, shape, order, orientation):
+    data = files.tiff(noise(shape, np.uint16), orientation, order)
+    (tmp_path / "in.tif").write_bytes(data)
+    found, decoded = read(tmp_path / "in.tif"), deep.decode(data)
+    assert found.dtype == decoded.dtype
+    assert found.dtype.isnative
+    assert found.flags.c_contiguous
+    np.testing.assert_array_equal(found, decoded)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_a_decoder_finds_the_pixels_that_were_laid_out(tmp_path, shape, dtype):
+    pixels = noise(shape, dtype)
+    directory, stored = tiff_pixels.laid_out(pixels)
+    with io.BytesIO() as head:
+        directory.save(head)
+        data = head.getvalue() + stored
+    np.testing.assert_array_equal(deep.decode(data), pixels)
+    assert np.shares_memory(stored, pixels)
+    if dtype != np.uint8:
+        (tmp_path / "out.tif").write_bytes(data)
+        np.testing.assert_array_equal(read(tmp_path / "out.tif"), pixels)
+
+
+@pytest.mark.parametrize(
+    ("tag", "value"),
+    [(259, 5), (266, 2), (322, 16), (258, (16, 16, 8)), (339, (1, 1, 3)), (279, 9), (273, (8, 9))],
+)
+def test_what_lies_there_otherwise_takes_a_decoder(tmp_path, tag, value):
+    path = tmp_path / "in.tif"
+    path.write_bytes(files.tiff(noise((37, 51, 3), np.uint16)))
+    assert read(path) is not None
+    with path.open("rb") as file:
+        tags = tiff.TiffTags.read(file).tags
+        tags[tag] = value
+        assert tiff_pixels.read(file, tags, 1) is None
+
+
+def test_a_file_that_became_shorter_is_damaged(tmp_path):
+    path = tmp_path / "in.tif"
+    path.write_bytes(files.tiff(noise((37, 51), np.uint16)))
+    with path.open("r+b") as file:
+        tags = tiff.TiffTags.read(file).tags
+        file.truncate(1000)
+        with pytest.raises(ValueError, match="cannot reshape"):
+            tiff_pixels.read(file, tags, 1)
+
+
+def test_a_deep_photo_is_held_once_to_read_it_and_not_again_to_write_it(tmp_path):
+    pixels = noise((600, 800, 3), np.uint16)
+    cv2.imwrite(str(tmp_path / "in.tif"), pixels, [cv2.IMWRITE_TIFF_COMPRESSION, 1])
+    photo.read(tmp_path / "in.tif")  # modules are loaded once
+    tracemalloc.start()
+    try:
+        source = photo.read(tmp_path / "in.tif")
+        _, read_bytes = tracemalloc.get_traced_memory()
+        changed = source.pixels // 2
+        tracemalloc.reset_peak()
+        before, _ = tracemalloc.get_traced_memory()
+        photo.write(source, changed, tmp_path / "out.tif")
+        _, written_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert read_bytes < 1.5 * pixels.nbytes
+    assert written_bytes - before < 0.5 * pixels.nbytes
