@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Final
 from kogao_core.stderr import open_standard_streams
 from kogao_core.wording import shown
 
+from .workspaces import WORKSPACES
+
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
@@ -85,7 +87,7 @@ def _edit(
     from .editor import Editor
     from .screenshot import Screenshot, Shown
 
-    editor = Editor(app, source or landmarks.source(), storage, options.theme)
+    editor = Editor(app, source or landmarks.source(), storage, options.theme, options.workspace)
     if options.size is not None or not editor.screen.size_known:
         editor.window.resize(*(options.size or _SIZE))
     look = Shown(options.show, options.percent, options.protect)
@@ -138,11 +140,17 @@ def _parser() -> argparse.ArgumentParser:
         "--screenshot", type=Path, metavar="OUT.png", help="save a picture of the window, and exit"
     )
     parser.add_argument(
+        "--workspace",
+        choices=tuple(WORKSPACES),
+        help="what the window shows: the photo and its faces, both ways to set points, or "
+        "everything (see docs/editor.md); what was shown last when absent",
+    )
+    parser.add_argument(
         "--show",
         type=_names,
         metavar="NAME,...",
         help="what the picture shows: overlays, ways to compare, tools (see docs/editor.md); "
-        "the overlays that leave the photo visible when absent",
+        "the overlays of the workspace when absent",
     )
     parser.add_argument(
         "--percent", type=_percent, metavar="P", help="warp distance in the picture, %% of D"

@@ -11,13 +11,6 @@ from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
 from .i18n import tr
 
 Names = tuple[str | None, ...]
-TOOLBAR: Names = (
-    *("open", "save", None),
-    *("mode-automatic", "mode-manual", None),
-    *("undo", "redo", None),
-    *("fit", "actual", None),
-    *("compare-wipe", "compare-side", "compare-difference", "loupe"),
-)
 _FIRST_KEY = "first_key"
 
 
@@ -55,7 +48,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
     ----------
     actions : sequence of str
         All names there are. Of some kinds there are as many as features have declared, and they
-        follow in that order: overlays, tools, experiments and sources of landmarks.
+        follow in that order: workspaces, overlays, tools, experiments and sources of landmarks.
     """
 
     def every(kind: str) -> Names:
@@ -77,7 +70,9 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *("fit", "actual", "closer", "farther", None),
             *every("overlay-"),
             *("hide-overlays", None),
-            *("panels", "hide-panels", "move-panels", "reset-layout"),
+            *("panels", "hide-panels", "move-panels", None),
+            *every("workspace-"),
+            "reset-workspace",
         ),
         tr("F&ace"): (
             *(
@@ -162,9 +157,9 @@ def fill_menus(
                 menu.addAction(actions[name])
 
 
-def fill_toolbar(bar: QToolBar, actions: Mapping[str, QAction]) -> None:
-    """Lay the buttons out."""
-    for name in TOOLBAR:
+def fill_toolbar(bar: QToolBar, names: Names, actions: Mapping[str, QAction]) -> None:
+    """Lay the buttons out; None is a line."""
+    for name in names:
         if name is None:
             bar.addSeparator()
         else:

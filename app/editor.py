@@ -40,6 +40,7 @@ from .features.screen import Hints, Screen
 from .features.soft import SoftSelection
 from .features.strip import Strip
 from .features.surroundings import Surroundings
+from .features.workspaces import Workspaces
 from .i18n import reason, tr
 from .render.live import Live
 from .storage import Storage
@@ -61,6 +62,8 @@ class Editor(QObject):
         Where settings and recovery files lie.
     choice : {"system", "light", "dark"}
         Colours of the window.
+    workspace : str, optional
+        Name of the workspace to begin in; the one that was left last when absent.
     """
 
     def __init__(
@@ -69,6 +72,7 @@ class Editor(QObject):
         source: LandmarkSource,
         storage: Storage,
         choice: theme.Choice = "system",
+        workspace: str | None = None,
     ) -> None:
         super().__init__()
         # Widgets in cycles of references die on this thread, whichever makes the garbage.
@@ -92,6 +96,7 @@ class Editor(QObject):
         self.features = context.features
         self._build(context, source)
         self._mount()
+        self.workspaces.begin(workspace)
         window.asked_to_close.connect(
             lambda: self.batch.guard(lambda: self.saver.guard(self.close))
         )
@@ -128,6 +133,7 @@ class Editor(QObject):
         self.readings = Readings(context)
         self.hints = Hints(context, self.points, self.recipe, self.protect, self.manual)
         self.screen = Screen(context)
+        self.workspaces = Workspaces(context)
         self.history = History(context)
         self.commands = Commands(context)
 
@@ -141,7 +147,7 @@ class Editor(QObject):
             *(self.manual, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.history, self.strip),
         )
-        window.lay_out([(it.panel, it.dock) for it in shown if it.panel is not None])
+        window.lay_out({it.name: (it.panel, it.dock) for it in shown if it.panel is not None})
         self.commands.restore()
         self.screen.restore()
 

@@ -71,8 +71,8 @@ class Screenshot(QObject):
         super().__init__(editor)
         self._editor, self._path, self._look = editor, path, look
         self._code, self._line = 0, ""
-        first = frozenset(overlay.name for overlay in LISTED if overlay.in_screenshots)
-        self._show(first if look.show is None else look.show)
+        if look.show is not None:
+            self._show(look.show)
         editor.files.unreadable.connect(self._give_up)
         editor.files.wants_photo.connect(
             lambda file: self._give_up(f"the photo of {file} isn't beside it; put it there")

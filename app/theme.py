@@ -100,6 +100,16 @@ def _sheet(theme: Theme) -> str:
     QPushButton, QToolButton[segment="true"] {{
         background: {theme.raised}; border-color: {theme.line};
     }}
+    QToolButton[part] {{
+        background: {theme.raised}; border-color: {theme.line}; border-radius: 0;
+    }}
+    QToolButton[part="first"] {{
+        border-top-left-radius: 4px; border-bottom-left-radius: 4px; border-right: none;
+    }}
+    QToolButton[part="last"] {{
+        border-top-right-radius: 4px; border-bottom-right-radius: 4px; border-left: none;
+    }}
+    QToolButton[part]:checked {{ background: {theme.accent}; border-color: {theme.accent}; }}
     QToolButton[snug="true"] {{ padding: 4px 2px; }}
     QFileDialog QToolButton {{ padding: 0; min-height: 0; }}
     QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}

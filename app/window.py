@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Final
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QByteArray, QEvent, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
@@ -18,6 +19,7 @@ from PySide6.QtWidgets import (
     QToolButton,
     QVBoxLayout,
     QWidget,
+    QWidgetAction,
 )
 
 from . import actions
@@ -29,8 +31,14 @@ from .view_state import ViewState
 from .widgets.controls import column_of
 from .widgets.docks import Dock, Docks
 from .widgets.messages import MessageBar, StatusLine
+from .widgets.segments import segmented
+from .workspaces import WORKSPACES, Workspace
 
 _SIDE_PX = 296
+# The dock of the column beside the photo.
+_SIDE: Final = "settings"
+# What is there or not with the photos that were opened.
+_BY_PHOTO: Final = ("strip",)
 
 
 class Window(QMainWindow):
@@ -46,12 +54,15 @@ class Window(QMainWindow):
         The window has the focus, or another one.
     asked_to_close
         The user wants to close; `really_close` does.
+    arranged(Workspace)
+        Another workspace is shown, or the same one anew.
     """
 
     dropped = Signal(object)
     original_held = Signal(bool)
     activated = Signal(bool)
     asked_to_close = Signal()
+    arranged = Signal(object)
 
     def __init__(self, view: ViewState) -> None:
         super().__init__()
@@ -62,6 +73,11 @@ class Window(QMainWindow):
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)
         self._closing = False
+        self._bar = QToolBar(tr("Tools"))
+        self._holding = QWidgetAction(self)
+        self._beside: dict[str, QWidget] = {}
+        self._needed: set[str] = set()
+        self._workspace: Workspace | None = None
         self._side = QWidget()
         self._column = column_of(self._side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
         self._stage = QGridLayout()
@@ -71,13 +87,14 @@ class Window(QMainWindow):
         for spec in specs:
             self.actions_by_name[spec.name] = actions.build(self, spec)
 
-    def lay_out(self, panels: Iterable[tuple[QWidget, Dock | None]]) -> None:
-        """Arrange everything, once all features have added their actions.
+    def lay_out(self, panels: Mapping[str, tuple[QWidget, Dock | None]]) -> None:
+        """Put everything in its place, once all features have added their actions.
 
         Parameters
         ----------
-        panels : iterable of (QWidget, Dock or None)
-            From the left, top and front; those without a dock stand in the column at the side.
+        panels : mapping of str to (QWidget, Dock or None)
+            By name, from the left, top and front; those without a dock stand in the column at the
+            side.
         """
         menus = actions.layout(list(self.actions_by_name))
         order = [name for names in menus.values() for name in names if name in self.actions_by_name]
@@ -86,19 +103,54 @@ class Window(QMainWindow):
         actions.fill_menus(self.menuBar(), menus, self.actions_by_name, self.menus)
         self._add_toolbar()
         self._fill_stage()
-        docked = [(panel, dock) for panel, dock in panels if dock is not None]
-        for panel, dock in panels:
-            if dock is None:
+        docked = []
+        for name, (panel, dock) in panels.items():
+            if dock is not None:
+                docked.append((name, dock, panel))
+            else:
+                self._beside[name] = panel
                 self._column.addWidget(panel)
         self._column.addStretch()
         left = [one for one in docked if one[1].area == Qt.DockWidgetArea.LeftDockWidgetArea]
-        right = Dock("settings", tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
+        right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
         below = [one for one in docked if one not in left]
-        for panel, dock in (*left, (self._scrolled_side(), right), *below):
-            self.docks.add(dock, panel)
+        for one in (*left, (_SIDE, right, self._scrolled_side()), *below):
+            self.docks.add(*one)
+        for name in _BY_PHOTO:
+            self.docks.hide(name)
         self.menus["panels"].addActions(self.docks.toggles())
         self.setStatusBar(self.status)
         self.canvas.setFocus()
+
+    def arrange(self, workspace: Workspace, docks: QByteArray | None = None) -> None:
+        """Show a workspace.
+
+        Parameters
+        ----------
+        workspace : Workspace
+            Which one.
+        docks : QByteArray, optional
+            Where its docks were left, as `Docks.state` returned it.
+        """
+        self._workspace = workspace
+        # The switch stays: it may be what was pressed.
+        for action in self._bar.actions()[1:]:
+            self._bar.removeAction(action)
+        there = {**self.actions_by_name, "hold-original": self._holding}
+        actions.fill_toolbar(self._bar, (None, *workspace.tools), there)
+        self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
+        self._show_beside()
+        self.arranged.emit(workspace)
+
+    def need(self, panel: str, needed: bool) -> None:
+        """Show a panel beside the photo while it is needed, whatever the workspace."""
+        (self._needed.add if needed else self._needed.discard)(panel)
+        self._show_beside()
+
+    def _show_beside(self) -> None:
+        if self._workspace is not None:
+            for name, panel in self._beside.items():
+                panel.setVisible(name in self._needed or name in self._workspace.panels)
 
     def show_in_middle(self, widget: QWidget) -> None:
         """Lay a widget over the middle of the canvas."""
@@ -120,13 +172,13 @@ class Window(QMainWindow):
         self.close()
 
     def _add_toolbar(self) -> None:
-        bar = QToolBar(tr("Tools"))
-        bar.setObjectName("tools")
-        bar.setMovable(False)
-        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        actions.fill_toolbar(bar, self.actions_by_name)
-        bar.addWidget(self._hold_button())
-        self.addToolBar(bar)
+        self._bar.setObjectName("tools")
+        self._bar.setMovable(False)
+        self._bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
+        self._bar.addWidget(segmented(tr("Workspace"), switch))
+        self._holding.setDefaultWidget(self._hold_button())
+        self.addToolBar(self._bar)
 
     def _hold_button(self) -> QToolButton:
         hold = QToolButton()

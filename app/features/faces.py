@@ -67,6 +67,7 @@ class Faces(Feature):
         The search for faces failed, and why; `found(0)` follows.
     """
 
+    name = "faces"
     found = Signal(int)
     not_found = Signal(str)
     _came = Signal(object)
@@ -97,7 +98,7 @@ class Faces(Feature):
             ),
         )
         self.panel: FacesPanel = FacesPanel()
-        self.dock = Dock("faces", tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)
+        self.dock = Dock(tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)
         self.panel.switched.connect(self.switch)
         self.panel.chosen.connect(recipe.choose)
         self.document.opened.connect(self._open)

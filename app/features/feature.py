@@ -73,7 +73,9 @@ class Feature(QObject):
 
     message = Signal(object)
     working = Signal(str)
-    # What it adds to the window: a panel in the column at the side, or in a dock of its own.
+    # What it adds to the window: a panel in the column at the side, or in a dock of its own. By
+    # this name workspaces know it.
+    name: str = ""
     panel: QWidget | None = None
     dock: Dock | None = None
 

@@ -18,6 +18,8 @@ _ON_A_PHOTO = (
 class History(Feature):
     """Steps through what was done, and keeps title and actions up with it."""
 
+    name = "history"
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.add_actions(
@@ -27,7 +29,7 @@ class History(Feature):
         self.panel: QUndoView = QUndoView(self.document.undo)
         self.panel.setEmptyLabel(tr("As it was opened"))
         self.panel.setAccessibleName(tr("History"))
-        self.dock = Dock("history", tr("History"))
+        self.dock = Dock(tr("History"))
         self.document.undo.indexChanged.connect(self.show)
         self.document.undo.indexChanged.connect(self.window.bar.move_on)
         self.document.opened.connect(self.window.bar.move_on)

@@ -67,9 +67,10 @@ def _key_label(action: QAction) -> QLabel:
 class Overlays(Feature):
     """Switches the overlays on and off."""
 
+    name = "overlays"
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.view.visible = {overlay.name for overlay in LISTED if overlay.on_at_first}
         self.add_actions(
             *map(self._switch, LISTED),
             Spec(
@@ -92,8 +93,7 @@ class Overlays(Feature):
             self.window.canvas.show_overlay(name, on)
 
         tip = tr("Show or hide: {what}", what=title)
-        first = overlay.on_at_first
-        return Spec(f"overlay-{name}", title, overlay.key, tip, toggled=show, checked=first)
+        return Spec(f"overlay-{name}", title, overlay.key, tip, toggled=show, checked=False)
 
     def _hide_all(self, hidden: bool) -> None:
         self.panel.hide_all(hidden)

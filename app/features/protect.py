@@ -46,6 +46,7 @@ class Protect(Feature):
         Another tool, size or edge, as `ViewState.brush` says.
     """
 
+    name = "protect"
     changed = Signal()
 
     def __init__(self, context: Context) -> None:
@@ -110,7 +111,7 @@ class Protect(Feature):
         canvas.stroke_ended.connect(self.end)
         self.changed.connect(canvas.take_tool)
         self.changed.connect(canvas.redraw)
-        self.changed.connect(lambda: self.panel.show_brush(self.view.brush))
+        self.changed.connect(self._show_tool)
         self.document.opened.connect(self.fit_brush)
         self.document.aborted.connect(self._drop)
         self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
@@ -200,8 +201,17 @@ class Protect(Feature):
     def _drop(self) -> None:
         self._path = []
 
+    def _show_tool(self) -> None:
+        self.panel.show_brush(self.view.brush)
+        self._show_need()
+
     def _show_count(self) -> None:
         self.panel.show_count(len(self.document.state.protection.strokes))
+        self._show_need()
+
+    def _show_need(self) -> None:
+        there = bool(self.document.state.protection.strokes)
+        self.window.need(self.name, there or self.view.brush.paints)
 
 
 def _smoothed(path: list[tuple[float, float]], loose_px: float) -> Array:

@@ -189,9 +189,11 @@ def _number() -> QLabel:
 class Readings(Feature):
     """Shows what the newest whole result took and changed."""
 
+    name = "readings"
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.panel: ReadingsPanel = ReadingsPanel()
-        self.dock = Dock("readings", tr("Readings"))
+        self.dock = Dock(tr("Readings"))
         self.document.opened.connect(self.panel.forget)
         self.live.measured.connect(self.panel.show_rendering)

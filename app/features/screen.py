@@ -1,6 +1,8 @@
-"""What the window shows and where: zoom, the photo as it was, panels, facts in the status line."""
+"""What the window shows: zoom, the photo as it was, room for it, facts in the status line."""
 
 from __future__ import annotations
+
+from PySide6.QtCore import QByteArray
 
 from ..actions import Spec
 from ..i18n import tr
@@ -11,10 +13,11 @@ from .protect import Protect
 from .recipe import RecipeEditing
 
 _STEP = 1.5
+_GEOMETRY = "window/geometry"
 
 
 class Screen(Feature):
-    """Zooms, shows the original while it is held, arranges the panels and remembers them."""
+    """Zooms, shows the original while it is held, and remembers how large the window is."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -48,13 +51,6 @@ class Screen(Feature):
                 toggled=lambda on: docks.fix(not on),
                 checked=False,
             ),
-            Spec(
-                "reset-layout",
-                tr("First la&yout again"),
-                "",
-                tr("All panels in their places"),
-                docks.reset,
-            ),
         )
         self.window.original_held.connect(canvas.show_original)
         canvas.view_changed.connect(self._show_zoom)
@@ -66,15 +62,13 @@ class Screen(Feature):
         self.document.opened.connect(self._show_photo)
 
     def restore(self) -> None:
-        """Put the panels where they were."""
-        self.size_known = self.window.docks.restore(self.settings)
-        # It was left with photos; now it is empty.
-        self.window.docks.hide("strip")
+        """Make the window as large as it was."""
+        geometry = self.settings.value(_GEOMETRY)
+        self.size_known = isinstance(geometry, QByteArray) and self.window.restoreGeometry(geometry)
 
     def stop(self) -> None:
-        """Remember the layout."""
-        self.window.docks.save(self.settings)
-        self.settings.sync()
+        """Remember the window's size."""
+        self.settings.setValue(_GEOMETRY, self.window.saveGeometry())
 
     def _zoom_by(self, factor: float) -> None:
         canvas = self.window.canvas

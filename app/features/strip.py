@@ -29,6 +29,8 @@ _PATH: Final = Qt.ItemDataRole.UserRole
 class Strip(Feature):
     """Lists photos, makes their thumbnails one after the other, and leads from one to the next."""
 
+    name = "strip"
+
     def __init__(self, context: Context, files: Files) -> None:
         super().__init__(context)
         self._files = files
@@ -44,7 +46,7 @@ class Strip(Feature):
         self._again.timeout.connect(self._list_again)
         self._watcher.directoryChanged.connect(lambda _: self._again.start())
         self.panel: FilmStrip = FilmStrip()
-        self.dock = Dock("strip", tr("Film strip"), shown=False)
+        self.dock = Dock(tr("Film strip"))
         self.panel.wanted.connect(self.open)
         self.window.dropped.connect(self.show_places)
         self.document.opened.connect(self._follow)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QByteArray, QObject, QSettings, Qt
+from PySide6.QtCore import QByteArray, QObject, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar, QTabWidget, QWidget
 
@@ -24,12 +25,10 @@ _FIXED: Final = QDockWidget.DockWidgetFeature.DockWidgetClosable
 
 @dataclass(frozen=True, slots=True)
 class Dock:
-    """Where a panel lies: its name in the settings, its title, its side, and whether it shows."""
+    """Where a panel lies: its title and its side."""
 
-    name: str
     title: str
     area: Qt.DockWidgetArea = Qt.DockWidgetArea.BottomDockWidgetArea
-    shown: bool = True
 
 
 class Docks(QObject):
@@ -53,21 +52,18 @@ class Docks(QObject):
         area = Qt.DockWidgetArea.BottomDockWidgetArea
         window.setTabPosition(area, QTabWidget.TabPosition.North)
 
-    def add(self, dock: Dock, content: QWidget) -> None:
+    def add(self, name: str, dock: Dock, content: QWidget) -> None:
         """Add a dock; those below are tabs of one place, the first of them in front."""
         widget = QDockWidget(dock.title)
-        widget.setObjectName(dock.name)
+        widget.setObjectName(name)
         widget.setWidget(content)
         bottom = Qt.DockWidgetArea.BottomDockWidgetArea
         front = next((d for d in self._docks.values() if self._area(d) == bottom), None)
-        self._docks[dock.name] = widget
+        self._docks[name] = widget
         self._window.addDockWidget(dock.area, widget)
         if front is not None and dock.area == bottom:
             self._window.tabifyDockWidget(front, widget)
             front.raise_()
-            for tabs in self._window.findChildren(QTabBar):
-                tabs.setAccessibleName(tr("Panels"))
-        widget.setVisible(dock.shown)
         self._fix(widget, True)
 
     def _area(self, dock: QDockWidget) -> Qt.DockWidgetArea:
@@ -104,24 +100,37 @@ class Docks(QObject):
                 dock.raise_()
             self._hidden = self._in_front = []
 
-    def save(self, settings: QSettings) -> None:
-        """Remember the window's size and its docks; the next start shows those all hidden now."""
-        self.hide_all(False)
-        settings.setValue("window/geometry", self._window.saveGeometry())
-        settings.setValue("window/docks", self._window.saveState(_VERSION))
+    def state(self) -> QByteArray:
+        """Return where the docks are, for `arrange`."""
+        return self._window.saveState(_VERSION)
 
-    def restore(self, settings: QSettings) -> bool:
-        """Put the docks where they were, and return whether the window's size is known, too."""
-        self._first = self._window.saveState(_VERSION)
-        state, geometry = (settings.value(f"window/{what}") for what in ("docks", "geometry"))
-        if isinstance(state, QByteArray):
-            self._window.restoreState(state, _VERSION)
-        return isinstance(geometry, QByteArray) and self._window.restoreGeometry(geometry)
+    def arrange(
+        self, shown: Collection[str], staying: Collection[str], state: QByteArray | None = None
+    ) -> None:
+        """Put the docks where they were.
 
-    def reset(self) -> None:
-        """Put all docks back where they first were."""
-        if self._first is not None:
-            self._window.restoreState(self._first, _VERSION)
+        Parameters
+        ----------
+        shown : collection of str
+            Those to show where they first were, if `state` is of no use.
+        staying : collection of str
+            Those that are shown or hidden whatever the arrangement.
+        state : QByteArray, optional
+            What `state` returned.
+        """
+        first = self._first = self._first or self.state()
+        before = {name: self._docks[name].isHidden() for name in staying}
+        if state is None or not self._window.restoreState(state, _VERSION):
+            self._window.restoreState(first, _VERSION)
+            for name, dock in self._docks.items():
+                dock.setVisible(name in shown)
+            for name in reversed(list(self._docks)):
+                if name in shown:
+                    self._docks[name].raise_()
+        for name, hidden in before.items():
+            self._docks[name].setHidden(hidden)
+        for tabs in self._window.findChildren(QTabBar):
+            tabs.setAccessibleName(tr("Panels"))
 
     def _fix(self, dock: QDockWidget, fixed: bool) -> None:
         # An empty widget in place of the title bar keeps a fixed dock flat.

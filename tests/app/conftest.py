@@ -143,12 +143,13 @@ def start(
     source: KnownFaces,
     storage: Storage,
     monkeypatch: pytest.MonkeyPatch,
-) -> Iterator[Callable[[], Driver]]:
+) -> Iterator[Callable[..., Driver]]:
     """Start an editor; it is closed, and its threads are done, at the end of the test."""
     editors = []
 
-    def make() -> Driver:
-        editor = Editor(qapp, source, storage)
+    def make(workspace: str | None = "inspect") -> Driver:
+        # Whatever a test looks at is there; what else workspaces show, their own tests tell.
+        editor = Editor(qapp, source, storage, workspace=workspace)
         editors.append(editor)
         editor.window.resize(1100, 760)
         with qtbot.waitExposed(editor.window):

@@ -425,7 +425,7 @@ def test_the_layout_is_there_again_next_time(opened, start):
     later = start()
     assert dock(later, "faces").isHidden()
     later.qtbot.waitUntil(lambda: later.panel("history").isVisible())
-    next(a for n, a in later.window.actions_by_name.items() if n == "reset-layout").trigger()
+    next(a for n, a in later.window.actions_by_name.items() if n == "reset-workspace").trigger()
     assert not dock(later, "faces").isHidden()
 
 

@@ -17,6 +17,7 @@ from kogao_app.canvas.overlays.overlay import Overlay
 from kogao_app.canvas.overlays.straight import SEEN_PX
 from kogao_app.screenshot import names
 from kogao_app.view_state import ViewState
+from kogao_app.workspaces import INSPECT
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from scenes import oval_face
@@ -49,7 +50,8 @@ def test_an_overlay_follows_from_its_declaration(empty, overlay):
     action = empty.window.actions_by_name[f"overlay-{overlay.name}"]
     assert action.text() == overlay.title()
     assert action.shortcut().toString() == overlay.key
-    assert action.isChecked() == overlay.on_at_first == (overlay.name in empty.editor.view.visible)
+    first = overlay.name in INSPECT.overlays
+    assert action.isChecked() == first == (overlay.name in empty.editor.view.visible)
     assert overlay.name in names()
     assert f"`{overlay.name}`" in (ROOT / "docs/editor.md").read_text(encoding="utf-8")
     swatch = glyphs.swatch(overlay.swatch, 1.0).toImage()

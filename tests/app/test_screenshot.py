@@ -20,8 +20,9 @@ def run(source, *arguments):
     return main([str(argument) for argument in arguments], source)
 
 
-def test_a_picture_of_the_window_with_all_overlays(source, photo, shot):
-    assert run(source, photo, "--screenshot", shot, "--size", "1000x700", "--theme", "light") == 0
+def test_a_picture_of_the_window_with_the_overlays_asked_for(source, photo, shot):
+    options = ("--size", "1000x700", "--theme", "light", "--show", "landmarks,lattice")
+    assert run(source, photo, "--screenshot", shot, "--workspace", "inspect", *options) == 0
     picture = cv2.imread(str(shot))
     assert picture.shape == (700, 1000, 3)
     # Okabe and Ito's sky blue and purple: landmarks and the lattice were drawn.

@@ -156,7 +156,6 @@ class Folds(FrameOverlay):
     name = "folds"
     height = 40
     key = "J"
-    on_at_first = True
 
     @classmethod
     def title(cls) -> str:

@@ -114,7 +114,6 @@ class HeatMap(_Map):
     name = "heat"
     height = 10
     key = "H"
-    in_screenshots = False
 
     @classmethod
     def title(cls) -> str:
@@ -151,7 +150,6 @@ class JacobianMap(_Map):
     name = "jacobian"
     height = 20
     key = "K"
-    in_screenshots = False
 
     @classmethod
     def title(cls) -> str:

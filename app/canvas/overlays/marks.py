@@ -32,7 +32,6 @@ class Landmarks(Overlay):
     name = "landmarks"
     height = 110
     key = "L"
-    on_at_first = True
     handles = frozenset({"outline", "eye", "mouth"})
 
     @classmethod
@@ -84,7 +83,6 @@ class Targets(Overlay):
     name = "targets"
     height = 100
     key = "T"
-    on_at_first = True
     handles = frozenset({"target"})
 
     @classmethod
@@ -117,7 +115,6 @@ class Centre(Overlay):
     name = "centre"
     height = 90
     key = "C"
-    on_at_first = True
     handles = frozenset({"centre"})
 
     @classmethod

@@ -62,7 +62,8 @@ class Overlay(pg.GraphicsObject):
     """One layer over the photo, with everything that is to be known of it.
 
     Those that can be switched on and off also have a key, a title and a swatch, and stand in
-    `listed.LISTED`; panel, menu, screenshots and their test follow from that.
+    `listed.LISTED`; panel, menu, screenshots and their test follow from that. Which of them are on
+    at first is each workspace's to say.
 
     Parameters
     ----------
@@ -77,8 +78,6 @@ class Overlay(pg.GraphicsObject):
         The larger, the nearer to the eye.
     key : str
         What toggles it.
-    on_at_first, in_screenshots : bool
-        Whether a new window shows it, and whether a screenshot does unless asked for others.
     handles : frozenset of Kind
         What can be taken hold of while it is on.
     """
@@ -86,8 +85,6 @@ class Overlay(pg.GraphicsObject):
     name: ClassVar[str]
     height: ClassVar[int]
     key: ClassVar[str] = ""
-    on_at_first: ClassVar[bool] = False
-    in_screenshots: ClassVar[bool] = True
     handles: ClassVar[frozenset[Kind]] = frozenset()
 
     def __init__(self, view: ViewState) -> None:

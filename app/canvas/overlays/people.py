@@ -24,7 +24,6 @@ class People(Overlay):
     name = "people"
     height = 25
     key = "U"
-    in_screenshots = False
 
     @classmethod
     def title(cls) -> str:

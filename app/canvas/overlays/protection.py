@@ -23,7 +23,6 @@ class Protected(Overlay):
     name = "protection"
     height = 50
     key = "P"
-    on_at_first = True
 
     @classmethod
     def title(cls) -> str:

@@ -23,7 +23,6 @@ class BentLines(Overlay):
     name = "straight"
     height = 70
     key = "S"
-    in_screenshots = False
 
     @classmethod
     def title(cls) -> str:

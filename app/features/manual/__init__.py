@@ -31,6 +31,7 @@ class Manual(Feature):
         Everything is set, and the clock has stopped.
     """
 
+    name = "manual"
     changed = Signal()
     applied = Signal()
 
@@ -273,7 +274,7 @@ class Manual(Feature):
         self.actions["mark"].setChecked(self.view.marking)
         for name in _TOOLS:
             self.actions[name].setEnabled(by_hand)
-        self.panel.setVisible(by_hand)
+        self.window.need(self.name, by_hand)
         self.panel.show_clock(self.clock)
         self.window.canvas.redraw()
 

@@ -31,6 +31,7 @@ class RecipeEditing(Feature):
         Another face's settings are edited now, or the photo's.
     """
 
+    name = "recipe"
     chosen = Signal()
 
     def __init__(self, context: Context, points: Points) -> None:

@@ -1,0 +1,94 @@
+"""Switches between workspaces; each is left as the user left it, until it is reset."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import QByteArray
+from PySide6.QtGui import QActionGroup
+
+from ..actions import Spec
+from ..canvas.overlays.listed import LISTED
+from ..i18n import tr
+from ..workspaces import WORKSPACES, Workspace
+from .feature import Context, Feature
+
+_NOW: Final = "workspaces/now"
+
+
+class Workspaces(Feature):
+    """Shows one workspace at a time; nothing of the document changes with it."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._shown: Workspace | None = None
+        self.add_actions(
+            *map(self._spec, WORKSPACES.values()),
+            Spec(
+                "reset-workspace",
+                tr("Reset this wor&kspace"),
+                "",
+                tr("Its panels and overlays as they first were"),
+                self.reset,
+            ),
+        )
+        group = QActionGroup(self)
+        for name in WORKSPACES:
+            group.addAction(self.actions[f"workspace-{name}"])
+
+    def _spec(self, one: Workspace) -> Spec:
+        show = partial(self.show, one.name)
+        return Spec(
+            f"workspace-{one.name}", tr(one.title), one.key, tr(one.help), show, checked=False
+        )
+
+    def begin(self, name: str | None = None) -> None:
+        """Show a workspace by its name, or the one that was left last."""
+        left = str(self.settings.value(_NOW, ""))
+        self.show(name or (left if left in WORKSPACES else next(iter(WORKSPACES))))
+
+    def show(self, name: str) -> None:
+        """Show a workspace as it was left."""
+        self._remember()
+        place = f"workspaces/{name}"
+        docks, overlays = (self.settings.value(f"{place}/{it}") for it in ("docks", "overlays"))
+        one = WORKSPACES[name]
+        on = one.overlays if overlays is None else tuple(str(overlays).split(","))
+        self._arrange(one, on, docks if isinstance(docks, QByteArray) else None)
+
+    def reset(self) -> None:
+        """Show the workspace as it first was."""
+        if self._shown is not None:
+            self._bring_back()
+            self._arrange(self._shown, self._shown.overlays)
+
+    def stop(self) -> None:
+        """Remember what is shown, and how."""
+        super().stop()
+        self._remember()
+        self.settings.sync()
+
+    def _arrange(
+        self, one: Workspace, overlays: tuple[str, ...], docks: QByteArray | None = None
+    ) -> None:
+        self._shown = one
+        self.actions[f"workspace-{one.name}"].setChecked(True)
+        for overlay in LISTED:
+            self.actions[f"overlay-{overlay.name}"].setChecked(overlay.name in overlays)
+        self.window.arrange(one, docks)
+
+    def _remember(self) -> None:
+        if self._shown is None:
+            return
+        self._bring_back()
+        name = self._shown.name
+        on = [it.name for it in LISTED if self.actions[f"overlay-{it.name}"].isChecked()]
+        self.settings.setValue(_NOW, name)
+        self.settings.setValue(f"workspaces/{name}/overlays", ",".join(on))
+        self.settings.setValue(f"workspaces/{name}/docks", self.window.docks.state())
+
+    def _bring_back(self) -> None:
+        """Show what is hidden for a moment: it belongs to the workspace all the same."""
+        for name in ("hide-overlays", "hide-panels"):
+            self.actions[name].setChecked(False)

@@ -1,0 +1,90 @@
+"""Three ways to work in one window: what each of them shows, declared once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """One way to work; menu, keys, ``--workspace``, settings and their tests follow from it.
+
+    Parameters
+    ----------
+    name : str
+        By which settings and the command line know it.
+    title, key, help : str
+        What it is called, its shortcut, and what it is for.
+    panels : tuple of str
+        Features whose panels stand there, by their `Feature.name`. Any other panel beside the
+        photo comes when it is needed; docks also come when the user opens them.
+    overlays : tuple of str
+        Those that are on at first.
+    tools : tuple of str or None
+        The toolbar, behind the switch between workspaces; None is a line.
+    plain : bool
+        Whether panels use everyday words and fold away what a retoucher rarely sets, instead of
+        the paper's terms and figures.
+    quiet : bool
+        Whether the marks of faces step back while nobody points at them.
+    """
+
+    name: str
+    title: str
+    key: str
+    help: str
+    panels: tuple[str, ...]
+    overlays: tuple[str, ...]
+    tools: tuple[str | None, ...]
+    plain: bool = False
+    quiet: bool = False
+
+
+RETOUCH: Final = Workspace(
+    name="retouch",
+    title="Retouch",
+    key="Alt+1",
+    help="The photo, how much smaller its faces get, and a saved copy",
+    panels=("recipe", "faces"),
+    overlays=("landmarks", "targets", "folds", "protection"),
+    tools=(
+        *("open", "save", None),
+        *("undo", "redo", None),
+        *("fit", "hide-overlays", "hold-original"),
+    ),
+    plain=True,
+    quiet=True,
+)
+COMPARE: Final = Workspace(
+    name="compare",
+    title="Compare",
+    key="Alt+2",
+    help="Points set by hand beside those found, against the clock",
+    panels=("recipe",),
+    overlays=("landmarks", "targets", "folds", "protection"),
+    tools=(
+        *("open", "save", None),
+        *("mode-automatic", "mode-manual", None),
+        *("undo", "redo", None),
+        *("fit", "hide-overlays", "hold-original"),
+    ),
+    plain=True,
+)
+INSPECT: Final = Workspace(
+    name="inspect",
+    title="Inspect",
+    key="Alt+3",
+    help="What the machine does and why: every overlay, every figure",
+    panels=("recipe", "protect", "overlays", "faces", "readings", "history"),
+    overlays=("landmarks", "targets", "centre", "folds", "protection"),
+    tools=(
+        *("open", "save", None),
+        *("mode-automatic", "mode-manual", None),
+        *("undo", "redo", None),
+        *("fit", "actual", None),
+        *("compare-wipe", "compare-side", "compare-difference", "loupe", "hold-original"),
+    ),
+)
+# The first one is where a new user begins.
+WORKSPACES: Final = {one.name: one for one in (RETOUCH, COMPARE, INSPECT)}

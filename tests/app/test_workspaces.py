@@ -1,0 +1,151 @@
+"""Three ways to work in one window: what each shows, keeps and leaves alone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from kogao_app.__main__ import _parser
+from kogao_app.canvas.overlays.listed import LISTED
+from kogao_app.workspaces import WORKSPACES
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDockWidget, QToolButton
+
+ROOT = Path(__file__).parents[2]
+KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
+EVERY = pytest.mark.parametrize("workspace", WORKSPACES.values(), ids=list(WORKSPACES))
+
+
+def features(driver):
+    return {it.name: it for it in driver.editor.features if it.panel is not None}
+
+
+def docks_of(driver):
+    """Which docks are shown, but for that of photos in a folder."""
+    docks = {dock.objectName(): not dock.isHidden() for dock in driver.docks}
+    return {name for name, shown in docks.items() if shown}
+
+
+@pytest.fixture
+def window(start, photo):
+    driver = start(None)
+    driver.open(photo)
+    driver.docks = driver.window.findChildren(QDockWidget)
+    return driver
+
+
+@EVERY
+def test_a_workspace_follows_from_its_declaration(window, workspace):
+    there = features(window)
+    assert set(workspace.panels) <= set(there)
+    assert set(workspace.overlays) <= {one.name for one in LISTED}
+    inserted = {None, "hold-original"}
+    assert set(workspace.tools) - inserted <= set(window.window.actions_by_name)
+    action = window.window.actions_by_name[f"workspace-{workspace.name}"]
+    assert action.shortcut().toString() == workspace.key
+    action.trigger()
+    assert window.editor.view.visible == set(workspace.overlays)
+    beside = {name for name, it in there.items() if it.dock is None}
+    assert {name for name in beside if there[name].panel.isVisible()} == beside & set(
+        workspace.panels
+    )
+    docked = {name for name in there if there[name].dock is not None}
+    assert docks_of(window) == {"settings", *(docked & set(workspace.panels))}
+
+
+def test_every_panel_stands_in_a_workspace_or_comes_when_needed(window):
+    named = {name for one in WORKSPACES.values() for name in one.panels}
+    by_need = {"manual", "strip"}
+    assert set(features(window)) - named == by_need
+
+
+@EVERY
+def test_a_workspace_is_in_the_menu_the_options_and_the_docs(window, workspace):
+    menu = next(m for m in window.window.menuBar().actions() if m.text() == "&View").menu()
+    assert window.window.actions_by_name[f"workspace-{workspace.name}"] in menu.actions()
+    assert _parser().parse_args(["--workspace", workspace.name]).workspace == workspace.name
+    row = rf"\| \*\*{workspace.title}\*\* \| `{re.escape(workspace.key)}` \|"
+    assert re.search(row, (ROOT / "docs/editor.md").read_text(encoding="utf-8"))
+
+
+def test_a_new_user_begins_in_the_first_one(window):
+    assert window.window.actions_by_name[f"workspace-{next(iter(WORKSPACES))}"].isChecked()
+
+
+def test_switching_changes_what_is_shown_and_never_the_document(window):
+    window.editor.recipe.set_field("percent", 6.0)
+    window.editor.document.commit()
+    window.key(KEYS.Key_B)
+    before, steps = window.state, window.editor.document.undo.count()
+    for key in (KEYS.Key_2, KEYS.Key_3, KEYS.Key_1):
+        window.key(key, ALT)
+        window.settle()
+    assert window.state is before
+    assert window.editor.document.undo.count() == steps
+    assert window.editor.view.brush.tool == "brush"
+
+
+def test_the_switch_on_the_toolbar_leads_to_each(window):
+    for name, one in WORKSPACES.items():
+        buttons = window.window.findChildren(QToolButton)
+        (button,) = [b for b in buttons if b.property("part") and b.accessibleName() == one.title]
+        assert button.isVisible()
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert window.window.actions_by_name[f"workspace-{name}"].isChecked()
+
+
+def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
+    window.key(KEYS.Key_L)
+    window.window.docks.hide("faces")
+    window.key(KEYS.Key_3, ALT)
+    assert "landmarks" in window.editor.view.visible
+    assert "faces" in docks_of(window)
+    window.key(KEYS.Key_G)
+    window.key(KEYS.Key_O)
+    window.editor.close()
+    later = start(None)
+    later.docks = later.window.findChildren(QDockWidget)
+    assert later.window.actions_by_name["workspace-inspect"].isChecked()
+    assert {"landmarks", "lattice"} <= later.editor.view.visible, "hidden for a moment, not off"
+    later.key(KEYS.Key_1, ALT)
+    assert "landmarks" not in later.editor.view.visible
+    assert "faces" not in docks_of(later)
+    later.window.actions_by_name["reset-workspace"].trigger()
+    assert later.editor.view.visible == set(WORKSPACES["retouch"].overlays)
+    assert "faces" in docks_of(later)
+    later.key(KEYS.Key_3, ALT)
+    assert "lattice" in later.editor.view.visible, "only the one that is shown is reset"
+
+
+@pytest.mark.parametrize("stored", [b"nonsense", "text", ""])
+def test_an_arrangement_that_cannot_be_read_is_the_first_one(start, storage, stored):
+    storage.settings().setValue("workspaces/now", "elsewhere")
+    storage.settings().setValue("workspaces/retouch/docks", stored)
+    storage.settings().setValue("workspaces/retouch/overlays", "landmarks,none")
+    driver = start(None)
+    driver.docks = driver.window.findChildren(QDockWidget)
+    assert docks_of(driver) == {"settings", "faces"}
+    assert driver.editor.view.visible == {"landmarks"}
+
+
+def test_panels_come_when_they_are_needed_and_go_again(window):
+    protect, manual = window.panel("protect"), window.panel("manual")
+    assert not protect.isVisible()
+    window.key(KEYS.Key_B)
+    assert protect.isVisible()
+    window.key(KEYS.Key_A)
+    assert not protect.isVisible()
+    window.key(KEYS.Key_F3)
+    assert manual.isVisible()
+    window.key(KEYS.Key_F2)
+    assert not manual.isVisible()
+
+
+def test_the_film_strip_stays_through_a_switch(window, photo):
+    window.editor.strip.show_places([photo.parent])
+    window.settle()
+    for key in (KEYS.Key_2, KEYS.Key_3, KEYS.Key_1):
+        window.key(key, ALT)
+        assert "strip" in docks_of(window)
