@@ -6,7 +6,6 @@ otherwise, and a pixel's bytes would depend on its neighbours' work.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -35,16 +34,16 @@ class Runs:
 
     Parameters
     ----------
-    boxes : sequence of Box
-        Each of one block's height, and within one strip.
-    origins : int array of shape (N, 2)
-        x, y.
+    edges : int array of shape (N, 4)
+        Left, top, right, bottom of each: one block's height, and within one strip.
+    views : int array of shape (N, 4)
+        Of the part of the source that each may read; it is mapped from its corner.
     block_px : int
         Height of a block.
     """
 
-    boxes: Sequence[Box]
-    origins: Integers
+    edges: Integers
+    views: Integers
     block_px: int
 
 
@@ -90,10 +89,10 @@ class LatticeMap:
     def prepare(self, runs: Runs) -> None:
         """Gather the control points that each run's spans need."""
         along_x, along_y = self.axes
-        box = np.array([(b.left, b.top, b.right) for b in runs.boxes], np.int64).reshape(-1, 3)
-        first = np.maximum(box[:, 0] // along_x.size_px, along_x.start)
-        count = np.minimum(-(-box[:, 2] // along_x.size_px), along_x.end) - first
-        band = box[:, 1] // along_y.size_px
+        left, top, right, _ = runs.edges.T
+        first = np.maximum(left // along_x.size_px, along_x.start)
+        count = np.minimum(-(-right // along_x.size_px), along_x.end) - first
+        band = top // along_y.size_px
         count = np.where((band >= along_y.start) & (band < along_y.end), count, 0).clip(0)
         ends = np.cumsum(count)
         run = np.repeat(np.arange(len(count)), count)
@@ -106,7 +105,7 @@ class LatticeMap:
             phi = self._at_nodes(*nodes, axis)
             if self._everywhere:
                 # Linear precision: nodes that hold their own coordinates reproduce the identity.
-                place = self.lattice.grid.node_px(nodes[axis], axis) - runs.origins[run, axis, None]
+                place = self.lattice.grid.node_px(nodes[axis], axis) - runs.views[run, axis, None]
                 phi += place[:, :, None] if axis else place[:, None, :]
             self._phi[:, axis] = phi
 

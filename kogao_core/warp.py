@@ -6,7 +6,7 @@ never on which other blocks are worked on: a partial update equals a full one bi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from typing import Final, assert_never
 
 import cv2
@@ -14,22 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.domain import Cells, Domain, Mask
-from kogao_core.field import Field, fade
+from kogao_core.field import Field
 from kogao_core.geometry import Box, Image
-from kogao_core.maps import Float32, LatticeMap, Runs
+from kogao_core.lattice import Lattice
+from kogao_core.resample import CALL_PX, Job, block_height_px, spread
 from kogao_core.settings import Interpolation
-from kogao_core.threads import default_threads, share_out
+from kogao_core.threads import default_threads
 
 BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
-BLOCK_HEIGHT_PX: Final = 128
-SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
-_SMALL_IMAGE_PX: Final = 2_000_000
-# Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
-# own, which compete with ours.
-_CALL_PX: Final = 2**16
-_THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
-_MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
-_KERNEL_REACH_PX: Final = 8
+# Where the displacement changes by less, few pixels are read elsewhere, and only those are
+# resampled. To find them costs as much as to resample all of them bilinearly.
+_FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
 
@@ -69,30 +64,33 @@ class Canvas:
         self.source = source
         self.image = Box.of(source)
         self.pixels = np.array(source, order="C")
-        small = self.image.area <= _SMALL_IMAGE_PX
-        self._block = (SMALL_BLOCK_HEIGHT_PX if small else BLOCK_HEIGHT_PX), BLOCK_WIDTH_PX
-        self.strip_px = _CALL_PX // self._block[0]
-        shape = [-(-a // b) for a, b in zip(source.shape, self._block, strict=False)]
+        self._block_px = block_height_px(self.image)
+        shape = -(-self.image.height // self._block_px), -(-self.image.width // BLOCK_WIDTH_PX)
         self._warped: Mask = np.zeros(shape, bool)
-        self._job: _Job | None = None
+        self._job: Job | None = None
 
     def warp(
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
         active = self._blocks(domain)
-        job = _Job(self, field, _flag(interpolation), self._job)
-        stale, todo = self._warped & ~active, active
-        if self._job is not None and job.resembles(self._job):
-            todo = active & ~(self._warped & ~self._touched(_changes(self._job.field, field)))
-        given_back, redone = self._runs(stale), self._runs(todo)
+        before, flag = self._job, _flag(interpolation)
+        job = Job(self.source, self.pixels, field, flag, before)
+        todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
+        if before is not None and job.resembles(before):
+            known, changes = active & self._warped, _changes(before.field, field)
+            touched = known & self._touched(Cells(change, change.reached) for change in changes)
+            strong = (_stronger(change, _FAINT_PX[flag]) for change in changes)
+            faint = touched & ~self._touched(strong)
+            todo = active & ~known | touched & ~faint
+        given_back, redone, checked = (self._runs(blocks) for blocks in (stale, todo, faint))
         # Whatever is raised from here on, the next call does all these blocks again.
         self._warped, self._job = self._warped | active, None
         for box in given_back:
             self.pixels[box.slices] = self.source[box.slices]
-        _spread(job, redone, threads or default_threads())
+        spread(job, redone, threads or default_threads(), before, checked)
         self._warped, self._job = active, job
-        return redone + given_back
+        return redone + checked + given_back
 
     def _blocks(self, domain: Domain) -> Mask:
         if domain.name == "image":
@@ -104,24 +102,27 @@ class Canvas:
         rows, columns = self._warped.shape
         hit = np.zeros_like(self._warped)
         for cells in regions:
-            over_rows = _overlaps(cells.edges_px(1), rows, self._block[0], self.image.height)
-            over_columns = _overlaps(cells.edges_px(0), columns, self._block[1], self.image.width)
+            over_rows = _overlaps(cells.edges_px(1), rows, self._block_px, self.image.height)
+            over_columns = _overlaps(cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width)
             hit |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
         return hit
 
     def _runs(self, blocks: Mask) -> list[Box]:
         """Return the boxes of neighbouring blocks in a row, cut where strips end."""
-        (height, width), image = self._block, self.image
-        boxes = []
-        for row in np.flatnonzero(blocks.any(axis=1)).tolist():
-            top, bottom = row * height, min((row + 1) * height, image.bottom)
-            edges = width * np.flatnonzero(np.diff(blocks[row], prepend=False, append=False))
-            for left, end in edges.reshape(-1, 2).tolist():
-                right = left
-                while right < end:
-                    left, right = right, min(end, (right // self.strip_px + 1) * self.strip_px)
-                    boxes.append(Box(left, top, min(right, image.right), bottom))
-        return boxes
+        edges = np.diff(np.pad(blocks, ((0, 0), (1, 1))).astype(np.int8))
+        row, first = np.nonzero(edges > 0)
+        left = first * BLOCK_WIDTH_PX
+        right = np.minimum(np.nonzero(edges < 0)[1] * BLOCK_WIDTH_PX, self.image.right)
+        strip_px = CALL_PX // self._block_px
+        strip = left // strip_px
+        count = -(-right // strip_px) - strip
+        run = np.repeat(np.arange(len(row)), count)
+        strip = np.arange(len(run)) + (strip - np.cumsum(count) + count)[run]
+        left = np.maximum(left[run], strip * strip_px)
+        right = np.minimum(right[run], (strip + 1) * strip_px)
+        top = row[run] * self._block_px
+        bottom = np.minimum(top + self._block_px, self.image.bottom)
+        return [Box(*edge) for edge in np.stack([left, top, right, bottom], axis=1).tolist()]
 
 
 def _flag(interpolation: Interpolation) -> int:
@@ -136,10 +137,17 @@ def _flag(interpolation: Interpolation) -> int:
             assert_never(unknown)
 
 
-def _changes(before: Field, after: Field) -> list[Cells]:
-    """Return the cells whose control points differ; the fields' grids are equal."""
-    changes = [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
-    return [Cells(change, change.reached) for change in changes]
+def _changes(before: Field, after: Field) -> list[Lattice]:
+    """Return the difference of each face's displacement; the fields' grids are equal."""
+    return [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
+
+
+def _stronger(change: Lattice, least_px: float) -> Cells:
+    """Return the cells in which a displacement may be longer, or is other than zero."""
+    if not least_px:
+        return Cells(change, change.reached)
+    fine = change.refined()
+    return Cells(fine, fine.bound_px > least_px)
 
 
 def _check(source: Image) -> None:
@@ -161,88 +169,3 @@ def _overlaps(
     end = np.minimum(start + size_px, end_px)
     low, high = edges_px[:-1], edges_px[1:]
     return ((low < end) & (high > start) & (low < high)).astype(np.float32)
-
-
-class _Job:
-    """One warp: everything its runs of blocks share."""
-
-    def __init__(self, canvas: Canvas, field: Field, flag: int, before: _Job | None) -> None:
-        self.source, self.result, self.image = canvas.source, canvas.pixels, canvas.image
-        self.strip_px, self.field, self.flag = canvas.strip_px, field, flag
-        self.block_px = _CALL_PX // self.strip_px
-        known = {m.lattice.grid: m for m in before.maps} if before is not None else {}
-        # Always the first lattice: which one carries the identity decides how that is rounded.
-        self.maps: list[LatticeMap] = [
-            LatticeMap(a, self.image, self.block_px, not k and field.is_plain, known.get(a.grid))
-            for k, a in enumerate(field.lattices)
-        ]
-        self.margin_px = _MARGIN_PX
-        longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
-        while self.margin_px < longest + _KERNEL_REACH_PX:
-            self.margin_px *= 2
-
-    def resembles(self, other: _Job) -> bool:
-        """Return True when equal control points give equal bytes in both jobs."""
-        return self._terms == other._terms
-
-    @property
-    def _terms(self) -> tuple[object, ...]:
-        grids = tuple(lattice.grid for lattice in self.field.lattices)
-        field = self.field
-        return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
-
-    def run(self, numbered: tuple[int, Box], total: Float32) -> None:
-        """Resample a run of blocks; `total` has room for the map of a strip."""
-        number, box = numbered
-        view = self._view(box)
-        columns = slice(box.left % self.strip_px, box.left % self.strip_px + box.width)
-        self._map(number, box, view, total)
-        x, y = total[:, : box.height, columns]
-        cv2.remap(
-            self.source[view.slices],
-            x,
-            y,
-            self.flag,
-            dst=self.result[box.slices],
-            borderMode=cv2.BORDER_REPLICATE,
-        )
-
-    def prepare(self, boxes: Sequence[Box]) -> None:
-        """Gather what the maps of these runs are made of."""
-        views = [self._view(box) for box in boxes]
-        origins = np.array([(view.left, view.top) for view in views], np.int64).reshape(-1, 2)
-        for lattice_map in self.maps:
-            lattice_map.prepare(Runs(boxes, origins, self.block_px))
-
-    def _view(self, box: Box) -> Box:
-        """Return the part of the source that a run may read, and from whose corner it is mapped."""
-        left = box.left // self.strip_px * self.strip_px
-        strip = Box(left, box.top, left + self.strip_px, box.bottom).clipped(self.image)
-        return strip.grown(self.margin_px).clipped(self.image)
-
-    def _map(self, number: int, box: Box, view: Box, total: Float32) -> None:
-        """Write to `total` where each pixel of a run is read in `view`."""
-        plain = self.field.is_plain and self.maps
-        if not plain:
-            total[:] = 0.0
-        for k, lattice_map in enumerate(self.maps):
-            lattice_map.on(number, box, total, add=bool(k or not plain))
-        if not plain:
-            left = box.left % self.strip_px
-            part = total[:, : box.height, left : left + box.width]
-            xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
-            factor, _ = self.field.falloff.on_grid(xs, ys)
-            part *= factor * fade(np.hypot(part[0], part[1]), self.field.fade_px)
-            part[0] += xs - view.left
-            part[1] += (ys - view.top)[:, None]
-
-
-def _spread(job: _Job, boxes: Sequence[Box], threads: int) -> None:
-    job.prepare(boxes)
-
-    def hand() -> Callable[[tuple[int, Box]], None]:
-        buffer = np.zeros((2, job.block_px, job.strip_px), np.float32)
-        return lambda numbered: job.run(numbered, buffer)
-
-    threads = min(threads, 1 + sum(box.area for box in boxes) // _THREAD_PX)
-    share_out(enumerate(boxes), hand, threads)

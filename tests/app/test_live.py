@@ -14,7 +14,7 @@ from kogao_app.workers import Lane
 from PySide6.QtCore import QPoint
 from scenes import oval_face, textured_photo
 
-from kogao_core import warp
+from kogao_core import resample
 from kogao_core.geometry import Box
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
@@ -65,7 +65,7 @@ def surfaces():
 
 
 @pytest.mark.parametrize("kind", ["full", "preview"])
-@pytest.mark.parametrize("where", [(warp._Job, "run"), (PicturePyramid, "refresh")])
+@pytest.mark.parametrize("where", [(resample.Job, "run"), (PicturePyramid, "refresh")])
 def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fresh_editor(
     monkeypatch, kind, where
 ):
@@ -106,7 +106,7 @@ def failing_after_some(method):
 
 def test_a_failed_picture_is_said_and_the_next_change_draws_it(opened, pixels, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(warp._Job, "run", failing_after_some(warp._Job.run))
+        patch.setattr(resample.Job, "run", failing_after_some(resample.Job.run))
         opened.editor.recipe.set_field("percent", 9.0)
         opened.editor.document.commit()
         opened.settle()

@@ -59,11 +59,11 @@ class Bench:
         return lambda: cv2.remap(self.photo, *maps, flag, dst=self.result, borderMode=border)
 
     def ours(self, recipe: Recipe, threads: int = 2, faces: list[Face] | None = None) -> object:
-        """Fit to pixels in place; the percentage changes a little, so that no tile is skipped."""
+        """Fit to pixels in place, two percentages in turns: no pixel is read where it was."""
         chosen = faces or [self.face]
 
         def run() -> Rendering:
-            percent = recipe.percent + 0.01 * (next(self.turns) % 40)
+            percent = recipe.percent - 0.5 + next(self.turns) % 2
             turn = dataclasses.replace(recipe, percent=percent)
             return render(self.photo, chosen, turn, canvas=self.canvas, threads=threads)
 
@@ -130,6 +130,7 @@ def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str,
         "drag, approximation": bench.drag(Recipe(interpolation="bilinear", fit="approximation")),
         "drag, multilevel": bench.drag(Recipe(interpolation="bilinear", fit="multilevel")),
         "drag, exact": bench.drag(LINEAR),
+        "cubic, drag, exact": bench.drag(CUBIC),
         "slider step on the proxy": proxy.ours(LINEAR),
         "five faces": bench.ours(LINEAR, faces=many),
         "conventional": rivals.conventional(bench.photo, render_once(bench).field),

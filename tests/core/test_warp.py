@@ -10,9 +10,10 @@ import threadpoolctl
 from scenes import oval_face, textured_photo
 from test_lattice import literal_eq_1
 
-from kogao_core import pipeline, warp
+from kogao_core import pipeline, resample
 from kogao_core.maps import SPANS_PX
 from kogao_core.pipeline import render
+from kogao_core.protection import Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.settings import SETTINGS
 from kogao_core.warp import Canvas
@@ -127,7 +128,7 @@ def test_a_canvas_is_whole_again_after_an_exception_in_the_middle(monkeypatch, w
     canvas, before, broken = Canvas(photo), Recipe(percent=3), Recipe(percent=9, domain="image")
     render(photo, [face], before, canvas=canvas)
     with monkeypatch.context() as patch:
-        patch.setattr(warp._Job, "run", failing_in(where, warp._Job.run))
+        patch.setattr(resample.Job, "run", failing_in(where, resample.Job.run))
         with pytest.raises(MemoryError):
             render(photo, [oval_face(1500, 900, size=0.3)], broken, canvas=canvas, threads=2)
     faces = {"the same": [face], "another": [oval_face(1500, 900, size=0.4)], "nothing": []}[after]
@@ -137,10 +138,10 @@ def test_a_canvas_is_whole_again_after_an_exception_in_the_middle(monkeypatch, w
 
 
 def failing_in(where, run):
-    """Return a `_Job.run` that fails in one thread, in the middle of the photo."""
+    """Return a `Job.run` that fails in one thread, in the middle of the photo."""
     failed, done = threading.Event(), []
 
-    def broken_run(job, box, buffer):
+    def broken_run(job, number, box, buffer):
         here = "caller" if threading.current_thread() is threading.main_thread() else "helper"
         if here != where:
             # Wait, so that the other thread gets its share.
@@ -150,7 +151,7 @@ def failing_in(where, run):
             raise MemoryError
         else:
             done.append(box)
-        run(job, box, buffer)
+        run(job, number, box, buffer)
 
     return broken_run
 
@@ -165,9 +166,42 @@ def test_a_dragged_landmark_redoes_few_tiles_and_gives_the_same_bits(fit):
         partial = render(photo, [face], recipe, canvas=canvas)
         np.testing.assert_array_equal(partial.pixels, render(photo, [face], recipe).pixels)
         if fit != "exact":
-            assert len(partial.changed) < 0.5 * len(whole.changed)
+            assert area(partial.changed) < 0.5 * area(whole.changed)
     again = render(photo, [face], recipe, canvas=canvas)
     assert again.changed == []
+
+
+def area(boxes):
+    return sum(box.area for box in boxes)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "recipe"),
+    [
+        (np.uint8, Recipe()),
+        (np.uint16, Recipe(interpolation="lanczos4", threshold_px=1.0)),
+        (np.float32, Recipe(lattice=0.5, fit="multilevel")),
+    ],
+)
+def test_a_faint_change_resamples_single_pixels_and_gives_the_same_bits(monkeypatch, dtype, recipe):
+    photo, face = textured_photo(900, 600, 3, dtype), oval_face(900, 600, size=0.7)
+    wall = Protection().with_stroke([(240, 0), (260, 540)])
+    wall = wall.with_stroke([(650, 60), (650, 540)], feather_px=40.0)
+    canvas, sampled, remap = Canvas(photo), [], cv2.remap
+
+    def counted(source, x, y, flag, **more):
+        sampled.append(x.size)
+        return remap(source, x, y, flag, **more)
+
+    render(photo, [face], recipe, canvas=canvas, protection=wall)
+    monkeypatch.setattr(cv2, "remap", counted)
+    for place, move in ((10, (2.0, 1.0)), (3, (-0.3, 0.2)), (0, (0.0, 0.01))):
+        sampled.clear()
+        face = face.with_outline_point(place, face.outline[place] + move)
+        partial = render(photo, [face], recipe, canvas=canvas, protection=wall)
+        assert 0 < sum(sampled) < 0.7 * area(partial.changed)
+        fresh = render(photo, [face], recipe, protection=wall).pixels
+        np.testing.assert_array_equal(partial.pixels, fresh)
 
 
 def test_threads_and_order_make_no_difference():
