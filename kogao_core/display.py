@@ -14,6 +14,7 @@ from kogao_core.geometry import Image
 NOTEBOOK_PX: Final = 1024  # longest sides
 REPORT_PX: Final = 640
 _QUALITY: Final = 90
+_OPAQUE: Final = 255
 
 Rgb8 = npt.NDArray[np.uint8]
 
@@ -38,6 +39,38 @@ def rgb8(image: Image) -> Rgb8:
     if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
         raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
     return _three_channels(_eight_bits(image))
+
+
+def rgba8(image: Image) -> Rgb8:
+    """Return `image` as 8-bit RGB, with its alpha where anything shows through.
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        See `rgb8`.
+
+    Returns
+    -------
+    uint8 array of shape (H, W, 3), or of shape (H, W, 4) with straight alpha.
+
+    Raises
+    ------
+    ValueError
+        See `rgb8`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.display import rgba8
+    >>> glass, wall = np.uint8([[[9, 128]]]), np.uint8([[[9, 255]]])
+    >>> rgba8(glass).tolist(), rgba8(wall).tolist()
+    ([[[9, 9, 9, 128]]], [[[9, 9, 9]]])
+    """
+    colours = rgb8(image)
+    if image.ndim == 2 or image.shape[2] not in (2, 4):
+        return colours
+    alpha = _eight_bits(np.ascontiguousarray(image[..., -1:]))
+    return colours if (alpha == _OPAQUE).all() else np.concatenate([colours, alpha], axis=2)
 
 
 def _eight_bits(image: Image) -> Rgb8:

@@ -1,4 +1,7 @@
-"""The photo on the canvas: before, after, or both, as the view state says."""
+"""The photo on the canvas: before, after, or both, as the view state says.
+
+Where something shows through a photo, a checkerboard of screen px does.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +12,21 @@ import cv2
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF
-from PySide6.QtGui import QColor, QImage, QPainter, QTransform
+from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPixmap, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from kogao_core.geometry import Box
 
 from ..render.live import RenderedFrame
 from ..render.pyramid import PicturePyramid, Rgb8
+from ..render.qt_image import qt_image
 from ..view_state import GAIN, ViewState
 from .overlays.overlay import viewport_of
 
 # Larger than this, a picture's pixels are shown as squares.
 _SQUARES_FROM: Final = 3.0
+_COLOURS: Final = 3
+_SQUARE_PX: Final = 8
 _EPSILON: Final = 1e-3  # px; far below what can be seen, far above rounding
 
 
@@ -121,6 +127,7 @@ class Pictures:
     def draw_original(self, painter: QPainter) -> None:
         """Paint the photo as it was, from the level that fits the zoom."""
         if self.photo is not None:
+            self._lay_board(painter, self.area)
             self._draw_level(painter, self.photo.shown)
 
     def draw_result(self, painter: QPainter) -> None:
@@ -130,10 +137,12 @@ class Pictures:
         preview, photo = self._preview, self.area
         seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
         if preview is None or not _area(preview).contains(seen):
+            self._lay_board(painter, self.area)
             self._draw_level(painter, self.photo.shown if self._full is None else self._full.levels)
         if preview is not None:
+            self._lay_board(painter, _area(preview))
             _smooth(painter)
-            painter.drawImage(_area(preview), _image(preview.levels[0]))
+            painter.drawImage(_area(preview), qt_image(preview.levels[0]))
 
     def draw_difference(self, painter: QPainter) -> None:
         """Paint what the result changes, `GAIN` times as strong; black is untouched."""
@@ -155,12 +164,21 @@ class Pictures:
             there = Box(x, y, x + inside.width, y + inside.height)
             _draw_difference(painter, before, after, there, inside, preview.scale)
 
+    def _lay_board(self, painter: QPainter, area: QRectF) -> None:
+        """Paint the checkerboard where something of the photo shows through."""
+        if self.photo is not None and self.photo.levels[0].shape[2] > _COLOURS:
+            painter.save()
+            on_screen = painter.worldTransform().mapRect(area)
+            painter.setWorldTransform(QTransform())
+            painter.fillRect(on_screen, QBrush(_board()))
+            painter.restore()
+
     def _draw_level(self, painter: QPainter, levels: Sequence[Rgb8]) -> None:
         if self.photo is None:
             return
         _smooth(painter)
         level = self.photo.level_for(_zoom(painter))
-        painter.drawImage(_rect(levels[level], 2.0**level), _image(levels[level]))
+        painter.drawImage(_rect(levels[level], 2.0**level), qt_image(levels[level]))
 
 
 def _draw_difference(
@@ -170,11 +188,14 @@ def _draw_difference(
     if not there.area:
         return
     apart = cv2.absdiff(after[inside.slices], before[there.slices])
+    if apart.shape[2] > _COLOURS:
+        # What shows through more, or less, has changed in all colours.
+        apart = np.maximum(apart[..., :_COLOURS], apart[..., _COLOURS:])
     shown = np.asarray(cv2.convertScaleAbs(apart, alpha=GAIN), np.uint8)
     corner = QRectF(scale * there.left - 0.5, scale * there.top - 0.5, 0.0, 0.0)
     corner.setSize(QRectF(0.0, 0.0, scale * there.width, scale * there.height).size())
     _smooth(painter)
-    painter.drawImage(corner, _image(shown))
+    painter.drawImage(corner, qt_image(shown))
 
 
 def _zoom(painter: QPainter) -> float:
@@ -213,6 +234,12 @@ def _rect(pixels: Rgb8, scale: float) -> QRectF:
     return QRectF(-0.5, -0.5, pixels.shape[1] * scale, pixels.shape[0] * scale)
 
 
-def _image(pixels: Rgb8) -> QImage:
-    height, width = pixels.shape[:2]
-    return QImage(pixels.data, width, height, pixels.strides[0], QImage.Format.Format_RGB888)
+def _board() -> QPixmap:
+    """Return four squares of the checkerboard, in two greys of the window."""
+    palette, board = QGuiApplication.palette(), QPixmap(2 * _SQUARE_PX, 2 * _SQUARE_PX)
+    board.fill(palette.mid().color())
+    painter = QPainter(board)
+    for corner in (0, _SQUARE_PX):
+        painter.fillRect(corner, corner, _SQUARE_PX, _SQUARE_PX, palette.window())
+    painter.end()
+    return board

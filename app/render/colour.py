@@ -96,9 +96,10 @@ class _Transform:
 
     def _turn(self, pair: tuple[Rgb8, Rgb8]) -> None:
         source, target = pair
-        plain = np.ascontiguousarray(source[..., 0] if self._grey else source)
+        plain = np.ascontiguousarray(source[..., 0] if self._grey else source[..., :3])
         picture = Pillow.fromarray(plain)
-        target[...] = np.asarray(ImageCms.applyTransform(picture, self._transform))
+        target[..., :3] = np.asarray(ImageCms.applyTransform(picture, self._transform))
+        target[..., 3:] = source[..., 3:]
 
     @property
     def changes_colours(self) -> bool:

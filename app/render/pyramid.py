@@ -17,6 +17,8 @@ Show = Callable[[Sequence[tuple[Rgb8, Rgb8]]], None]
 _SMALLEST_PX: Final = 256
 # A level up to a third too small still looks sharp and has a fraction of the pixels.
 _ENOUGH: Final = 0.75
+_COLOURS: Final = 3
+_LEAST_ALPHA: Final = 1e-6
 
 
 class PicturePyramid:
@@ -26,7 +28,7 @@ class PicturePyramid:
 
     Parameters
     ----------
-    pixels : uint8 array of shape (H, W, 3)
+    pixels : uint8 array of shape (H, W, 3), or (H, W, 4) with straight alpha
         Level 0, held, not copied. An odd last row or column is left out of the next level.
     show : callable, optional
         Turns colours into the screen's; absent where they already are, and `shown` is `levels`.
@@ -37,7 +39,7 @@ class PicturePyramid:
         self.show = show
         while min(self.levels[-1].shape[:2]) >= 2 * _SMALLEST_PX:
             height, width = (side // 2 for side in self.levels[-1].shape[:2])
-            self.levels.append(np.empty((height, width, 3), np.uint8))
+            self.levels.append(np.empty((height, width, pixels.shape[2]), np.uint8))
         self.shown = self.levels if show is None else [np.empty_like(one) for one in self.levels]
         self.refresh([Box.of(pixels)])
 
@@ -71,12 +73,7 @@ class PicturePyramid:
                 changed.append((level, part))
                 rows, columns = part.slices
                 source = finer[2 * part.top : 2 * part.bottom, 2 * part.left : 2 * part.right]
-                cv2.resize(
-                    source,
-                    (part.width, part.height),
-                    dst=coarser[rows, columns],
-                    interpolation=cv2.INTER_AREA,
-                )
+                _reduce(source, coarser[rows, columns])
         if self.show is not None:
             self.show(
                 [(self.levels[at][box.slices], self.shown[at][box.slices]) for at, box in changed]
@@ -94,6 +91,21 @@ def to_photo(level: int, corner: tuple[int, int] = (0, 0)) -> Affine:
     """Return the map from px of a level, seen from `corner` of it, to px of the photo."""
     scale = float(2**level)
     return Affine.resize(scale, scale).after(Affine(np.eye(2), np.array(corner, np.float64)))
+
+
+def _reduce(source: Rgb8, target: Rgb8) -> None:
+    """Write a picture of half the size; what is seen through counts for little in the colours."""
+    size = target.shape[1::-1]
+    if source.shape[2] == _COLOURS:
+        cv2.resize(source, size, dst=target, interpolation=cv2.INTER_AREA)
+        return
+    alpha = source[..., _COLOURS:].astype(np.float32)
+    sums = cv2.resize(source[..., :_COLOURS] * alpha, size, interpolation=cv2.INTER_AREA)
+    mean = cv2.resize(alpha, size, interpolation=cv2.INTER_AREA)[..., None]
+    plain = cv2.resize(source, size, interpolation=cv2.INTER_AREA)
+    seen = np.rint(sums.reshape(plain[..., :_COLOURS].shape) / np.maximum(mean, _LEAST_ALPHA))
+    target[...] = plain
+    np.copyto(target[..., :_COLOURS], seen.astype(np.uint8), where=mean > 0.0)
 
 
 def _halved(box: Box) -> Box:

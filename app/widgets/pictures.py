@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtGui import QIcon, QPixmap
 
 from kogao_core.face import Face
 from kogao_core.geometry import Box, Image
 
 from ..render.pyramid import PicturePyramid
+from ..render.qt_image import qt_image
 
 
 def face_icon(photo: PicturePyramid, face: Face, size_px: int, ratio: float) -> QIcon:
@@ -29,10 +30,8 @@ def face_icon(photo: PicturePyramid, face: Face, size_px: int, ratio: float) -> 
 
 
 def scaled(pixels: Image, size_px: int, ratio: float) -> QPixmap:
-    """Return an RGB picture, its longer side `size_px` wide at `ratio` device px per px."""
-    whole = np.ascontiguousarray(pixels)
-    height, width = whole.shape[:2]
-    image = QImage(whole.data, width, height, whole.strides[0], QImage.Format.Format_RGB888)
+    """Return an RGB or RGBA picture, its longer side `size_px` wide at `ratio` device px per px."""
+    image = qt_image(np.ascontiguousarray(pixels))
     side = round(size_px * ratio)
     keep, smooth = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
     picture = QPixmap.fromImage(image.copy()).scaled(side, side, keep, smooth)

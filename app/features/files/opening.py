@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kogao_core import assets, sidecar
-from kogao_core.display import rgb8
+from kogao_core.display import rgba8
 from kogao_core.photo import Photo, read
 from kogao_core.strict import BadFile
 
@@ -90,7 +90,7 @@ def open_photo(
             raise PhotoNotBeside(work, path)
         path, ahead = found, None
     photo = read(path) if ahead is None else ahead.result()
-    pyramid = PicturePyramid(rgb8(photo.pixels), screen_colours(photo).show)
+    pyramid = PicturePyramid(rgba8(photo.pixels), screen_colours(photo).show)
     try:
         work = work or (None if afresh else beside(photo))
         if work is None:
