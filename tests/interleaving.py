@@ -29,7 +29,6 @@ from PySide6.QtWidgets import (
     QApplication,
     QDialog,
     QFileDialog,
-    QLineEdit,
     QMessageBox,
     QPushButton,
 )
@@ -438,9 +437,6 @@ class Interleaving:
         if "project" in dialog.windowTitle():
             path = path.with_name(f"{path.name}.kogao.json")
         self._asked[path.name] = path
-        if kind == "original":
-            dialog.fileSelected.emit(str(self._folder / self._books.name))
-            dialog.reject()
-            return
-        dialog.findChild(QLineEdit, "fileNameEdit").setText(str(path))
-        dialog.accept()
+        chosen = self._folder / self._books.name if kind == "original" else path
+        dialog.filesSelected.emit([str(chosen)])
+        dialog.reject()

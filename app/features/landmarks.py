@@ -139,18 +139,17 @@ class Exchange(Feature):
 
     def ask_export(self) -> None:
         """Ask where to write the points; the chosen kind tells the format."""
-        forms = {f"{form.title} (*{form.suffix})": form for form in interchange.FORMATS.values()}
+        forms = interchange.FORMATS.values()
         path = self.document.path
-        dialog = ask_path(
+        ask_path(
             self.window,
             tr("Export landmarks"),
             self.export_file,
             "new",
-            filters=list(forms),
+            filters=[f"{form.title} (*{form.suffix})" for form in forms],
+            endings=[f".{form.name}" for form in forms],
             at=None if path is None else path.with_name(path.stem),
         )
-        dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(forms[kind].name))
-        dialog.setDefaultSuffix(next(iter(forms.values())).name)
 
     def export_file(self, path: Path) -> None:
         """Write the faces' points; several faces take a file each where the format holds one."""

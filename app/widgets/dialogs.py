@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -33,12 +34,16 @@ def ask_path(
     parent: QWidget,
     title: str,
     taken: Callable[[Path], object],
-    kind: Literal["file", "folder", "new"] = "file",
+    kind: Literal["file", "files", "folder", "new"] = "file",
     *,
     filters: Sequence[str] = (),
+    endings: Sequence[str] = (),
     at: Path | None = None,
 ) -> QFileDialog:
-    """Ask for a path.
+    """Ask for a path, by the desktop's own dialog where Qt knows it, else by Qt's.
+
+    Every path that a user chooses comes through here. Of the dialog itself callers use no more than
+    `reject` and `rejected`: of the desktop's there is no more.
 
     Parameters
     ----------
@@ -47,11 +52,13 @@ def ask_path(
     title : str
         What is wanted.
     taken : callable
-        Takes the answer; not called without one.
-    kind : {"file", "folder", "new"}
-        A file that is there, a folder, or where something is to be written.
+        Takes the answer, of several files one after the other; not called without one.
+    kind : {"file", "files", "folder", "new"}
+        A file that is there, several of them, a folder, or where something is to be written.
     filters : sequence of str
         Kinds of files.
+    endings : sequence of str
+        What a new name gets that has no ending, such as ".png": one for each of the filters.
     at : Path, optional
         The folder to begin in, or a file that is suggested.
     """
@@ -61,13 +68,28 @@ def ask_path(
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     else:
         modes = QFileDialog.FileMode
-        dialog.setFileMode(modes.Directory if kind == "folder" else modes.ExistingFile)
+        known = {"folder": modes.Directory, "files": modes.ExistingFiles}
+        dialog.setFileMode(known.get(kind, modes.ExistingFile))
     dialog.setNameFilters(list(filters))
     if at is not None:
         dialog.setDirectory(str(at if at.is_dir() else at.parent))
         if not at.is_dir():
             dialog.selectFile(at.name)
-    dialog.fileSelected.connect(lambda name: taken(Path(name)))
+    ending = dict(zip(filters, endings, strict=True)) if endings else {}
+
+    def take(names: Sequence[str]) -> None:
+        for path in map(Path, names):
+            whole = path.with_name(path.name + ending.get(dialog.selectedNameFilter(), ""))
+            if path.suffix or whole == path:
+                taken(path)
+            elif whole.exists():
+                # The dialog has asked about the name as it was typed.
+                text = tr("{name} is there already. Replace it?", name=whole.name)
+                confirm(parent, text, tr("&Replace"), partial(taken, whole))
+            else:
+                taken(whole)
+
+    dialog.filesSelected.connect(take)
     dialog.open()
     return dialog
 

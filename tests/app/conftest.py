@@ -20,7 +20,7 @@ from kogao_app.editor import Editor
 from kogao_app.storage import Storage
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 from scenes import KnownFaces, oval_face, textured_photo
 
@@ -95,6 +95,12 @@ class Driver:
         found = self.window.findChildren
         self.qtbot.waitUntil(lambda: any(one.isVisible() for one in found(kind)))
         return next(one for one in found(kind) if one.isVisible())
+
+    def choose_path(self, path: Path | str) -> None:
+        """Answer the dialog that asks for a path, be it the desktop's or Qt's own."""
+        asked = self.dialog(QFileDialog)
+        asked.filesSelected.emit([str(path)])
+        asked.reject()
 
     def say(self) -> str:
         """What the message bar says; empty when it is hidden."""

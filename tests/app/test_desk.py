@@ -311,8 +311,7 @@ def test_a_folder_can_be_chosen_by_key(empty, folder):
     empty.key(KEYS.Key_O, CONTROL, SHIFT)
     asked = empty.dialog(QFileDialog)
     assert asked.fileMode() == QFileDialog.FileMode.Directory
-    asked.selectFile(str(folder))
-    asked.accept()
+    empty.choose_path(folder)
     empty.settle()
     empty.qtbot.waitUntil(lambda: empty.editor.document.path == folder / "0.png")
 

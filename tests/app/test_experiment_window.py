@@ -8,7 +8,6 @@ from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
-from test_files import save_as
 from test_manual import manual, mark_face  # noqa: F401
 
 from kogao_core.cli import program
@@ -58,12 +57,12 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     assert text(times, 0, 0) == "Conventional method"
     assert len(shown.tables[0].findItems("Dual method", Qt.MatchFlag.MatchStartsWith)) == 1
     QTest.mouseClick(shown.to_file, Qt.MouseButton.LeftButton)
-    save_as(opened, tmp_path / "times.html")
+    opened.choose_path(tmp_path / "times.html")
     page = (tmp_path / "times.html").read_text(encoding="utf-8")
     assert "Table 2" in page
     assert "portrait.png" in page
     QTest.mouseClick(shown.to_file, Qt.MouseButton.LeftButton)
-    save_as(opened, tmp_path / "times.csv")
+    opened.choose_path(tmp_path / "times.csv")
     head, *rows = (tmp_path / "times.csv").read_text(encoding="utf-8").splitlines()
     assert head.startswith("photo,")
     assert len(rows) == 8, "four ways at two sizes"

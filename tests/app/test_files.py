@@ -11,7 +11,7 @@ from kogao_app.widgets.messages import BarAction, Message
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QMessageBox, QToolButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 from scenes import textured_photo
 
 from kogao_core import assets
@@ -19,13 +19,6 @@ from kogao_core.photo import read
 from kogao_core.pipeline import render
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
-
-
-def save_as(driver, path):
-    asked = driver.dialog(QFileDialog)
-    # A name that is being typed isn't replaced by `selectFile`.
-    asked.findChild(QLineEdit, "fileNameEdit").setText(str(path))
-    asked.accept()
 
 
 def test_a_dropped_photo_is_opened(empty, photo):
@@ -55,7 +48,7 @@ def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path, dtype
     assert empty.window.isWindowModified()
     empty.key(Qt.Key.Key_S, CONTROL)
     assert empty.dialog(QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
-    save_as(empty, copy)
+    empty.choose_path(copy)
     empty.qtbot.waitUntil(lambda: not empty.window.isWindowModified(), timeout=10_000)
     expected = render(pixels, empty.state.active, empty.state.recipe).pixels
     assert expected.dtype == dtype
@@ -149,7 +142,7 @@ def test_closing_can_save_first(opened, tmp_path):
     opened.window.close()
     box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
-    save_as(opened, tmp_path / "copy.png")
+    opened.choose_path(tmp_path / "copy.png")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
     assert (tmp_path / "copy.png").is_file()
 
@@ -192,11 +185,11 @@ def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path
     opened.window.close()
     box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
-    save_as(opened, tmp_path / "copy.bmp")
+    opened.choose_path(tmp_path / "copy.bmp")
     opened.qtbot.waitUntil(lambda: "must end in" in opened.say())
     opened.take_step("Dismiss")
     opened.window.actions_by_name["save"].trigger()
-    save_as(opened, tmp_path / "copy.png")
+    opened.choose_path(tmp_path / "copy.png")
     opened.qtbot.waitUntil(lambda: not opened.window.isWindowModified(), timeout=10_000)
     opened.settle()
     assert opened.window.isVisible()

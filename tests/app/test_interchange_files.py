@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog
 from scenes import oval_face
 
 from kogao_core import interchange
@@ -25,9 +24,7 @@ def points(tmp_path):
 
 def choose(driver, key, path):
     driver.key(key, *CONTROL_SHIFT)
-    dialog = driver.window.findChildren(QFileDialog)[-1]
-    dialog.fileSelected.emit(str(path))
-    dialog.close()
+    driver.choose_path(path)
     driver.window.activateWindow()
     driver.qtbot.waitUntil(driver.window.isActiveWindow)
     driver.settle()

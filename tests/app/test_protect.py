@@ -10,8 +10,8 @@ from kogao_app.view_state import ToolName
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QToolButton
-from test_files import CONTROL, save_as
+from PySide6.QtWidgets import QApplication, QToolButton
+from test_files import CONTROL
 from test_view import picture
 
 from kogao_core.photo import read
@@ -226,9 +226,8 @@ def test_remove_all_is_one_step(opened):
 def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
     paint(opened)
     opened.key(KEYS.Key_S, CONTROL)
-    opened.dialog(QFileDialog)
     copy = tmp_path / "held.png"
-    save_as(opened, copy)
+    opened.choose_path(copy)
     opened.qtbot.waitUntil(copy.is_file, timeout=10_000)
     opened.settle()
     np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))

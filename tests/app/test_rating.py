@@ -12,7 +12,6 @@ from kogao_app.features import rating
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine
-from PySide6.QtWidgets import QFileDialog
 from ratings import answered, graded, taken_back
 
 from kogao_core.experiments.study import page, plan, results
@@ -48,9 +47,7 @@ def got(address):
 
 def test_the_menu_serves_a_study_until_the_editor_closes(empty, study, opened):
     empty.key(Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
-    dialog = empty.window.findChild(QFileDialog)
-    dialog.fileSelected.emit(str(study))
-    dialog.close()
+    empty.choose_path(study)
     (address,) = opened
     assert "Natural or unnatural?" in got(address)
     assert "open in your browser" in empty.say()

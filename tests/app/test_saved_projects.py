@@ -152,8 +152,7 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
     assert empty.editor.document.photo is None
     asked = empty.dialog(QFileDialog)
     assert "work.kogao.json" in asked.windowTitle()
-    asked.fileSelected.emit(str(secret))
-    asked.reject()
+    empty.choose_path(secret)
     empty.settle()
     assert empty.editor.document.path == secret
     np.testing.assert_array_equal(empty.shown, seen)
@@ -213,11 +212,9 @@ def test_where_nothing_can_be_written_another_place_is_asked_for(opened, tmp_pat
     assert "Permission denied" in opened.say()
     assert opened.window.isWindowModified()
     opened.take_step("another place")
-    asked = opened.dialog(QFileDialog)
     (tmp_path / "mine").mkdir()
     # A name without the ending gets it, so that no photo can be written over.
-    asked.fileSelected.emit(str(tmp_path / "mine" / "portrait.png"))
-    asked.reject()
+    opened.choose_path(tmp_path / "mine" / "portrait.png")
     opened.settle()
     assert [one.name for one in (tmp_path / "mine").iterdir()] == ["portrait.png.kogao.json"]
     assert not opened.window.isWindowModified()

@@ -13,7 +13,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
-from test_files import save_as
 
 from kogao_core.photo import read
 from kogao_core.project import load, save
@@ -71,7 +70,7 @@ def answer(driver, words):
 def closing_with_a_copy(driver, path):
     driver.window.close()
     answer(driver, "Save a copy")
-    save_as(driver, path)
+    driver.choose_path(path)
     assert driver.editor.saver.busy
 
 
@@ -110,7 +109,7 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
     assert (tmp_path / "first.png").exists()
     assert opened.window.isVisible()
     assert asked.isVisible()
-    save_as(opened, tmp_path / "second.png")
+    opened.choose_path(tmp_path / "second.png")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
     assert (tmp_path / "second.png").exists()
 
@@ -141,7 +140,7 @@ def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
     step(opened, 8.0)
     opened.editor.files.open(other)
     answer(opened, "Save a copy")
-    save_as(opened, tmp_path / "copy.png")
+    opened.choose_path(tmp_path / "copy.png")
     step(opened, 11.0)
     disk.set()
     answer(opened, "Cancel")
@@ -240,9 +239,7 @@ def test_a_refused_save_closes_nothing(opened, photo):
     before = photo.read_bytes()
     opened.window.close()
     answer(opened, "Save a copy")
-    asked = opened.dialog(QFileDialog)
-    asked.fileSelected.emit(str(photo))
-    asked.reject()
+    opened.choose_path(photo)
     opened.settle()
     assert "never written over" in opened.say()
     assert photo.read_bytes() == before

@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QLayout,
@@ -143,9 +142,8 @@ class OrderForm(QWidget):
         self.add([Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()])
 
     def _ask_photos(self) -> None:
-        dialog = ask_path(self, tr("Add photos"), lambda _: None, filters=[photo_filter()])
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFiles)
-        dialog.filesSelected.connect(lambda names: self.add([Path(name) for name in names]))
+        title = tr("Add photos")
+        ask_path(self, title, lambda path: self.add([path]), "files", filters=[photo_filter()])
 
     def _ask_folder(self) -> None:
         ask_path(self, tr("Add a folder"), lambda path: self.add([path]), "folder")

@@ -164,18 +164,15 @@ class Experiments(Feature):
         if self._findings is None or self._dialog is None:
             return
         kinds = {"html": tr("Report"), "json": tr("All figures"), "csv": tr("Table")}
-        dialog = ask_path(
+        ask_path(
             self._dialog,
             tr("Save the report"),
             self._save,
             "new",
             filters=[f"{words} (*.{kind})" for kind, words in kinds.items()],
         )
-        dialog.setDefaultSuffix("html")
-        dialog.filterSelected.connect(
-            lambda chosen: dialog.setDefaultSuffix(chosen.rstrip(")").rpartition(".")[2])
-        )
-        dialog.selectFile(f"{self._findings.name}.html")
+            endings=[f".{kind}" for kind in kinds],
+            at=Path.home() / f"{self._findings.name}.html",
 
     def _save(self, file: Path) -> bool:
         if self._findings is None or self._dialog is None:

@@ -205,7 +205,6 @@ class Files(Feature):
             filters=[photo_filter(FORMATS)],
             at=suggested,
         )
-        dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
         # The name is for the photo that is open now, and for no other.
         self.document.opened.connect(dialog.reject)
 
@@ -214,6 +213,7 @@ class Files(Feature):
         path = self.document.path
         if path is None:
             return None
+            endings=[suggested.suffix],
         suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
         return path.with_name(f"{path.stem}_kogao{suffix}")
 
