@@ -138,11 +138,15 @@ class ViewState:
         """True while the mouse paints, marks or places: a click then selects no face."""
         return self.brush.paints or self.marking or self.placing is not None
 
+    @property
+    def face_in_hand(self) -> int | None:
+        """The face whose points answer: the one being placed, the selected or the only one."""
+        alone = 0 if len(self.state.faces) == 1 else None
+        return next((f for f in (self.placing, self.face, alone) if f is not None), None)
+
     def answers(self, handle: Handle) -> bool:
         """Return whether a handle can be taken: those of one face at a time, but while marking.
 
         With several faces and none selected, a click means a face and never a point of one.
         """
-        alone = 0 if len(self.state.faces) == 1 else None
-        face = next((f for f in (self.placing, self.face, alone) if f is not None), None)
-        return handle.face == face or (self.marking and handle.movable)
+        return handle.face == self.face_in_hand or (self.marking and handle.movable)

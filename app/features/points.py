@@ -47,7 +47,9 @@ class Points(Feature):
         tip = tr("Select a point for the arrow keys")
         self.add_actions(
             Spec("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1)),
-            Spec("previous-point", tr("Pre&vious point"), "Ctrl+,", tip, lambda: self._walk(-1)),
+            Spec(
+                "previous-point", tr("Pre&vious point"), "Ctrl+Shift+.", tip, lambda: self._walk(-1)
+            ),
             Spec(
                 "fetch-point",
                 tr("Nea&rest point to the mouse"),
@@ -170,7 +172,7 @@ class Points(Feature):
         movable = [
             handle
             for handle, _ in handles.handles(self.document.state, handles.MOVABLE)
-            if self.view.face in (None, handle.face)
+            if handle.face == self.view.face_in_hand
         ]
         if not movable:
             return
@@ -186,10 +188,20 @@ class Points(Feature):
         self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.select_next(step)
 
+        if self._unselected():
+            self.say(
+                tr("Select a face first: click it, or choose it in the list (Alt+S)."),
+                wrong=False,
+                holds=self._unselected,
+            )
+            return
     def make_automatic(self) -> None:
         """Put the selected target back on its line to the centre."""
         handle, state = self.view.selected, self.document.state
         if handle is not None and handle.kind == "target":
+    def _unselected(self) -> bool:
+        return bool(self.document.state.faces) and self.view.face_in_hand is None
+
             face = state.faces[handle.face].with_target(handle.index, None)
             self.document.step(state.with_face(handle.face, face), tr("Automatic target"))
 

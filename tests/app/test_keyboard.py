@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
+
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QInputDialog, QWidget
+from scenes import oval_face
+
+from kogao_core.photo import read
+from kogao_core.pipeline import render
 
 KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -28,8 +35,8 @@ def test_keys_select_points_and_arrows_move_them(opened):
     moved = opened.state.faces[0].outline - before
     np.testing.assert_allclose(moved[1], (-3.0, 0.0))
     assert np.count_nonzero(moved) == 1
-    opened.key(KEYS.Key_Comma, CONTROL)
-    opened.key(KEYS.Key_Comma, CONTROL)
+    opened.key(KEYS.Key_Period, CONTROL, SHIFT)
+    opened.key(KEYS.Key_Period, CONTROL, SHIFT)
     assert opened.editor.view.selected.kind == "target", "from the first one round to the last"
 
 
@@ -115,3 +122,54 @@ def test_whatever_takes_the_focus_has_a_name(opened):
     opened.window.actions_by_name["save-preset"].trigger()
     asked = opened.window.findChild(QInputDialog)
     assert nameless(asked) == []
+
+
+def test_points_are_walked_on_the_selected_face_only(two):
+    two.editor.recipe.choose(1)
+    for _ in range(60):
+        two.key(KEYS.Key_Period, CONTROL)
+        assert two.editor.view.selected.face == 1
+
+
+def test_under_all_faces_no_point_is_walked_and_the_bar_says_what_to_do(two):
+    before = two.state
+    two.key(KEYS.Key_Period, CONTROL)
+    assert two.editor.view.selected is None
+    assert two.say().startswith("Select a face first")
+    two.press_key(two.canvas, KEYS.Key_Left)
+    assert two.state is before
+    two.editor.recipe.choose(0)
+    assert two.say() == ""
+    two.key(KEYS.Key_Period, CONTROL)
+    assert two.editor.view.selected.face == 0
+
+
+def by_keys(driver, key, *held):
+    """Press a key where the focus is, as a keyboard does."""
+    QTest.keyClick(
+        driver.window.focusWidget(), key, reduce(or_, held, Qt.KeyboardModifier.NoModifier)
+    )
+    driver.settle()
+
+
+def test_from_the_start_to_a_saved_copy_by_keys_alone(start, source, photo, tmp_path):
+    source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
+    driver, alt = start(), Qt.KeyboardModifier.AltModifier
+    by_keys(driver, KEYS.Key_O, CONTROL)
+    driver.choose_path(photo)
+    driver.settle()
+    by_keys(driver, KEYS.Key_S, alt)
+    by_keys(driver, KEYS.Key_Down)
+    by_keys(driver, KEYS.Key_Down)
+    assert driver.editor.view.face == 1
+    by_keys(driver, KEYS.Key_W, alt)
+    by_keys(driver, KEYS.Key_Return)
+    by_keys(driver, KEYS.Key_6)
+    by_keys(driver, KEYS.Key_Return)
+    assert [driver.state.recipe_of(face).percent for face in (0, 1)] == [4.0, 6.0]
+    by_keys(driver, KEYS.Key_S, CONTROL)
+    driver.choose_path(tmp_path / "copy")
+    driver.settle()
+    expected = render(read(photo).pixels, driver.state.active, driver.state.recipe).pixels
+    np.testing.assert_array_equal(read(tmp_path / "copy.png").pixels, expected)
+    assert not driver.window.isWindowModified()

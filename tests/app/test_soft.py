@@ -251,3 +251,20 @@ def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
     opened.release(at + BY)
     opened.key(KEYS.Key_O)
     assert not band.wanted(), "with all overlays hidden"
+
+
+def test_how_neighbours_follow_is_remembered(opened, start):
+    opened.key(KEYS.Key_Q)
+    opened.key(KEYS.Key_BracketRight, CONTROL)
+    opened.key(KEYS.Key_Q, SHIFT)
+    later = start()
+    assert later.editor.view.following == opened.editor.view.following
+    assert later.window.actions_by_name["soft"].isChecked()
+    assert later.window.actions_by_name["symmetric"].isChecked()
+    assert later.window.actions_by_name["reach-wider"].isEnabled()
+
+
+@pytest.mark.parametrize(("stored", "reach"), [("1e99", 12.0), ("-3", 1.5), ("far", 1.5)])
+def test_a_reach_that_is_none_is_brought_within_bounds(storage, start, stored, reach):
+    storage.settings().setValue("soft-selection/reach", stored)
+    assert start().editor.view.following.reach == reach
