@@ -58,9 +58,6 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     from PySide6.QtCore import QTemporaryDir
     from PySide6.QtWidgets import QApplication
 
-    app = QApplication.instance() or QApplication(sys.argv[:1])
-    assert isinstance(app, QApplication)
-    app.setApplicationName("Kogao")
     from .faults import Faults
     from .storage import Storage
 
@@ -68,11 +65,28 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     aside = None if options.screenshot is None else QTemporaryDir()
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
     faults = Faults(storage.log)
+    app = QApplication.instance() or _application(storage)
+    assert isinstance(app, QApplication)
     with faults.heard():
         return _edit(app, options, source, storage, faults, ahead)
 
 
 def _edit(
+def _application(storage: Storage) -> QApplication:
+    """Return the application at the preferred size of its text, which Qt reads but once."""
+    from PySide6.QtWidgets import QApplication
+
+    from .preferences import SCALE, preferred
+
+    percent = preferred(storage.settings(), SCALE)
+    if percent:
+        # Whoever has set it for this start means it.
+        os.environ.setdefault("QT_SCALE_FACTOR", str(int(percent) / 100))
+    app = QApplication(sys.argv[:1])
+    app.setApplicationName("Kogao")
+    return app
+
+
     app: QApplication,
     options: argparse.Namespace,
     source: LandmarkSource | None,
@@ -165,8 +179,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--theme",
         choices=("system", "light", "dark"),
-        default="system",
-        help="colours of the window",
+        help="colours of the window; those of the preferences when absent",
     )
     return parser
 

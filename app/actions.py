@@ -64,7 +64,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
         ),
         tr("&Edit"): (
             *("undo", "redo", None, "copy-settings", "paste-settings", None),
-            *("presets", "keys", None, "abort"),
+            *("presets", "keys", "preferences", None, "abort"),
         ),
         tr("&View"): (
             *("fit", "actual", "closer", "farther", None),

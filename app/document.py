@@ -181,6 +181,8 @@ class Document(QObject):
         self.photo: Photo | None = None
         self.pyramid: PicturePyramid | None = None
         self.undo = QUndoStack(self)
+        # What a photo begins with.
+        self.first_recipe = DEFAULT
         self._state = self._committed = self._base = State()
         self._saved = self._begun = self._base.work
         self._savings: list[Saving] = []
@@ -227,9 +229,9 @@ class Document(QObject):
         return None if self.photo is None else Path(self.photo.path)
 
     def open(self, photo: Photo, pyramid: PicturePyramid) -> None:
-        """Begin with another photo and the default recipe."""
+        """Begin with another photo and the recipe that photos begin with."""
         self.photo, self.pyramid = photo, pyramid
-        self._begin(State())
+        self._begin(State(recipe=self.first_recipe))
         self.opened.emit()
         self.changed.emit()
 

@@ -28,6 +28,7 @@ from .features.manual import Manual
 from .features.modes import Modes
 from .features.overlays import Overlays
 from .features.points import Points
+from .features.preferences import Preferences
 from .features.presets import Presets
 from .features.projects import Projects
 from .features.protect import Protect
@@ -60,8 +61,8 @@ class Editor(QObject):
         What finds the faces.
     storage : Storage
         Where settings and recovery files lie.
-    choice : {"system", "light", "dark"}
-        Colours of the window.
+    choice : {"system", "light", "dark"}, optional
+        Colours of the window; those that the user prefers when absent.
     workspace : str, optional
         Name of the workspace to begin in; the one that was left last when absent.
     """
@@ -71,7 +72,7 @@ class Editor(QObject):
         app: QApplication,
         source: LandmarkSource,
         storage: Storage,
-        choice: theme.Choice = "system",
+        choice: theme.Choice | None = None,
         workspace: str | None = None,
     ) -> None:
         super().__init__()
@@ -79,7 +80,7 @@ class Editor(QObject):
         self._garbage = GarbageCollector()
         # What the program consists of stays anyway; looking through it again takes time.
         gc.freeze()
-        self._app, self._choice, self._log = app, choice, storage.log
+        self._app, self._wanted, self._log = app, choice, storage.log
         pool, rendering = QThreadPool(self), QThreadPool(self)
         pool.setMaxThreadCount(4)
         # A thread for each of its lanes: whatever else takes minutes, the picture doesn't wait.
@@ -102,6 +103,7 @@ class Editor(QObject):
         )
         self._following = False
         self._follows_system(True)
+        self.preferences.changed.connect(self._dress)
         self._dress()
 
     def _build(self, context: Context, source: LandmarkSource) -> None:
@@ -117,7 +119,8 @@ class Editor(QObject):
         self.landmarks = LandmarkSources(context, self.faces, source)
         self.save_options = SaveOptions(context)
         self.saver = Saver(context)
-        self.files = Files(context, self.saver, self.faces, self.save_options)
+        self.preferences = Preferences(context)
+        self.files = Files(context, self.saver, self.faces, self.save_options, self.preferences)
         self.projects = Projects(context, self.saver, self.files)
         self.saver.offer(self.files.ask_save, self.projects.save)
         self.recovery = Recovery(context, self.saver, self.files)
@@ -201,4 +204,4 @@ class Editor(QObject):
         self._following = wanted
 
     def _dress(self) -> None:
-        self.window.dress(theme.apply(self._app, self._choice))
+        self.window.dress(theme.apply(self._app, self._wanted or self.preferences.theme))

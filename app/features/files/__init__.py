@@ -20,6 +20,7 @@ from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
+from ..preferences import Preferences
 from .opening import Opened, PhotoNotBeside, is_sample, open_photo
 from .options import SaveOptions
 from .project_file import EarlierWork
@@ -46,9 +47,17 @@ class Files(Feature):
     unreadable = Signal(str)
     wants_photo = Signal(object)
 
-    def __init__(self, context: Context, saver: Saver, faces: Faces, options: SaveOptions) -> None:
+    def __init__(
+        self,
+        context: Context,
+        saver: Saver,
+        faces: Faces,
+        options: SaveOptions,
+        preferences: Preferences,
+    ) -> None:
         super().__init__(context)
         self._saver, self._faces, self._options = saver, faces, options
+        self._preferences = preferences
         self._left = self.document.state
         self._reading = self.lane(self._opened, self._not_opened)
         self.add_actions(
@@ -79,8 +88,10 @@ class Files(Feature):
 
     @property
     def folder(self) -> Path | None:
-        """Where the open photo lies, for dialogs to begin in."""
-        path = self.document.path
+        """Where dialogs begin: in the preferred folder, else where the open photo lies."""
+        path, preferred = self.document.path, self._preferences.open_folder()
+        if preferred is not None:
+            return preferred
         return None if path is None or is_sample(path) else path.parent
 
     def open(self, path: Path, ahead: Future[Photo] | None = None) -> None:
@@ -203,19 +214,20 @@ class Files(Feature):
             lambda path: self.save(path, then),
             "new",
             filters=[photo_filter(FORMATS)],
+            endings=[suggested.suffix],
             at=suggested,
         )
         # The name is for the photo that is open now, and for no other.
         self.document.opened.connect(dialog.reject)
 
     def suggested(self) -> Path | None:
-        """Return a name for a copy beside the original."""
+        """Return a name for a copy, in the preferred folder or beside the original."""
         path = self.document.path
         if path is None:
             return None
-            endings=[suggested.suffix],
         suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
-        return path.with_name(f"{path.stem}_kogao{suffix}")
+        folder = self._preferences.save_folder() or path.parent
+        return folder / f"{path.stem}_kogao{suffix}"
 
     def save(self, path: Path, then: Then | None = None) -> None:
         """Render the photo at its own depth and write it; the original is refused.

@@ -1,0 +1,181 @@
+"""The dialog of what a user prefers; each choice holds at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
+
+from kogao_core.recipe import Recipe
+
+from .. import preferences, theme
+from ..actions import Spec
+from ..i18n import tr
+from ..preferences import PREFERENCES, Preference
+from ..theme import GRID_PX
+from ..widgets.controls import Choices, column_of, muted_label
+from ..widgets.dialogs import ask_path
+from . import presets
+from .feature import Context, Feature
+
+_WIDTH_PX: Final = 520
+
+
+class PreferencesDialog(QDialog):
+    """A row for each of `PREFERENCES`.
+
+    Parameters
+    ----------
+    settings : QSettings
+        Where they are kept.
+    parent : QWidget
+        The window.
+
+    Signals
+    -------
+    changed
+        One of them is another now.
+    """
+
+    changed = Signal()
+
+    def __init__(self, settings: QSettings, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(tr("Preferences"))
+        self._settings = settings
+        self.controls: dict[str, Choices | QLineEdit] = {}
+        rows = QGridLayout()
+        rows.setHorizontalSpacing(3 * GRID_PX)
+        rows.setVerticalSpacing(2 * GRID_PX)
+        rows.setColumnStretch(1, 1)
+        for row, what in enumerate(PREFERENCES):
+            self._add(what, rows, row)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
+        column.addLayout(rows)
+        column.addStretch()
+        column.addWidget(buttons)
+        self.setMinimumWidth(_WIDTH_PX)
+
+    def _add(self, what: Preference, rows: QGridLayout, row: int) -> None:
+        control = self._folder(what) if what.kind == "folder" else self._choice(what)
+        self.controls[what.name] = control
+        control.setToolTip(what.tip())
+        control.setAccessibleName(what.title().replace("&", ""))
+        control.setAccessibleDescription(what.tip())
+        title = QLabel(what.title())
+        title.setBuddy(control)
+        rows.addWidget(title, 2 * row, 0)
+        rows.addWidget(control, 2 * row, 1)
+        if isinstance(control, QLineEdit):
+            rows.addLayout(self._choosing(what, control), 2 * row, 2)
+        rows.addWidget(muted_label(what.tip()), 2 * row + 1, 1, 1, 2)
+
+    def _choice(self, what: Preference) -> Choices:
+        box = Choices()
+        now = preferences.preferred(self._settings, what)
+        known = what.choices() if what.kind == "choice" else _recipes(self._settings, now)
+        for text, words in known.items():
+            box.addItem(words, text)
+        box.setCurrentIndex(max(0, box.findData(now)))
+        box.currentIndexChanged.connect(lambda: self._take(what, box.currentData()))
+        return box
+
+    def _folder(self, what: Preference) -> QLineEdit:
+        line = QLineEdit(preferences.preferred(self._settings, what))
+        line.setPlaceholderText(tr("The folder of the open photo"))
+        line.setClearButtonEnabled(True)
+        line.textChanged.connect(lambda text: self._take(what, text.strip()))
+        return line
+
+    def _choosing(self, what: Preference, line: QLineEdit) -> QHBoxLayout:
+        button = QPushButton(tr("Choose…"))
+        button.setAccessibleName(tr("{title}, choose", title=line.accessibleName()))
+        button.setAutoDefault(False)
+        at = preferences.folder(self._settings, what)
+        button.clicked.connect(
+            lambda: ask_path(
+                self, line.accessibleName(), lambda it: line.setText(str(it)), "folder", at=at
+            )
+        )
+        row = QHBoxLayout()
+        row.addWidget(button)
+        return row
+
+    def _take(self, what: Preference, text: str) -> None:
+        preferences.prefer(self._settings, what, text)
+        self.changed.emit()
+
+
+def _recipes(settings: QSettings, now: str) -> dict[str, str]:
+    """Return the recipes there are, by their texts; one kept that has no name any more, too."""
+    first = preferences.recipe_text(Recipe())
+    named = {**presets.built_in(), **presets.own(settings)}
+    texts = {preferences.recipe_text(recipe): name for name, recipe in named.items()}
+    found = {"": texts.pop(first, tr("Kogao's own")), **texts}
+    kept = preferences.recipe_in(now)
+    if kept is not None and now not in found:
+        found[now] = tr("As chosen before, {p:g} %", p=kept.percent)
+    return found
+
+
+class Preferences(Feature):
+    """Shows the dialog, and lets photos start with the preferred settings.
+
+    Signals
+    -------
+    changed
+        Something else is preferred.
+    """
+
+    changed = Signal()
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.add_actions(
+            Spec(
+                "preferences",
+                tr("Pre&ferences…"),
+                "Ctrl+,",
+                tr("Colours, size, settings to start with, folders"),
+                self.ask,
+            )
+        )
+        self.changed.connect(self._follow)
+        self._follow()
+
+    def ask(self) -> None:
+        """Show the dialog."""
+        dialog = PreferencesDialog(self.settings, self.window)
+        dialog.changed.connect(self.changed)
+        dialog.open()
+
+    @property
+    def theme(self) -> theme.Choice:
+        """The preferred colours of the window."""
+        text = preferences.preferred(self.settings, preferences.THEME)
+        return "light" if text == "light" else "dark" if text == "dark" else "system"
+
+    def open_folder(self) -> Path | None:
+        """Return where photos are preferably opened from."""
+        return preferences.folder(self.settings, preferences.OPEN_FOLDER)
+
+    def save_folder(self) -> Path | None:
+        """Return where copies are preferably saved."""
+        return preferences.folder(self.settings, preferences.SAVE_FOLDER)
+
+    def _follow(self) -> None:
+        self.document.first_recipe = preferences.recipe(self.settings)

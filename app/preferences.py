@@ -1,0 +1,124 @@
+"""What a user prefers wherever the editor is started: each preference declared once, here."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+from PySide6.QtCore import QSettings
+
+from kogao_core.recipe import Recipe
+
+from .i18n import tr
+
+# A choice between texts, a recipe as JSON, or a folder.
+Kind = Literal["choice", "recipe", "folder"]
+
+
+@dataclass(frozen=True, slots=True)
+class Preference:
+    """One of them; it is kept as a text, and an empty one is what the program starts with.
+
+    Parameters
+    ----------
+    name : str
+        By which the settings know it.
+    title, tip : callable
+        What it is called, with its mnemonic, and what it does.
+    kind : {"choice", "recipe", "folder"}
+        What its text stands for.
+    choices : callable, optional
+        Texts that there are to choose from, and how each reads, the first one first.
+    """
+
+    name: str
+    title: Callable[[], str]
+    tip: Callable[[], str]
+    kind: Kind = "choice"
+    choices: Callable[[], dict[str, str]] = dict
+
+
+THEME: Final = Preference(
+    "theme",
+    lambda: tr("&Colours of the window"),
+    lambda: tr("Dark or light greys; as the system shows its own windows at first"),
+    choices=lambda: {"": tr("As the system"), "light": tr("Light"), "dark": tr("Dark")},
+)
+SCALE: Final = Preference(
+    "scale",
+    lambda: tr("&Size of text and controls"),
+    lambda: tr("Beside what the screen asks for; holds from the next start on"),
+    choices=lambda: {
+        "": tr("As the screen asks for"),
+        **{str(percent): tr("{n} %", n=percent) for percent in (110, 125, 150, 175, 200)},
+    },
+)
+RECIPE: Final = Preference(
+    "recipe",
+    lambda: tr("&Photos start with"),
+    lambda: tr("The settings of a photo that is opened for the first time"),
+    kind="recipe",
+)
+OPEN_FOLDER: Final = Preference(
+    "open-folder",
+    lambda: tr("&Open from"),
+    lambda: tr("Where the dialog begins that asks for a photo or a folder"),
+    kind="folder",
+)
+SAVE_FOLDER: Final = Preference(
+    "save-folder",
+    lambda: tr("Save copies &in"),
+    lambda: tr("Where the dialog begins that asks for the name of a copy"),
+    kind="folder",
+)
+# In the order of the dialog, which is made of them. A language would be one more choice.
+PREFERENCES: Final = (THEME, SCALE, RECIPE, OPEN_FOLDER, SAVE_FOLDER)
+
+
+def preferred(settings: QSettings, what: Preference) -> str:
+    """Return what the user prefers; empty for what the program starts with, or for nonsense."""
+    text = str(settings.value(_key(what), ""))
+    return text if _is_sound(what, text) else ""
+
+
+def prefer(settings: QSettings, what: Preference, text: str) -> None:
+    """Keep what the user prefers."""
+    settings.setValue(_key(what), text)
+
+
+def recipe(settings: QSettings) -> Recipe:
+    """Return what a photo starts with."""
+    text = preferred(settings, RECIPE)
+    return recipe_in(text) or Recipe()
+
+
+def folder(settings: QSettings, what: Preference) -> Path | None:
+    """Return a preferred folder; None without one, and while its drive is away."""
+    text = preferred(settings, what)
+    return Path(text) if text and Path(text).is_dir() else None
+
+
+def recipe_in(text: str) -> Recipe | None:
+    """Return the recipe that a text holds; None where there is none that this program knows."""
+    try:
+        return Recipe.from_dict(json.loads(text))
+    except (ValueError, TypeError, RecursionError):
+        return None
+
+
+def recipe_text(of: Recipe) -> str:
+    """Return a recipe as a text to keep."""
+    return json.dumps(of.to_dict())
+
+
+def _key(what: Preference) -> str:
+    return f"preferences/{what.name}"
+
+
+def _is_sound(what: Preference, text: str) -> bool:
+    if what.kind == "choice":
+        return text in what.choices()
+    return what.kind == "folder" or recipe_in(text) is not None

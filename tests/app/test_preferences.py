@@ -1,0 +1,115 @@
+"""What a user prefers: kept, offered in one dialog, and no harm when it is nonsense."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+from kogao_app import preferences, theme
+from kogao_app.features import presets
+from kogao_app.features.preferences import PreferencesDialog
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
+
+from kogao_core.recipe import Recipe
+
+KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
+
+
+def ask(driver):
+    driver.key(KEYS.Key_Comma, CONTROL)
+    return driver.dialog(PreferencesDialog)
+
+
+def choose(box, words):
+    box.setFocus()
+    place = next(n for n in range(box.count()) if words in box.itemText(n))
+    while box.currentIndex() != place:
+        QTest.keyClick(box, KEYS.Key_Down if box.currentIndex() < place else KEYS.Key_Up)
+
+
+def test_every_preference_has_its_row_with_a_name_and_a_letter(empty):
+    dialog = ask(empty)
+    assert list(dialog.controls) == [what.name for what in preferences.PREFERENCES]
+    buddies = {label.buddy() for label in dialog.findChildren(QLabel)}
+    for control in dialog.controls.values():
+        assert control.accessibleName()
+        assert control in buddies
+
+
+def test_colours_change_at_once_and_are_there_at_the_next_start(empty, start):
+    choose(ask(empty).controls["theme"], "Light")
+    assert empty.canvas.backgroundBrush().color().name() == theme.LIGHT.canvas
+    later = start()
+    assert later.canvas.backgroundBrush().color().name() == theme.LIGHT.canvas
+    choose(ask(later).controls["theme"], "Dark")
+    assert later.canvas.backgroundBrush().color().name() == theme.DARK.canvas
+
+
+def test_photos_start_with_the_preferred_settings_and_nothing_is_unsaved(empty, photo):
+    choose(ask(empty).controls["recipe"], "Clear")
+    empty.open(photo)
+    assert empty.state.recipe == presets.built_in()["Clear, 6 %"]
+    assert not empty.editor.document.dirty
+
+
+def test_a_preferred_recipe_outlives_the_preset_it_came_from(empty, storage):
+    settings = storage.settings()
+    presets.add(settings, "Mine", Recipe(percent=7.5))
+    choose(ask(empty).controls["recipe"], "Mine")
+    presets.remove(settings, "Mine")
+    assert preferences.recipe(settings).percent == 7.5
+    box = PreferencesDialog(settings, empty.window).controls["recipe"]
+    assert box.currentText() == "As chosen before, 7.5 %"
+
+
+def test_dialogs_begin_in_the_preferred_folders(opened, tmp_path, photo):
+    dialog = ask(opened)
+    for name in ("open-folder", "save-folder"):
+        (tmp_path / name).mkdir()
+        QTest.keyClicks(dialog.controls[name], str(tmp_path / name))
+    assert opened.editor.files.folder == tmp_path / "open-folder"
+    assert opened.editor.files.suggested() == tmp_path / "save-folder" / "portrait_kogao.png"
+    (tmp_path / "open-folder").rmdir()
+    assert opened.editor.files.folder == photo.parent, "it may be on a drive that is away"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("theme", "pink"), ("scale", "3e9"), ("recipe", "["), ("recipe", '{"percent": 99}')],
+)
+def test_nonsense_in_the_settings_counts_as_nothing(storage, name, text):
+    what = next(one for one in preferences.PREFERENCES if one.name == name)
+    preferences.prefer(storage.settings(), what, text)
+    assert preferences.preferred(storage.settings(), what) == ""
+    assert preferences.recipe(storage.settings()) == Recipe()
+
+
+@pytest.mark.parametrize(("asked", "ratio"), [(None, 1.5), ("1.25", 1.25)])
+def test_the_preferred_size_holds_from_the_start_unless_the_start_says_another(
+    storage, asked, ratio
+):
+    preferences.prefer(storage.settings(), preferences.SCALE, "150")
+    storage.settings().sync()
+    code = (
+        "from kogao_app.__main__ import _application; from kogao_app.storage import Storage;"
+        "print(_application(Storage.of_user()).devicePixelRatio())"
+    )
+    env = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+    if asked is not None:
+        env["QT_SCALE_FACTOR"] = asked
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
+    )
+    assert float(done.stdout) == ratio
+
+
+def test_every_preference_is_kept_under_a_name_of_its_own(storage):
+    settings: QSettings = storage.settings()
+    for what in preferences.PREFERENCES:
+        preferences.prefer(settings, what, what.name)
+    kept = [settings.value(key) for key in settings.allKeys()]
+    assert sorted(kept) == sorted(what.name for what in preferences.PREFERENCES)
