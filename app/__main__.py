@@ -1,4 +1,4 @@
-"""``kogao [PHOTO]``: the editor."""
+"""``kogao [PHOTO ...]``: the editor."""
 
 from __future__ import annotations
 
@@ -50,10 +50,11 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
     # of its own makes them up to a hundred times slower. It reads this when numpy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    options = _parser().parse_args(argv)
-    if options.screenshot is not None and options.photo is None:
+    options = _options(argv)
+    if options.screenshot is not None and not options.photos:
         options.sample = True
-    ahead = None if options.photo is None else _read_ahead(options.photo)
+    alone = len(options.photos) == 1 and not options.photos[0].is_dir()
+    ahead = _read_ahead(options.photos[0]) if alone else None
     # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
     from PySide6.QtCore import QTemporaryDir
     from PySide6.QtWidgets import QApplication
@@ -64,14 +65,13 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     # A picture shows the program as it comes, whatever this user has made of it.
     aside = None if options.screenshot is None else QTemporaryDir()
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
-    faults = Faults(storage.log)
     app = QApplication.instance() or _application(storage)
     assert isinstance(app, QApplication)
+    faults = Faults(storage.log)
     with faults.heard():
         return _edit(app, options, source, storage, faults, ahead)
 
 
-def _edit(
 def _application(storage: Storage) -> QApplication:
     """Return the application at the preferred size of its text, which Qt reads but once."""
     from PySide6.QtWidgets import QApplication
@@ -87,6 +87,7 @@ def _application(storage: Storage) -> QApplication:
     return app
 
 
+def _edit(
     app: QApplication,
     options: argparse.Namespace,
     source: LandmarkSource | None,
@@ -110,10 +111,10 @@ def _application(storage: Storage) -> QApplication:
     report = editor.admit if shot is None else shot.admit
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
-    if options.photo is not None and options.photo.is_dir() and shot is None:
-        editor.strip.show_places([options.photo])
-    elif options.photo is not None:
-        editor.files.open(options.photo, ahead)
+    if ahead is not None or (options.photos and shot is not None):
+        editor.files.open(options.photos[0], ahead)
+    elif options.photos:
+        editor.strip.show_places(options.photos)
     elif options.sample:
         editor.files.open_sample()
     elif options.rate is not None:
@@ -136,15 +137,24 @@ def _read_ahead(path: Path) -> Future[Photo]:
     return photo
 
 
+def _options(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = _parser()
+    options = parser.parse_args(argv)
+    if options.screenshot is not None and len(options.photos) > 1:
+        parser.error("--screenshot shows one photo; name one")
+    return options
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="kogao", description="Make faces a little smaller.")
     what = parser.add_mutually_exclusive_group()
     what.add_argument(
-        "photo",
-        nargs="?",
+        "photos",
+        nargs="*",
+        default=(),
         type=Path,
         metavar="PHOTO",
-        help="photo or project to open, or a folder of photos",
+        help="photo or project to open; a folder, or several photos, make a film strip",
     )
     what.add_argument("--sample", action="store_true", help="open the portrait that is built in")
     what.add_argument(

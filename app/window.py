@@ -117,7 +117,7 @@ class Window(QMainWindow):
         for one in (*left, (_SIDE, right, self._scrolled_side()), *below):
             self.docks.add(*one)
         for name in _BY_PHOTO:
-            self.docks.hide(name)
+            self.docks.offer(name, False)
         self.menus["panels"].addActions(self.docks.toggles())
         self.setStatusBar(self.status)
         self.canvas.setFocus()

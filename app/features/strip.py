@@ -110,11 +110,13 @@ class Strip(Feature):
 
     def show(self, places: Sequence[Path]) -> None:
         """Show these photos, and those in these folders."""
+        # Photos that are open are known by their whole names.
+        places = [place.absolute() for place in places]
         if self._watcher.directories():
             self._watcher.removePaths(self._watcher.directories())
         for folder in (place for place in places if place.is_dir()):
             self._watcher.addPath(str(folder))
-        self._places, self._paths = list(places), None
+        self._places, self._paths = places, None
         self._list_again()
 
     def _list_again(self) -> None:
@@ -131,15 +133,24 @@ class Strip(Feature):
         self._draw_next()
 
     def _show_strip(self, paths: list[Path]) -> None:
+        self.window.docks.offer("strip", bool(paths))
         if not paths:
-            self.window.docks.hide("strip")
             self.say(tr("There is no photo in that folder; choose another one."))
             return
+        self._name_left_out(paths)
         self.window.docks.show("strip")
         if self.document.path not in paths:
             self._wanted = paths[0]
             self._files.open(paths[0])
         self.panel.mark(self.document.path)
+
+    def _name_left_out(self, paths: list[Path]) -> None:
+        """Say which of the named files are no photos, until the next photo is opened."""
+        places, first = self._places, (None, self.document.path, paths[0])
+        left_out = [one.name for one in places if one not in paths and not one.is_dir()]
+        if left_out:
+            text = tr("Not on the film strip, since no photo: {names}.", names=", ".join(left_out))
+            self.say(text, holds=lambda: self._places is places and self.document.path in first)
 
     def _not_listed(self, problem: Exception) -> None:
         text = tr("The photos can't be listed ({why}); open one by its name.", why=reason(problem))

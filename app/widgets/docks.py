@@ -74,9 +74,11 @@ class Docks(QObject):
         self._docks[name].show()
         self._docks[name].raise_()
 
-    def hide(self, name: str) -> None:
-        """Hide a dock."""
-        self._docks[name].hide()
+    def offer(self, name: str, offered: bool) -> None:
+        """Let a dock be shown, or hide it until there is something in it."""
+        self._docks[name].toggleViewAction().setVisible(offered)
+        if not offered:
+            self._docks[name].hide()
 
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide each dock."""

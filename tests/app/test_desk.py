@@ -264,7 +264,18 @@ def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
 
 
 @pytest.mark.usefixtures("storage")
-def test_a_folder_on_the_command_line_becomes_a_film_strip(qapp, source, folder):
+@pytest.mark.parametrize(
+    ("names", "photos", "said"),
+    [
+        (["."], 4, ""),
+        (["2.png", "0.png"], 2, ""),
+        (["0.png", "notes.txt", "gone.png"], 1, "notes.txt, gone.png"),
+    ],
+)
+def test_a_folder_or_photos_on_the_command_line_become_a_film_strip(
+    qapp, source, folder, monkeypatch, names, photos, said
+):
+    monkeypatch.chdir(folder)
     seen = []
 
     def look(patience_ms):
@@ -272,14 +283,18 @@ def test_a_folder_on_the_command_line_becomes_a_film_strip(qapp, source, folder)
         if window.windowTitle() == "Kogao[*]" and patience_ms > 0:
             QTimer.singleShot(50, lambda: look(patience_ms - 50))
             return
-        seen.extend(
-            (window.windowTitle(), window.findChild(FilmStrip).count(), window.bar.isVisible())
-        )
+        strip, bar = window.findChild(FilmStrip), window.bar
+        marked = strip.currentItem().text()
+        seen.extend((window.windowTitle(), marked, strip.count()))
+        seen.append(bar.text.text() if bar.isVisible() else "")
         window.close()
 
     QTimer.singleShot(100, lambda: look(10_000))
-    assert main([str(folder)], source) == 0
-    assert seen == ["0.png[*] – Kogao", 4, False]  # noqa: RUF001
+    assert main(names, source) == 0
+    first = names[0] if names != ["."] else "0.png"
+    assert seen[:3] == [f"{first}[*] – Kogao", first, photos]  # noqa: RUF001
+    assert said in seen[3]
+    assert bool(said) == bool(seen[3])
 
 
 def test_the_start_card_goes_while_a_photo_is_read_and_comes_back_if_that_fails(empty, folder):
@@ -298,6 +313,19 @@ def test_a_strip_without_photos_is_hidden_at_the_next_start(empty, start, folder
     later.open(folder / "0.png")
     assert dock(later, "strip").isHidden()
     assert later.panel("readings").isVisible()
+
+
+def test_the_panel_of_the_strip_is_only_there_with_something_on_it(empty, folder, tmp_path):
+    toggle = dock(empty, "strip").toggleViewAction()
+    assert not toggle.isVisible()
+    empty.open(folder / "0.png")
+    assert not toggle.isVisible()
+    drop(empty, folder)
+    assert toggle.isVisible()
+    (tmp_path / "none").mkdir()
+    drop(empty, tmp_path / "none")
+    assert not toggle.isVisible()
+    assert dock(empty, "strip").isHidden()
 
 
 def test_a_folder_without_photos_is_said(empty, tmp_path):
