@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+import cv2
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
@@ -149,3 +150,30 @@ def test_another_photo_begins_without_readings(opened, photo):
     opened.editor.document.opened.connect(lambda: texts.extend(label.text() for label in labels))
     opened.open(photo)
     assert texts == ["", ""]
+
+
+def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
+    """To what is displayed: of half a photo's pixels, and of the part that is on screen."""
+    source.faces = [oval_face(2000, 1500, size=0.5)]
+    photo = tmp_path / "large.png"
+    assert cv2.imwrite(str(photo), textured_photo(2000, 1500))
+    driver = start()
+    driver.open(photo)
+    panel, seen = driver.panel("recipe"), []
+
+    def look(frame):
+        texts = panel.one_to_one.text(), panel.residual.text()
+        seen.append((frame.whole, [text.removeprefix("≈ ") for text in texts]))
+
+    for zoom in (driver.canvas.fit, lambda: driver.canvas.zoom_to(0.8)):
+        zoom()
+        driver.editor.live.drawn.connect(look)
+        for percent in (2.0, 7.0, 12.0):
+            seen.clear()
+            driver.editor.recipe.set_field("percent", percent)
+            driver.settle()
+            (_, last), previews = seen[-1], [texts for whole, texts in seen if not whole]
+            assert seen[-1][0]
+            assert previews
+            assert all(texts == last for texts in previews)
+        driver.editor.live.drawn.disconnect(look)
