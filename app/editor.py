@@ -150,6 +150,9 @@ class Editor(QObject):
             *(self.manual, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.history, self.strip),
         )
+        for changed in (self.document.changed, self.recipe.chosen, self.live.drawn):
+            changed.connect(window.bar.refresh)
+        self.faces.found.connect(lambda _: window.stage.place_bar())
         window.lay_out({it.name: (it.panel, it.dock) for it in shown if it.panel is not None})
         self.commands.restore()
         self.screen.restore()
@@ -191,7 +194,9 @@ class Editor(QObject):
             "The picture can't be redrawn ({why}); the next change tries again.",
             why=reason(problem),
         )
-        self.window.bar.say(Message(text))
+        # Until another picture is there.
+        frame = self.view.frame
+        self.window.bar.say(Message(text, holds=lambda: self.view.frame is frame))
 
     def _follows_system(self, wanted: bool) -> None:
         if wanted == self._following:

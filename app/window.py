@@ -10,14 +10,11 @@ from PySide6.QtCore import QByteArray, QEvent, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
-    QGridLayout,
-    QHBoxLayout,
     QMainWindow,
     QMenu,
     QScrollArea,
     QToolBar,
     QToolButton,
-    QVBoxLayout,
     QWidget,
     QWidgetAction,
 )
@@ -26,6 +23,7 @@ from . import actions
 from .canvas.photo_canvas import PhotoCanvas
 from .canvas.viewport import OriginalView
 from .i18n import tr
+from .stage import Stage
 from .theme import GRID_PX, Theme
 from .view_state import ViewState
 from .widgets.controls import column_of
@@ -80,7 +78,7 @@ class Window(QMainWindow):
         self._workspace: Workspace | None = None
         self._side = QWidget()
         self._column = column_of(self._side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
-        self._stage = QGridLayout()
+        self.stage = Stage(view, self.canvas, self.original, self.bar)
 
     def add_actions(self, specs: Iterable[actions.Spec]) -> None:
         """Add what can be done; its keys hold in the whole window."""
@@ -102,7 +100,7 @@ class Window(QMainWindow):
         self.actions_by_name = {name: self.actions_by_name[name] for name in (*order, *rest)}
         actions.fill_menus(self.menuBar(), menus, self.actions_by_name, self.menus)
         self._add_toolbar()
-        self._fill_stage()
+        self.setCentralWidget(self.stage)
         docked = []
         for name, (panel, dock) in panels.items():
             if dock is not None:
@@ -152,10 +150,6 @@ class Window(QMainWindow):
             for name, panel in self._beside.items():
                 panel.setVisible(name in self._needed or name in self._workspace.panels)
 
-    def show_in_middle(self, widget: QWidget) -> None:
-        """Lay a widget over the middle of the canvas."""
-        self._stage.addWidget(widget, 0, 0, Qt.AlignmentFlag.AlignCenter)
-
     def dress(self, theme: Theme) -> None:
         """Take the canvas grey of a theme."""
         self.canvas.setBackground(theme.canvas)
@@ -188,23 +182,6 @@ class Window(QMainWindow):
         hold.pressed.connect(lambda: self.original_held.emit(True))
         hold.released.connect(lambda: self.original_held.emit(False))
         return hold
-
-    def _fill_stage(self) -> None:
-        stage, grid = QWidget(), self._stage
-        stage.setLayout(grid)
-        grid.setContentsMargins(0, 0, 0, 0)
-        views = QHBoxLayout()
-        views.setSpacing(GRID_PX // 2)
-        # Equal shares: the same zoom shows the same piece of the photo in both.
-        for view in (self.original, self.canvas):
-            views.addWidget(view, 1)
-        grid.addLayout(views, 0, 0)
-        over = QVBoxLayout()
-        over.setContentsMargins(3 * GRID_PX, 3 * GRID_PX, 3 * GRID_PX, 0)
-        over.addWidget(self.bar)
-        self.bar.left.connect(self.canvas.setFocus)
-        grid.addLayout(over, 0, 0, Qt.AlignmentFlag.AlignTop)
-        self.setCentralWidget(stage)
 
     def _scrolled_side(self) -> QWidget:
         scroll = QScrollArea()

@@ -182,7 +182,14 @@ class Faces(Feature):
 
     def _offer_placing(self, text: str) -> None:
         place = BarAction(tr("Place a face by hand"), self.place_template)
-        self.say(text, place, BarAction(tr("Open a photo…"), self.actions["open"].trigger))
+        another = BarAction(tr("Open a photo…"), self.actions["open"].trigger)
+        photo, search = self.document.photo, self._search
+
+        def faceless() -> bool:
+            state, here = self.document.state, self.document.photo is photo
+            return here and self._search is search and not (state.faces or state.draft)
+
+        self.say(text, place, another, holds=faceless)
 
     def place_template(self) -> None:
         """Put a mean face in the middle of the photo, to be dragged into place."""

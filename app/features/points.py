@@ -62,7 +62,8 @@ class Points(Feature):
                 tr("&Abort the gesture"),
                 "Escape",
                 tr(
-                    "Leave everything as it was; without a gesture, let the point go, then the face"
+                    "Leave everything as it was; without a gesture, close the message, "
+                    "then let the point go, then the face"
                 ),
                 self.abort,
             ),
@@ -79,10 +80,13 @@ class Points(Feature):
         canvas.hovered.connect(self.hover)
 
     def abort(self) -> None:
-        """End the gesture in hand as if it hadn't been; without one, let point, then face go."""
+        """End the gesture in hand as if it hadn't been; without one, close the message.
+
+        Without either, let the point, then the face go.
+        """
         in_gesture = self.document.in_gesture
         self.document.abort()
-        if in_gesture:
+        if in_gesture or self.window.bar.dismiss():
             return
         if self.view.selected is not None:
             self._select(None)
@@ -184,10 +188,6 @@ class Points(Feature):
         self.window.status.name_point(self._name_of(handle))
 
     def _walk(self, step: int) -> None:
-        # Wherever the keys went before, the arrows move the point now.
-        self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
-        self.select_next(step)
-
         if self._unselected():
             self.say(
                 tr("Select a face first: click it, or choose it in the list (Alt+S)."),
@@ -195,13 +195,17 @@ class Points(Feature):
                 holds=self._unselected,
             )
             return
+        # Wherever the keys went before, the arrows move the point now.
+        self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.select_next(step)
+
+    def _unselected(self) -> bool:
+        return bool(self.document.state.faces) and self.view.face_in_hand is None
+
     def make_automatic(self) -> None:
         """Put the selected target back on its line to the centre."""
         handle, state = self.view.selected, self.document.state
         if handle is not None and handle.kind == "target":
-    def _unselected(self) -> bool:
-        return bool(self.document.state.faces) and self.view.face_in_hand is None
-
             face = state.faces[handle.face].with_target(handle.index, None)
             self.document.step(state.with_face(handle.face, face), tr("Automatic target"))
 

@@ -141,7 +141,7 @@ class Recent(Feature):
         self.empty = EmptyState([self.actions["open"], self.actions["sample"]])
         self.empty.wanted.connect(strip.open)
         self.empty.show_recent(there(self.settings))
-        self.window.show_in_middle(self.empty)
+        self.window.stage.show_in_middle(self.empty)
         self.menu = self.window.menus["recent"] = QMenu(tr("Open &recent"), self.window)
         self.menu.setToolTipsVisible(True)
         self.menu.aboutToShow.connect(self._fill)

@@ -124,6 +124,7 @@ class Recovery(Feature):
         if kept.state is None:
             return
         self._complained = False
+        self.window.bar.refresh()
         # Only now is there another file that holds the same work.
         for left in kept.replaced:
             if left in self._taken_over:
@@ -141,7 +142,7 @@ class Recovery(Feature):
         if not self._complained:
             self._complained = True
             text = tr("Unsaved changes can't be kept for a crash ({why}).", why=reason(problem))
-            self.say(text)
+            self.say(text, holds=lambda: self._complained)
 
     # -- going on after a crash --------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QElapsedTimer, Qt, QTimer, Signal
+from PySide6.QtCore import QElapsedTimer, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusBar, QWidget
 
 from kogao_core.photo import Photo, formats
@@ -18,6 +18,7 @@ from ..theme import GRID_PX
 # What is done sooner after a message came was done without having read it.
 UNREAD_MS: Final = 2000
 LINGER_MS: Final = 10_000
+_WIDEST_PX: Final = 720
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,7 @@ class Message:
         Whether something went wrong.
     holds : callable, optional
         Whether it still holds; such a message stays until it doesn't, or is answered. One without
-        is about the last action and goes with the next.
+        is about the last action and goes with the next one, and after a while if it only informs.
     """
 
     text: str
@@ -63,10 +64,13 @@ class MessageBar(QFrame):
         The button that had the focus goes away.
     dismissed
         A message was read and sent away; nothing is shown now.
+    appeared
+        Another message is shown: it wants a place.
     """
 
     left = Signal()
     dismissed = Signal()
+    appeared = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -86,6 +90,9 @@ class MessageBar(QFrame):
         self._since.start()
         self._linger = QTimer(self, singleShot=True, interval=LINGER_MS)
         self._linger.timeout.connect(self._fade)
+        # What was said just before a step is read first, and goes then.
+        self._unread = QTimer(self, singleShot=True)
+        self._unread.timeout.connect(self.clear)
         self.hide()
 
     def say(self, message: Message) -> None:
@@ -99,9 +106,19 @@ class MessageBar(QFrame):
 
     def move_on(self) -> None:
         """Take a step of the document as the answer to what was said of the last action."""
-        if self._since.elapsed() >= UNREAD_MS:
+        unread_ms = UNREAD_MS - self._since.elapsed()
+        if unread_ms <= 0:
             self._last = None
+        elif self._last is not None:
+            self._unread.start(unread_ms)
         self.refresh()
+
+    def dismiss(self) -> bool:
+        """Send away what is shown, as its last button does; return whether there was anything."""
+        if self._shown is None:
+            return False
+        self._take(self.dismissed.emit)
+        return True
 
     def clear(self) -> None:
         """Say nothing more of the last action."""
@@ -119,6 +136,16 @@ class MessageBar(QFrame):
         if message is not None:
             self._fill(message)
 
+    def size_in(self, width_px: int) -> QSize:
+        """Return the size at which the text stands in as few lines as fit a width."""
+        lines = self.text.text().splitlines()
+        text_px = max(map(self.fontMetrics().horizontalAdvance, lines), default=0)
+        buttons_px = sum(button.sizeHint().width() + 2 * GRID_PX for button in self.buttons)
+        wanted_px = text_px + buttons_px + 8 * GRID_PX
+        width_px = min(width_px, _WIDEST_PX, wanted_px)
+        self._row.activate()
+        return QSize(width_px, self.heightForWidth(width_px))
+
     def _fade(self) -> None:
         if self.underMouse() or any(button.hasFocus() for button in self.buttons):
             self._linger.start()
@@ -133,16 +160,19 @@ class MessageBar(QFrame):
         for step in message.steps:
             self._add(step.text, step.act)
         self._add(tr("Dismiss"), self.dismissed.emit)
+        self.buttons[-1].setToolTip(tr("Close this message (Escape)"))
         self._since.start()
         if not message.wrong and not message.steps and message.holds is None:
             self._linger.start()
         self.show()
         self.raise_()
+        self.appeared.emit()
 
     def _empty(self) -> None:
         if any(button.hasFocus() for button in self.buttons):
             self.left.emit()
         self._linger.stop()
+        self._unread.stop()
         self.hide()
         for button in self.buttons:
             self._row.removeWidget(button)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
+
 import pytest
 from kogao_app.widgets import messages as bar
 from kogao_app.widgets.messages import BarAction, Message, MessageBar
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
+from scenes import oval_face
 
-CONTROL = Qt.KeyboardModifier.ControlModifier
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 OFFER = Message("An offer", (BarAction("Take it", lambda: None),), wrong=False, holds=lambda: True)
 
 
@@ -53,6 +56,15 @@ def test_what_came_a_moment_ago_has_not_been_read(opened, photo, monkeypatch):
     assert "never written over" in opened.say()
 
 
+def test_what_came_a_moment_ago_goes_once_it_could_be_read(opened, photo, monkeypatch):
+    """It is about a save that failed: it doesn't wait for one more step to come."""
+    monkeypatch.setattr(bar, "UNREAD_MS", 1000)
+    opened.editor.files.save(photo)
+    opened.change_something()
+    assert "never written over" in opened.say()
+    opened.qtbot.waitUntil(lambda: opened.say() == "")
+
+
 def test_a_refusal_goes_when_something_else_is_saved(opened, photo):
     opened.editor.files.save(photo)
     assert "never written over" in opened.say()
@@ -71,6 +83,135 @@ def test_no_face_goes_when_one_is_found(start, source, photo):
     driver.key(Qt.Key.Key_F, CONTROL)
     driver.settle()
     assert driver.say() == ""
+
+
+@pytest.fixture
+def faceless(start, source, photo):
+    source.faces = []
+    driver = start()
+    driver.open(photo)
+    assert "No face" in driver.say()
+    return driver
+
+
+@pytest.mark.usefixtures("read")
+def test_no_face_stays_while_there_is_none_and_goes_when_one_is_placed(faceless):
+    faceless.change_something()
+    assert "No face" in faceless.say()
+    faceless.key(Qt.Key.Key_P, CONTROL)
+    assert "Drag the frame" in faceless.say()
+    faceless.key(Qt.Key.Key_Escape)
+    assert faceless.say() == ""
+
+
+def test_no_face_goes_when_one_is_marked(faceless):
+    faceless.key(Qt.Key.Key_F3)
+    assert "No face" in faceless.say()
+    for _ in range(2):
+        faceless.press_key(faceless.canvas, Qt.Key.Key_Return)
+    assert len(faceless.state.draft) == 1
+    assert faceless.say() == ""
+
+
+def test_no_face_goes_with_its_photo(faceless, source, tmp_path, photo):
+    source.faces = [oval_face()]
+    other = tmp_path / "other.png"
+    shutil.copy(photo, other)
+    faceless.open(other)
+    assert faceless.say() == ""
+
+
+def test_what_could_not_be_drawn_or_kept_goes_once_it_could(opened, monkeypatch):
+    def fail(*_, **__):
+        raise MemoryError
+
+    with monkeypatch.context() as broken:
+        broken.setattr("kogao_app.render.live.render", fail)
+        broken.setattr("kogao_app.features.recovery.save", fail)
+        opened.change_something()
+        opened.settle()
+        told = []
+        for _ in range(2):
+            told.append(opened.say())
+            opened.window.bar.dismiss()
+        assert any("can't be redrawn" in text for text in told)
+        assert any("can't be kept for a crash" in text for text in told)
+        opened.change_something()
+        opened.settle()
+        assert opened.say() != ""
+    opened.change_something()
+    opened.qtbot.waitUntil(lambda: opened.say() == "")
+
+
+def test_an_experiment_that_needs_a_face_says_so_until_there_is_one(opened):
+    opened.key(Qt.Key.Key_A, CONTROL, SHIFT)
+    opened.key(Qt.Key.Key_1, CONTROL)
+    assert "needs a photo with a face" in opened.say()
+    opened.key(Qt.Key.Key_A, CONTROL)
+    assert opened.say() == ""
+
+
+def test_escape_closes_a_message_and_nothing_else(opened, photo):
+    opened.key(Qt.Key.Key_Period, CONTROL)
+    opened.editor.files.save(photo)
+    opened.key(Qt.Key.Key_Escape)
+    assert opened.say() == ""
+    assert opened.editor.view.selected is not None
+    opened.key(Qt.Key.Key_Escape)
+    assert opened.editor.view.selected is None
+
+
+def test_a_gesture_is_aborted_before_a_message_is_closed(opened, photo):
+    opened.editor.files.save(photo)
+    opened.editor.recipe.set_field("percent", 9.0)
+    opened.key(Qt.Key.Key_Escape)
+    assert opened.state.recipe.percent == 4.0
+    assert "never written over" in opened.say()
+
+
+def covered(driver):
+    """How much of each face the message hides, px of the screen."""
+    shown = driver.window.bar
+    at = shown.mapTo(driver.window, QPoint()) - driver.canvas.mapTo(driver.window, QPoint())
+    plate = QRectF(at.toPointF(), shown.size().toSizeF())
+    hidden = []
+    for face in driver.state.faces:
+        low, high = face.points.min(axis=0), face.points.max(axis=0)
+        box = QRectF(driver.canvas.to_screen(low), driver.canvas.to_screen(high))
+        both = plate & box
+        hidden.append(both.width() * both.height())
+    return hidden
+
+
+@pytest.mark.parametrize("place", [(240, 60), (240, 300), (90, 60), (400, 60)])
+def test_a_message_hides_no_face_where_there_is_room_elsewhere(start, source, photo, place):
+    source.faces = [oval_face(center=place, size=0.4)]
+    driver = start()
+    driver.open(photo)
+    driver.editor.files.save(photo)
+    assert "never written over" in driver.say()
+    assert covered(driver) == [0.0]
+    driver.window.resize(900, 620)
+    driver.qtbot.waitUntil(lambda: covered(driver) == [0.0])
+    assert driver.window.bar.geometry().right() <= driver.canvas.parent().width()
+
+
+def test_a_message_moves_away_from_a_face_that_comes_under_it(opened, photo):
+    opened.editor.files.save(photo)
+    for move in ((0, -1), (0, 1)):
+        for _ in range(12):
+            middle = opened.canvas.viewport().rect().center()
+            opened.canvas.start_pan(middle.toPointF())
+            opened.canvas.pan_to(middle.toPointF() + QPointF(*move) * 20)
+            opened.canvas.end_pan()
+            assert sum(covered(opened)) == 0.0
+
+
+def test_the_whole_of_a_long_message_is_seen(opened):
+    words = "A sentence that is long enough to need several lines. " * 6
+    opened.editor.points.say(words.strip())
+    text = opened.window.bar.text
+    assert text.height() >= text.heightForWidth(text.width())
 
 
 def test_only_what_merely_informs_goes_by_itself(qtbot, monkeypatch):

@@ -78,7 +78,8 @@ class Experiments(Feature):
         """Run an experiment on the photo's faces that are on."""
         task = self._task()
         if task is None:
-            self.say(tr("An experiment needs a photo with a face that is on."))
+            text = tr("An experiment needs a photo with a face that is on.")
+            self.say(text, holds=lambda: self._task() is None)
             return
         if self._dialog is not None:
             self._dialog.close()
@@ -170,9 +171,9 @@ class Experiments(Feature):
             self._save,
             "new",
             filters=[f"{words} (*.{kind})" for kind, words in kinds.items()],
-        )
             endings=[f".{kind}" for kind in kinds],
             at=Path.home() / f"{self._findings.name}.html",
+        )
 
     def _save(self, file: Path) -> bool:
         if self._findings is None or self._dialog is None:

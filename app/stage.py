@@ -1,0 +1,88 @@
+"""The middle of the window: the photo, before and after, and what lies over it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
+
+from .canvas.photo_canvas import PhotoCanvas
+from .canvas.viewport import OriginalView
+from .theme import GRID_PX
+from .view_state import ViewState
+from .widgets.messages import MessageBar
+from .widgets.placing import clear_place
+
+# Of the height from the eyes to the chin: the hair ends about so far above the eyes.
+_FOREHEAD: Final = 0.8
+_MARGIN_PX: Final = 3 * GRID_PX
+
+
+class Stage(QWidget):
+    """Holds both views side by side, and lays messages where they hide no face.
+
+    Parameters
+    ----------
+    view : ViewState
+        Whose faces are kept in sight.
+    canvas : PhotoCanvas
+        The photo as it becomes; it takes the keys when a message goes.
+    original : OriginalView
+        The photo as it was.
+    bar : MessageBar
+        What is said over them.
+    """
+
+    def __init__(
+        self, view: ViewState, canvas: PhotoCanvas, original: OriginalView, bar: MessageBar
+    ) -> None:
+        super().__init__()
+        self._view, self._views, self._bar = view, (original, canvas), bar
+        self._place: QRectF | None = None
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        row = QHBoxLayout()
+        row.setSpacing(GRID_PX // 2)
+        # Equal shares: the same zoom shows the same piece of the photo in both.
+        for one in self._views:
+            row.addWidget(one, 1)
+        self._grid.addLayout(row, 0, 0)
+        bar.setParent(self)
+        bar.left.connect(canvas.setFocus)
+        bar.appeared.connect(self.place_bar)
+        canvas.view_changed.connect(self.place_bar)
+
+    def show_in_middle(self, widget: QWidget) -> None:
+        """Lay a widget over the middle of the views."""
+        self._grid.addWidget(widget, 0, 0, Qt.AlignmentFlag.AlignCenter)
+
+    def place_bar(self) -> None:
+        """Lay the message where it hides no head, as far as there is room beside them."""
+        if self._bar.isHidden():
+            self._place = None
+            return
+        area = self.rect().toRectF().adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX)
+        size = self._bar.size_in(round(area.width())).toSizeF()
+        self._place = clear_place(size, area, list(self._heads()), self._place)
+        self._bar.setGeometry(self._place.toRect())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Find the message another place."""
+        super().resizeEvent(event)
+        self.place_bar()
+
+    def _heads(self) -> Iterator[QRectF]:
+        """Yield where heads are seen, px of the stage."""
+        for seen in (view for view in self._views if view.isVisible()):
+            for face in self._view.state.faces:
+                left, top, width, height = face.box
+                corners = np.array([(left, top - _FOREHEAD * height), (left + width, top + height)])
+                low, high = (
+                    seen.viewport().mapTo(self, seen.to_screen(corner).toPoint()).toPointF()
+                    for corner in corners
+                )
+                yield QRectF(low, high)
