@@ -165,9 +165,10 @@ class Recovery(Feature):
 
     def _offer(self, left: Leftover) -> None:
         text = tr("Kogao ended before the changes to {name} were saved.", name=left.name)
+        # "Dismiss" comes last: what loses the work stands as far from it as there is room.
         steps = (
-            BarAction(tr("Restore"), lambda: self._ask_restore(left)),
             BarAction(tr("Discard…"), lambda: self._ask_discard(left)),
+            BarAction(tr("Restore"), lambda: self._ask_restore(left)),
         )
         self.say(text, *steps, wrong=False, holds=lambda: self._is_open(left))
 
@@ -181,7 +182,7 @@ class Recovery(Feature):
         self._saver.guard(lambda: self._files.read(path, work))
 
     def _ask_discard(self, left: Leftover) -> None:
-        # It stands here, too: one slip beside "Dismiss" must lose nothing.
+        # It stands here, too: one slip must lose nothing.
         self._offer(left)
         text = tr("Discard the unsaved changes to {name} for good?", name=left.name)
         confirm(self.window, text, tr("&Discard"), lambda: self._discard(left))

@@ -187,6 +187,8 @@ def test_what_a_killed_program_left_can_be_discarded(killed, start):
     driver = start()
     driver.editor.recovery.look()
     driver.settle()
+    buttons = [button.text() for button in driver.window.bar.buttons]
+    assert buttons == ["Discard…", "Restore", "Dismiss"], "a slip beside one can't lose the work"
     driver.take_step("Discard")
     answer(driver, "Cancel")
     assert killed.exists()
