@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
@@ -24,7 +23,7 @@ from ..actions import Spec
 from ..i18n import tr
 from ..preferences import PREFERENCES, Preference
 from ..theme import GRID_PX
-from ..widgets.controls import Choices, column_of, muted_label
+from ..widgets.controls import ChoiceBox, column_of, muted_label
 from ..widgets.dialogs import ask_path
 from . import presets
 from .feature import Context, Feature
@@ -55,7 +54,7 @@ class PreferencesDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Preferences"))
         self._settings = settings
-        self.controls: dict[str, Choices | QLineEdit] = {}
+        self.controls: dict[str, ChoiceBox | QLineEdit] = {}
         rows = QGridLayout()
         rows.setHorizontalSpacing(3 * GRID_PX)
         rows.setVerticalSpacing(2 * GRID_PX)
@@ -79,13 +78,15 @@ class PreferencesDialog(QDialog):
         title = QLabel(what.title())
         title.setBuddy(control)
         rows.addWidget(title, 2 * row, 0)
-        rows.addWidget(control, 2 * row, 1)
+        rows.addWidget(control, 2 * row, 1, 1, 1 if what.kind == "folder" else 2)
         if isinstance(control, QLineEdit):
-            rows.addLayout(self._choosing(what, control), 2 * row, 2)
-        rows.addWidget(muted_label(what.tip()), 2 * row + 1, 1, 1, 2)
+            rows.addWidget(self._choosing(what, control), 2 * row, 2)
+        note = muted_label(what.tip())
+        note.setWordWrap(True)
+        rows.addWidget(note, 2 * row + 1, 1, 1, 2)
 
-    def _choice(self, what: Preference) -> Choices:
-        box = Choices()
+    def _choice(self, what: Preference) -> ChoiceBox:
+        box = ChoiceBox()
         now = preferences.preferred(self._settings, what)
         known = what.choices() if what.kind == "choice" else _recipes(self._settings, now)
         for text, words in known.items():
@@ -101,7 +102,7 @@ class PreferencesDialog(QDialog):
         line.textChanged.connect(lambda text: self._take(what, text.strip()))
         return line
 
-    def _choosing(self, what: Preference, line: QLineEdit) -> QHBoxLayout:
+    def _choosing(self, what: Preference, line: QLineEdit) -> QPushButton:
         button = QPushButton(tr("Choose…"))
         button.setAccessibleName(tr("{title}, choose", title=line.accessibleName()))
         button.setAutoDefault(False)
@@ -111,9 +112,7 @@ class PreferencesDialog(QDialog):
                 self, line.accessibleName(), lambda it: line.setText(str(it)), "folder", at=at
             )
         )
-        row = QHBoxLayout()
-        row.addWidget(button)
-        return row
+        return button
 
     def _take(self, what: Preference, text: str) -> None:
         preferences.prefer(self._settings, what, text)

@@ -133,7 +133,7 @@ class GestureSlider(QSlider):
         self._rest.start()
 
 
-class Choices(QComboBox):
+class ChoiceBox(QComboBox):
     """A box to choose from that a wheel in passing leaves alone: it turns the one in focus only."""
 
     def __init__(self) -> None:

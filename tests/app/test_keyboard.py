@@ -145,10 +145,11 @@ def test_under_all_faces_no_point_is_walked_and_the_bar_says_what_to_do(two):
 
 
 def by_keys(driver, key, *held):
-    """Press a key where the focus is, as a keyboard does."""
-    QTest.keyClick(
-        driver.window.focusWidget(), key, reduce(or_, held, Qt.KeyboardModifier.NoModifier)
-    )
+    """Press a key where the focus is, as a keyboard does, in a window that is in front."""
+    driver.window.activateWindow()
+    driver.qtbot.waitUntil(driver.window.isActiveWindow)
+    together = reduce(or_, held, Qt.KeyboardModifier.NoModifier)
+    QTest.keyClick(driver.window.focusWidget(), key, together)
     driver.settle()
 
 

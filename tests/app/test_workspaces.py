@@ -98,7 +98,7 @@ def test_the_switch_on_the_toolbar_leads_to_each(window):
 
 def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     window.key(KEYS.Key_L)
-    window.window.docks.hide("faces")
+    next(one for one in window.docks if one.objectName() == "faces").toggleViewAction().trigger()
     window.key(KEYS.Key_3, ALT)
     assert "landmarks" in window.editor.view.visible
     assert "faces" in docks_of(window)

@@ -24,7 +24,7 @@ from kogao_core.recipe import Recipe
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import Choices, WholeNumber, column_of, heading, muted_label
+from ...widgets.controls import ChoiceBox, WholeNumber, column_of, heading, muted_label
 from ...widgets.dialogs import ask_path, photo_filter
 from .run import Order
 
@@ -53,7 +53,7 @@ class OrderForm(QWidget):
         self.folder = QLineEdit()
         self.folder.setToolTip(tr("Made if need be; no photo of yours is ever written over"))
         self.folder.textChanged.connect(self.changed)
-        self.settings = Choices()
+        self.settings = ChoiceBox()
         self.settings.setToolTip(tr("What is done to every photo"))
         self.projects = QCheckBox(tr("Where a &project lies beside a photo, do what it says"))
         self.projects.setToolTip(tr("Its points, settings and protection, as they were saved"))

@@ -22,7 +22,7 @@ from kogao_core.geometry import Image
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import Choices, heading, muted_label
+from ...widgets.controls import ChoiceBox, heading, muted_label
 from ...widgets.dialogs import room_px, table
 from ...widgets.pictures import scaled
 from .model import Findings
@@ -66,7 +66,7 @@ class ExperimentDialog(QDialog):
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
         self.state = _words(tr("Measuring…"))
-        self.kinds = Choices()
+        self.kinds = ChoiceBox()
         self.kinds.setAccessibleName(tr("Pictures"))
         self.tables: list[QTableWidget] = []
         self._page = QVBoxLayout()

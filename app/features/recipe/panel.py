@@ -17,7 +17,7 @@ from ...document import DEFAULT, State
 from ...i18n import tr
 from ...render.live import RenderedFrame
 from ...theme import GRID_PX
-from ...widgets.controls import Choices, Fold, ValueSlider, column_of, muted_label
+from ...widgets.controls import ChoiceBox, Fold, ValueSlider, column_of, muted_label
 from . import fields
 from .fields import CenterChoice, OwnerLine
 from .gauge import NaturalnessGauge
@@ -51,7 +51,7 @@ class RecipePanel(QWidget):
         super().__init__()
         self._edit, self._commit = edit, commit
         self.sliders: dict[str, ValueSlider] = {}
-        self.choices: dict[str, Choices] = {}
+        self.choices: dict[str, ChoiceBox] = {}
         self.switches: dict[str, QCheckBox] = {}
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
         self.centre = CenterChoice()
@@ -159,11 +159,11 @@ class RecipePanel(QWidget):
         self.sliders[field] = slider
         return slider
 
-    def _choice(self, field: str) -> Choices:
-        box = Choices()
+    def _choice(self, field: str) -> ChoiceBox:
+        box = ChoiceBox()
         box.setAccessibleName(tr(SETTINGS[field].title))
         box.setToolTip(fields.tip(field))
-        box.setSizeAdjustPolicy(Choices.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setSizeAdjustPolicy(ChoiceBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         for place, (text, tip, value) in enumerate(fields.options(field)):
             box.addItem(text, value)
