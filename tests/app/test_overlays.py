@@ -12,9 +12,9 @@ import pyqtgraph as pg
 import pytest
 from kogao_app.canvas import overlays
 from kogao_app.canvas.overlays import glyphs
+from kogao_app.canvas.overlays.background import SEEN_PX
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.canvas.overlays.overlay import Overlay
-from kogao_app.canvas.overlays.straight import SEEN_PX
 from kogao_app.screenshot import names
 from kogao_app.view_state import ViewState
 from kogao_app.workspaces import INSPECT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
-from kogao_app.canvas.overlays.following import FollowingBand
+from kogao_app.canvas.overlays.unlisted import FollowingBand
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest

@@ -6,11 +6,10 @@ from typing import Final
 
 from ...view_state import ViewState
 from .compare import Divider
-from .following import FollowingBand
 from .listed import LISTED
 from .overlay import Overlay
 from .protection import BrushRing
-from .unlisted import Draft, FaceNumbers, Names, PixelGrid, Placement
+from .unlisted import Draft, FaceNumbers, FollowingBand, Names, PixelGrid, Placement
 
 _ALWAYS: Final[tuple[type[Overlay], ...]] = (
     PixelGrid,

@@ -6,13 +6,12 @@ from collections.abc import Set as AbstractSet
 from typing import Final
 
 from ..handles import Kind
+from .background import BentLines, People
 from .lattice import Displacement, DomainRegions, Folds, LatticeLines
 from .maps import HeatMap, JacobianMap
 from .marks import Centre, Landmarks, Targets
 from .overlay import Overlay
-from .people import People
 from .protection import Protected
-from .straight import BentLines
 
 LISTED: Final[tuple[type[Overlay], ...]] = (
     *(Landmarks, Targets, Centre),

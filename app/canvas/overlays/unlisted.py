@@ -1,4 +1,4 @@
-"""Which face is which: their numbers, once there is more than one."""
+"""Overlays that come and go by themselves: with what the hand does, the zoom, several faces."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 
+from kogao_core import reshape
+from kogao_core.geometry import Array
+
 from ...document import CORNERS
 from ...i18n import tr
 from ...view_state import ViewState
 from .. import handles
+from ..handles import Handle
 from . import glyphs
 from .listed import kinds
 from .overlay import Overlay, Place
@@ -20,6 +24,8 @@ from .overlay import Overlay, Place
 FROM_ZOOM: Final = 8.0  # screen px per photo px
 # Grey half seen through darkens light pixels and lightens dark ones.
 _GREY: Final = QColor(128, 128, 128, 110)
+_BAND_PX: Final = 9.0
+_OPAQUE: Final = 0.75
 
 
 class Badge(NamedTuple):
@@ -164,3 +170,53 @@ class Names(Overlay):
             sure = "" if confidence is None else tr(" · {n:.0f} % sure", n=100 * confidence)
             text = handles.name(view.hovered, count) + sure
             glyphs.label(painter, at + QPointF(14, -14), text, within=place.viewport)
+
+
+class FollowingBand(Overlay):
+    """A band along the outline, as wide as its landmarks follow; a ring where one is mirrored."""
+
+    name = "following"
+    height = 105
+
+    def wanted(self) -> bool:
+        """Show it while anything follows a landmark that can be seen."""
+        follows = self.shown.following.soft or self.shown.following.symmetric
+        return follows and "outline" in kinds(self.shown.visible) and self._led() is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the outline between each two landmarks as wide as the nearer one follows."""
+        led, view = self._led(), self.shown
+        if led is None:
+            return
+        # What follows is settled where the drag begins.
+        face, now = view.document.committed.faces[led.face], view.state.faces[led.face]
+        if not handles.apart(face, place.zoom):
+            return
+        following, at = view.following, place.points(now.outline)
+        mirror = reshape.opposite(face, led.index) if following.symmetric else None
+        for index in (led.index, mirror):
+            if index is not None and following.soft:
+                weights = reshape.influence(face.outline, index, handles.reach_px(face, following))
+                self._draw_band(painter, at, weights)
+        if mirror is not None:
+            glyphs.ring(painter, at[mirror], glyphs.HALO, 2.0)
+
+    def _draw_band(self, painter: QPainter, at: list[QPointF], weights: Array) -> None:
+        for start, end, weight in zip(
+            at[:-1], at[1:], (weights[:-1] + weights[1:]) / 2.0, strict=True
+        ):
+            if weight > 0.0:
+                colour = QColor(glyphs.HALO)
+                colour.setAlphaF(_OPAQUE * float(weight))
+                for one, width in ((glyphs.CASE, 2.0), (colour, 0.0)):
+                    painter.setPen(QPen(one, _BAND_PX * float(weight) + width))
+                    painter.drawLine(QLineF(start, end))
+
+    def _led(self) -> Handle | None:
+        """Return the landmark of the outline in hand, under the cursor, or selected."""
+        view = self.shown
+        first = view.selected if view.document.in_gesture else view.hovered
+        led = first or view.selected
+        if led is None or led.kind != "outline":
+            return None
+        return led if handles.exists(view.document.committed, led) else None
