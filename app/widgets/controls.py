@@ -285,6 +285,14 @@ def heading(text: str) -> QLabel:
     return label
 
 
+def named(text: str, buddy: QWidget) -> QLabel:
+    """Return the title of a control, which also names it for screen readers."""
+    label = heading(text)
+    label.setBuddy(buddy)
+    buddy.setAccessibleName(text.replace("&", ""))
+    return label
+
+
 def muted_label(text: str = "") -> QLabel:
     """Return a label for what explains, in a quieter colour."""
     label = QLabel(text)
@@ -298,3 +306,15 @@ def column_of(widget: QWidget, margin: int = 0, spacing: int = GRID_PX) -> QVBox
     column.setContentsMargins(margin, margin, margin, margin)
     column.setSpacing(spacing)
     return column
+
+
+def row_of(*widgets: QWidget | None, spacing: int = 2 * GRID_PX) -> QHBoxLayout:
+    """Return widgets in a row; None is what room is left."""
+    row = QHBoxLayout()
+    row.setSpacing(spacing)
+    for widget in widgets:
+        if widget is None:
+            row.addStretch()
+        else:
+            row.addWidget(widget)
+    return row

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QHeaderView,
     QMessageBox,
+    QPushButton,
     QTableWidget,
     QTableWidgetItem,
     QWidget,
@@ -112,6 +113,14 @@ def confirm(parent: QWidget, text: str, act: str, then: Callable[[], object]) ->
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
     agree.clicked.connect(lambda: then())
     box.open()
+
+
+def button(text: str, slot: Callable[[], object]) -> QPushButton:
+    """Return a button that the Return key elsewhere doesn't press."""
+    made = QPushButton(text)
+    made.setAutoDefault(False)
+    made.clicked.connect(slot)
+    return made
 
 
 def room_px(window: QWidget) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 import pytest
-from kogao_app.features.batch.run import BatchRun
+from kogao_app.features.batch import Batch
 from kogao_app.features.experiments import Experiments
 from kogao_app.workers import Lane
 from PySide6.QtCore import QThreadPool
@@ -115,7 +115,7 @@ def test_whatever_fails_is_said_in_the_window(opened):
     lanes = opened.editor.findChildren(Lane)
     # These have windows of their own, which their own tests look at; thumbnails stay blank.
     elsewhere = [
-        *opened.editor.findChild(BatchRun).findChildren(Lane),
+        *opened.editor.findChild(Batch).findChildren(Lane),
         *opened.editor.findChild(Experiments).findChildren(Lane),
         opened.editor.strip._drawing,
     ]

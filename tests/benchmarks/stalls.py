@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import cv2
 import numpy as np
 from kogao_app.editor import Editor
-from kogao_app.features.batch.run import Order
+from kogao_app.features.batch.order import Order
 from kogao_app.storage import Storage
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
@@ -113,7 +113,7 @@ def stalls(app: QApplication, folder: Path, megapixels: float) -> dict[str, floa
         "saving": lambda: editor.files.save(folder / "copy.jpg"),
     }
     found = {name: stall_ms(act, lambda: editor.busy) for name, act in acts.items()}
-    batch = editor.batch.runner
+    batch = editor.batch
     found["a batch"] = stall_ms(lambda: batch.start(order), lambda: batch.busy)
     assert editor.document.state.faces
     assert (folder / "copy.jpg").is_file()

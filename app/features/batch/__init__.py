@@ -1,53 +1,58 @@
-"""Many photos with the same settings: the dialog, and the question before it is cut short."""
+"""Many photos with the same settings: their dialog, and the question before it is cut short."""
 
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Callable
 
+from PySide6.QtCore import QThreadPool, Signal
 from PySide6.QtWidgets import QMessageBox
 
+from kogao_core.batch import Outcome
+
 from ...actions import Spec
-from ...i18n import tr
+from ...i18n import sentence, tr
 from ...widgets.dialogs import question
 from .. import presets
 from ..feature import Context, Feature
 from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
-from .dialog import BatchDialog, progress_line
-from .run import BatchProgress, BatchRun, Order
+from .dialog import BatchDialog
+from .order import BatchProgress, Order, carry_out
 
 
 class Batch(Feature):
-    """Joins the batch to its dialog."""
+    """Runs one batch at a time, and follows it in the dialog that takes the order."""
+
+    _planned = Signal(int)
+    _went = Signal(object)
 
     def __init__(self, context: Context, landmarks: LandmarkSources, options: SaveOptions) -> None:
         super().__init__(context)
         self._landmarks, self._options = landmarks, options
         self._progress = BatchProgress(0)
+        self._enough = threading.Event()
         self._then: Callable[[], object] | None = None
-        self.runner = BatchRun(self)
+        # A thread of its own: it is taken for as long as the batch lasts.
+        self._own_pool = QThreadPool(self)
+        self._running = self.lane(self._end, self._refuse, self._own_pool)
+        self._planned.connect(self._begin)
+        self._went.connect(self._take)
         self.dialog = BatchDialog(self.window)
-        self.dialog.wanted.connect(self._start)
-        self.dialog.stopped.connect(self.runner.stop)
-        self.runner.advanced.connect(self._advance)
-        self.runner.troubled.connect(self.dialog.show_bad)
-        self.runner.ended.connect(self._end)
-        self.runner.refused.connect(self._refuse)
+        self.dialog.wanted.connect(self.start)
+        self.dialog.stopped.connect(self._enough.set)
         self.add_actions(
             Spec(
                 "batch", tr("&Batch…"), "Ctrl+B", tr("The same settings for many photos"), self.show
             )
         )
 
-    @property
-    def busy(self) -> bool:
-        """True while a batch runs."""
-        return self.runner.busy
-
     def stop(self) -> None:
         """Stop, once the photos in hand are finished."""
-        self.runner.wait()
+        self._enough.set()
+        super().stop()
+        self._own_pool.waitForDone()
         self.dialog.close()
 
     def show(self) -> None:
@@ -84,29 +89,46 @@ class Batch(Feature):
             return
         self._then = then
         self.working.emit(tr("The photos in hand are finished first…"))
-        self.runner.stop()
+        self._enough.set()
 
-    def _start(self, order: Order) -> None:
-        disclosure = self._options.current
+    def start(self, order: Order) -> None:
+        """Begin a batch, or go on with one that the folder's report knows.
+
+        Parameters
+        ----------
+        order : Order
+            But for landmarks and disclosure, which are those of the editor.
+        """
+        disclosure, enough = self._options.current, self._enough
+        whole = dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
         self.dialog.show_running()
-        self.runner.start(
-            dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
-        )
+        enough.clear()
+        planned, went = self._planned.emit, self._went.emit
+        self._running.submit(lambda: carry_out(whole, enough.is_set, planned, went))
 
-    def _advance(self, progress: BatchProgress) -> None:
-        self._progress = progress
-        self.dialog.show_progress(progress, stopping=self.runner.stopping)
+    def _begin(self, total: int) -> None:
+        self._progress = BatchProgress(total)
+        self._advance()
+
+    def _take(self, outcome: Outcome) -> None:
+        self._progress.counts[outcome.status] += 1
+        if outcome.status in ("failed", "no face"):
+            self.dialog.show_bad(outcome)
+        self._advance()
+
+    def _advance(self) -> None:
+        self.dialog.show_progress(self._progress, stopping=self._enough.is_set())
         if not self.dialog.isVisible():
-            self.working.emit(tr("Batch: {how_far}", how_far=progress_line(progress)))
+            self.working.emit(tr("Batch: {how_far}", how_far=self._progress.line))
 
-    def _end(self, stopped: bool) -> None:
-        line = progress_line(self._progress)
+    def _end(self, _: None) -> None:
+        line, stopped = self._progress.line, self._enough.is_set()
         what = tr("Stopped: {line}", line=line) if stopped else tr("Ended: {line}", line=line)
         self.dialog.show_idle(what, again=stopped)
         self._go_on()
 
-    def _refuse(self, reason: str) -> None:
-        self.dialog.show_idle(reason)
+    def _refuse(self, problem: Exception) -> None:
+        self.dialog.show_idle(sentence(problem))
         self._go_on()
 
     def _go_on(self) -> None:

@@ -1,191 +1,151 @@
-"""The order for a batch: which photos, where to, with which settings."""
+"""What a batch is to do, how far it has come, and the work: the command line's own tasks."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QHBoxLayout,
-    QLabel,
-    QLayout,
-    QLineEdit,
-    QListWidget,
-    QPushButton,
-    QWidget,
-)
-
+from kogao_core import batch
+from kogao_core.batch import REPORT, Outcome, Workers
+from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.recipe import Recipe
 
 from ...i18n import tr
-from ...theme import GRID_PX
-from ...widgets.controls import ChoiceBox, WholeNumber, column_of, heading, muted_label
-from ...widgets.dialogs import ask_path, photo_filter
-from .run import Order
-
-_MOST_JOBS: Final = 64
-# Each photo in hand takes about eight times its pixels: more at once is the user's own choice.
-_JOBS: Final = max(1, min(4, (os.cpu_count() or 2) - 1))
-_LIST_PX: Final = 96
 
 
-class OrderForm(QWidget):
-    """Takes the order; photos and folders can be dropped on it.
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What to do to which photos.
 
-    Signals
-    -------
-    changed
-        The order may have become complete, or incomplete.
+    Parameters
+    ----------
+    inputs : tuple of Path
+        Photos and folders.
+    folder : Path
+        Where results and the report go.
+    recipe : Recipe
+        For every photo, but those with a project of their own if `projects`.
+    jobs : int
+        Photos worked on at a time.
+    projects : bool
+        Do what the project beside a photo says.
+    again : bool
+        Do everything again, whatever the report says.
+    landmarks : str, optional
+        Where they come from, see `landmarks.source`.
+    disclosure : Disclosure
+        What results tell about themselves.
     """
 
-    changed = Signal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setAcceptDrops(True)
-        self._recipes: list[Recipe] = []
-        self.inputs = framed_list()
-        self.folder = QLineEdit()
-        self.folder.setToolTip(tr("Made if need be; no photo of yours is ever written over"))
-        self.folder.textChanged.connect(self.changed)
-        self.settings = ChoiceBox()
-        self.settings.setToolTip(tr("What is done to every photo"))
-        self.projects = QCheckBox(tr("Where a &project lies beside a photo, do what it says"))
-        self.projects.setToolTip(tr("Its points, settings and protection, as they were saved"))
-        self.again = QCheckBox(tr("Do every photo &again, also those that are done"))
-        self.again.setToolTip(tr("Otherwise only what is missing or has changed"))
-        self.jobs = WholeNumber(1, _MOST_JOBS, _JOBS)
-        self.jobs.setToolTip(tr("Each takes about eight times the pixels of a photo in memory"))
-        self.disclosure = muted_label()
-        self._lay_out()
-
-    def _lay_out(self) -> None:
-        column = column_of(self, spacing=2 * GRID_PX)
-        column.addWidget(named(tr("P&hotos and folders, also dropped here"), self.inputs))
-        column.addWidget(self.inputs)
-        column.addLayout(
-            row_of(
-                button(tr("Add ph&otos…"), self._ask_photos),
-                button(tr("Add a &folder…"), self._ask_folder),
-                button(tr("Re&move"), self.remove_selected),
-            )
-        )
-        column.addWidget(named(tr("Results &go to"), self.folder))
-        column.addLayout(row_of(self.folder, button(tr("&Choose…"), self._ask_target)))
-        column.addWidget(named(tr("S&ettings"), self.settings))
-        for widget in (self.settings, self.projects, self.again):
-            column.addWidget(widget)
-        column.addLayout(row_of(named(tr("Photos at a &time"), self.jobs), self.jobs, None))
-        column.addWidget(self.disclosure)
-
-    def offer(self, recipes: Mapping[str, Recipe], disclosure: str) -> None:
-        """Show what there is to choose: recipes by name, and what results tell of themselves."""
-        chosen = self.settings.currentText()
-        self._recipes = list(recipes.values())
-        self.settings.clear()
-        self.settings.addItems(list(recipes))
-        self.settings.setCurrentIndex(max(0, self.settings.findText(chosen)))
-        self.disclosure.setText(disclosure)
-        self.disclosure.setVisible(bool(disclosure))
-
-    def add(self, paths: Sequence[Path]) -> None:
-        """Add photos and folders; the first one suggests where results go."""
-        listed = self.paths
-        for path in paths:
-            if path not in listed:
-                self.inputs.addItem(str(path))
-        if paths and not self.folder.text():
-            home = paths[0] if paths[0].is_dir() else paths[0].parent
-            self.folder.setText(str(home / "kogao"))
-        self.changed.emit()
+    inputs: tuple[Path, ...]
+    folder: Path
+    recipe: Recipe
+    jobs: int = 1
+    projects: bool = False
+    again: bool = False
+    landmarks: str | None = None
+    disclosure: Disclosure = NO_DISCLOSURE
 
     @property
-    def paths(self) -> list[Path]:
-        """What is to be worked on."""
-        return [Path(self.inputs.item(row).text()) for row in range(self.inputs.count())]
+    def report(self) -> Path:
+        """Where the report goes."""
+        return self.folder / REPORT
 
-    def remove_selected(self) -> None:
-        """Take the selected lines out."""
-        for item in self.inputs.selectedItems():
-            self.inputs.takeItem(self.inputs.row(item))
-        self.changed.emit()
+
+@dataclass
+class BatchProgress:
+    """How far a batch has come.
+
+    Parameters
+    ----------
+    total : int
+        Photos in all.
+    counts : Counter
+        Photos by what became of them.
+    """
+
+    total: int
+    counts: Counter[str] = field(default_factory=Counter)
+    _start: float = field(default_factory=time.monotonic)
 
     @property
-    def is_complete(self) -> bool:
-        """Whether there is something to do and a place for it."""
-        return bool(self.inputs.count() and self.folder.text().strip())
+    def finished(self) -> int:
+        """Photos that are over and done with."""
+        return self.counts.total()
 
-    def order(self) -> Order:
-        """Return what is wanted."""
-        return Order(
-            tuple(self.paths),
-            Path(self.folder.text()),
-            self._recipes[self.settings.currentIndex()],
-            self.jobs.value(),
-            self.projects.isChecked(),
-            self.again.isChecked(),
+    @property
+    def left_s(self) -> float | None:
+        """Seconds the rest will take at this pace; None while there is no pace yet."""
+        worked = self.finished - self.counts["skipped"]
+        if not worked or self.finished >= self.total:
+            return None
+        return (time.monotonic() - self._start) / worked * (self.total - self.finished)
+
+    @property
+    def line(self) -> str:
+        """How far it is, in words."""
+        words = {
+            "done": tr("done"),
+            "skipped": tr("done before"),
+            "no face": tr("without a face"),
+            "failed": tr("failed"),
+        }
+        counts = [f"{self.counts[kind]} {words[kind]}" for kind in words if self.counts[kind]]
+        parts = [tr("{n} of {total}", n=self.finished, total=self.total), *counts]
+        left = self.left_s
+        if left is not None and left < 90.0:
+            parts.append(tr("about {n:.0f} s left", n=left))
+        elif left is not None:
+            parts.append(tr("about {n:.0f} min left", n=left / 60))
+        return " · ".join(parts)
+
+
+def carry_out(
+    order: Order,
+    stop: Callable[[], bool],
+    planned: Callable[[int], None],
+    went: Callable[[Outcome], None],
+) -> None:
+    """Work on photo after photo in processes of their own, until all are done or `stop` says so.
+
+    Parameters
+    ----------
+    order : Order
+        What to do.
+    stop : callable
+        Whether no more photos are to be begun.
+    planned, went : callable
+        Take how many photos there are, and what became of each.
+
+    Raises
+    ------
+    NothingToDo
+        If there is no photo, or the folder can't be written to or holds results of others.
+    """
+    report = order.report
+    tasks = batch.plan(
+        order.inputs,
+        order.folder,
+        order.recipe,
+        landmarks=order.landmarks,
+        projects=order.projects,
+        disclosure=order.disclosure,
+        report=None if order.again else report,
+    )
+    taken = next((task.output for task in tasks if Path(task.output).exists()), None)
+    if taken is not None and not report.exists():
+        # What no batch of ours has written isn't ours to replace.
+        raise batch.NothingToDo(tr("{file} exists; choose another folder", file=taken))
+    planned(len(tasks))
+    try:
+        batch.record(batch.run(tasks, Workers.processes(order.jobs), stop), report, went)
+    except OSError as error:
+        text = tr(
+            "{folder} can't be written to ({reason}); choose another folder",
+            folder=order.folder,
+            reason=error.strerror or error,
         )
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept files."""
-        if event.mimeData().hasUrls():
-            event.acceptProposedAction()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        """Add files and folders."""
-        event.acceptProposedAction()
-        self.add([Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()])
-
-    def _ask_photos(self) -> None:
-        title = tr("Add photos")
-        ask_path(self, title, lambda path: self.add([path]), "files", filters=[photo_filter()])
-
-    def _ask_folder(self) -> None:
-        ask_path(self, tr("Add a folder"), lambda path: self.add([path]), "folder")
-
-    def _ask_target(self) -> None:
-        ask_path(self, tr("Results go to"), lambda path: self.folder.setText(str(path)), "folder")
-
-
-def named(text: str, buddy: QWidget) -> QLabel:
-    """Return the title of a control, which also names it for screen readers."""
-    label = heading(text)
-    label.setBuddy(buddy)
-    buddy.setAccessibleName(text.replace("&", ""))
-    return label
-
-
-def framed_list() -> QListWidget:
-    """Return a list in a frame, whose long lines are wrapped."""
-    rows = QListWidget()
-    rows.setProperty("framed", "true")
-    rows.setMinimumHeight(_LIST_PX)
-    rows.setWordWrap(True)
-    rows.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    rows.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
-    return rows
-
-
-def button(text: str, slot: Callable[[], object]) -> QPushButton:
-    """Return a button that the Return key elsewhere doesn't press."""
-    made = QPushButton(text)
-    made.setAutoDefault(False)
-    made.clicked.connect(slot)
-    return made
-
-
-def row_of(*widgets: QWidget | None) -> QLayout:
-    """Return widgets in a row; None is what room is left."""
-    row = QHBoxLayout()
-    row.setSpacing(2 * GRID_PX)
-    for widget in widgets:
-        if widget is None:
-            row.addStretch()
-        else:
-            row.addWidget(widget)
-    return row
+        raise batch.NothingToDo(text) from error
