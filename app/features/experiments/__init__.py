@@ -12,7 +12,6 @@ from PySide6.QtGui import QDesktopServices
 from kogao_core import atomic
 from kogao_core.experiments import setting_times
 from kogao_core.experiments.subjects import Subject
-from kogao_core.face import LandmarkSource
 from kogao_core.landmarks import source
 
 from ...actions import Spec
@@ -21,8 +20,7 @@ from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from ..manual import Manual
-from .dialog import ExperimentDialog
-from .model import ExperimentName, ExperimentTask, Findings, title
+from .dialog import ExperimentDialog, ExperimentName, Findings
 
 SETTING_TIMES: Final = "setting-times.jsonl"
 
@@ -76,19 +74,19 @@ class Experiments(Feature):
 
     def start(self, name: ExperimentName) -> None:
         """Run an experiment on the photo's faces that are on."""
-        task = self._task()
-        if task is None:
+        subject = self._subject()
+        if subject is None:
             text = tr("An experiment needs a photo with a face that is on.")
-            self.say(text, holds=lambda: self._task() is None)
+            self.say(text, holds=lambda: self._subject() is None)
             return
         if self._dialog is not None:
             self._dialog.close()
-        self._dialog = dialog = ExperimentDialog(title(name), self.window)
-        dialog.stopped.connect(self._let_go)
-        dialog.browse.connect(self._browse)
-        dialog.save.connect(self._ask_where)
+        self._dialog = dialog = ExperimentDialog(_title(name), self.window)
+        dialog.finished.connect(lambda _: self._let_go())
+        dialog.in_browser.clicked.connect(self._browse)
+        dialog.to_file.clicked.connect(self._ask_where)
         dialog.open()
-        self._run(name, task)
+        self._run(name, subject)
 
     def _record(self) -> None:
         state, path = self.document.state, self.document.path
@@ -103,20 +101,15 @@ class Experiments(Feature):
         except OSError as problem:
             self.say(tr("The setting time wasn't kept ({why}).", why=problem.strerror))
 
-    def _task(self) -> ExperimentTask | None:
+    def _subject(self) -> Subject | None:
         photo, state, path = self.document.photo, self.document.state, self.document.path
         if photo is None or path is None or not state.active:
             return None
-        wanted = self._landmarks.wanted
+        return Subject(path.name, photo.pixels, tuple(state.active))
 
-        def finder() -> LandmarkSource:
-            return source(wanted)
-
-        subject = Subject(path.name, photo.pixels, tuple(state.active))
-        return ExperimentTask(subject, state.recipe, finder, self._sessions)
-
-    def _run(self, name: ExperimentName, task: ExperimentTask) -> None:
+    def _run(self, name: ExperimentName, subject: Subject) -> None:
         self.stop()
+        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
         self._enough = enough = threading.Event()
 
         def progress(done: int, of: int) -> None:
@@ -126,8 +119,9 @@ class Experiments(Feature):
 
         def job() -> Findings:
             # Here, on a worker, and not when the editor starts.
-            from .measure import measured
+            from .measure import ExperimentTask, measured
 
+            task = ExperimentTask(subject, recipe, lambda: source(wanted), self._sessions)
             return measured(name, task, progress)
 
         self._running.submit(job)
@@ -188,3 +182,13 @@ class Experiments(Feature):
             )
             return False
         return True
+
+
+def _title(name: ExperimentName) -> str:
+    """Return what an experiment is called."""
+    return {
+        "timing": tr("Setting and computing time (table 2)"),
+        "domains": tr("Reduced domains (figures 14 and 15)"),
+        "distortion": tr("Distortion beside table 1"),
+        "methods": tr("Methods side by side"),
+    }[name]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -22,17 +23,45 @@ from kogao_core.geometry import Image
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import ChoiceBox, heading, muted_label
+from ...widgets.controls import ChoiceBox, column_of, heading, muted_label
 from ...widgets.dialogs import room_px, table
 from ...widgets.pictures import scaled
-from .model import Findings
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Table
 
+ExperimentName = Literal["timing", "domains", "distortion", "methods"]
 _SIZE_PX: Final = (900, 680)
 _PICTURE_PX: Final = 260
 _COLUMNS: Final = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What an experiment found.
+
+    Parameters
+    ----------
+    name : str
+        Which one.
+    lead : str
+        What it asks, in a sentence.
+    tables : list of Table
+        Its figures.
+    pictures : dict of str to list of (str, array)
+        By kind: captions and RGB pictures of one size, to look at in one place.
+    left_out : list of str
+        What couldn't be measured, and why.
+    texts : dict of str to str
+        The report by kind of file: html, json and csv.
+    """
+
+    name: ExperimentName
+    lead: str
+    tables: list[Table]
+    pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    texts: dict[str, str] = field(default_factory=dict)
 
 
 class ExperimentDialog(QDialog):
@@ -45,23 +74,16 @@ class ExperimentDialog(QDialog):
     parent : QWidget
         The window.
 
-    Signals
-    -------
-    stopped
-        It isn't wanted any more.
-    browse, save
-        The report in a browser, or in a file.
+    Attributes
+    ----------
+    in_browser, to_file : QPushButton
+        They want the report, once there is one.
     """
-
-    stopped = Signal()
-    browse = Signal()
-    save = Signal()
 
     def __init__(self, title: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(title)
-        self.finished.connect(lambda _: self.stopped.emit())
         self.progress = QProgressBar()
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
@@ -72,9 +94,7 @@ class ExperimentDialog(QDialog):
         self._page = QVBoxLayout()
         self._page.setSpacing(3 * GRID_PX)
         self._gallery = QGridLayout()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(*[4 * GRID_PX] * 4)
-        column.setSpacing(3 * GRID_PX)
+        column = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
         column.addWidget(heading(title))
         column.addWidget(self.state)
         column.addWidget(self.progress)
@@ -112,9 +132,8 @@ class ExperimentDialog(QDialog):
         role = QDialogButtonBox.ButtonRole.ActionRole
         self.in_browser = buttons.addButton(tr("Open in a &browser"), role)
         self.to_file = buttons.addButton(tr("&Save the report…"), role)
-        for button, signal in ((self.in_browser, self.browse), (self.to_file, self.save)):
+        for button in (self.in_browser, self.to_file):
             button.setEnabled(False)
-            button.clicked.connect(lambda _=False, signal=signal: signal.emit())
         buttons.rejected.connect(self.reject)
         return buttons
 
@@ -142,8 +161,7 @@ class ExperimentDialog(QDialog):
 
 
 def _words(text: str) -> QLabel:
-    label = muted_label()
-    label.setText(text)
+    label = muted_label(text)
     label.setWordWrap(True)
     return label
 

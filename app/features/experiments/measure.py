@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Final
 
 from kogao_core.display import reduced
@@ -19,12 +20,14 @@ from kogao_core.experiments import (
 from kogao_core.experiments.methods import comparing, methods_report
 from kogao_core.experiments.page import files
 from kogao_core.experiments.report import Made
-from kogao_core.experiments.subjects import Progress
+from kogao_core.experiments.subjects import Progress, Subject
+from kogao_core.face import LandmarkSource
 from kogao_core.geometry import Image
+from kogao_core.recipe import Recipe
 from kogao_core.settings import DOMAINS
 
 from ...i18n import tr
-from .model import ExperimentName, ExperimentTask, Findings
+from .dialog import ExperimentName, Findings
 
 _REPEATS: Final = {"timing": 5, "domains": 3, "methods": 2}
 _REPORTS: Final[dict[ExperimentName, Any]] = {
@@ -33,6 +36,28 @@ _REPORTS: Final[dict[ExperimentName, Any]] = {
     "distortion": distortion_report,
     "methods": methods_report,
 }
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentTask:
+    """What an experiment works on.
+
+    Parameters
+    ----------
+    subject : Subject
+        The photo and the faces that are on.
+    recipe : Recipe
+        The photo's choices.
+    source : callable
+        Makes what finds the faces, for automatic setting; called off the GUI thread.
+    sessions : Path
+        Setting times of manual work on this machine.
+    """
+
+    subject: Subject
+    recipe: Recipe
+    source: Callable[[], LandmarkSource]
+    sessions: Path
 
 
 @dataclass(frozen=True, eq=False)
