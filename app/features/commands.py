@@ -10,7 +10,6 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QHBoxLayout,
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
@@ -30,7 +29,7 @@ from kogao_core.cli import licences
 from ..actions import Spec, first_key
 from ..i18n import tr
 from ..theme import GRID_PX
-from ..widgets.controls import column_of, muted_label
+from ..widgets.controls import column_of, muted_label, row_of
 from ..widgets.dialogs import question
 from .feature import Context, Feature
 
@@ -154,11 +153,8 @@ class ShortcutsDialog(QDialog):
     def _lay_out(self) -> None:
         label = QLabel(tr("&New key"))
         label.setBuddy(self.key)
-        row = QHBoxLayout()
-        row.setSpacing(2 * GRID_PX)
-        row.addWidget(label)
-        row.addWidget(self.key, 1)
-        row.addWidget(self.reset)
+        row = row_of(label, self.key, self.reset)
+        row.setStretchFactor(self.key, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         column = column_of(self, margin=3 * GRID_PX, spacing=2 * GRID_PX)

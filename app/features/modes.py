@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLabel,
     QTableWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -29,7 +28,7 @@ from ..document import State
 from ..i18n import reason, tr
 from ..render.pyramid import PicturePyramid, Rgb8
 from ..theme import GRID_PX
-from ..widgets.controls import heading, muted_label
+from ..widgets.controls import column_of, heading, muted_label
 from ..widgets.dialogs import room_px, table
 from ..widgets.pictures import scaled
 from .faces import Faces
@@ -167,17 +166,15 @@ class ModesDialog(QDialog):
         for column, side in enumerate(comparison.sides):
             grid.addWidget(heading(_title(side)), 0, column)
             grid.addWidget(_picture(side, self.devicePixelRatioF()), 1, column)
-        column_layout = QVBoxLayout(self)
-        column_layout.setContentsMargins(4 * GRID_PX, 4 * GRID_PX, 4 * GRID_PX, 4 * GRID_PX)
-        column_layout.setSpacing(3 * GRID_PX)
-        column_layout.addLayout(grid)
-        column_layout.addWidget(self.times)
-        column_layout.addWidget(heading(tr("How far the points lie apart")))
-        column_layout.addWidget(muted_label(summary(comparison)))
-        column_layout.addWidget(self.points, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
-        column_layout.addWidget(buttons)
+        rows = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
+        rows.addLayout(grid)
+        rows.addWidget(self.times)
+        rows.addWidget(heading(tr("How far the points lie apart")))
+        rows.addWidget(muted_label(summary(comparison)))
+        rows.addWidget(self.points, 1)
+        rows.addWidget(buttons)
         self.resize(2 * _PICTURE_PX + 12 * GRID_PX, min(_HEIGHT_PX, room_px(parent)))
 
 

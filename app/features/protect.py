@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from kogao_core.geometry import Array
 from kogao_core.protection import NOTHING
@@ -20,7 +20,7 @@ from ..actions import Spec
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..view_state import Brush, ToolName
-from ..widgets.controls import Fold, ValueSlider, action_button, column_of, muted_label
+from ..widgets.controls import Fold, ValueSlider, action_button, column_of, muted_label, row_of
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
@@ -102,9 +102,9 @@ class Protect(Feature):
         self.panel: ProtectPanel = ProtectPanel(
             tools, self.actions["hard"], self.actions["unprotect"]
         )
-        self.panel.resized.connect(self.set_radius)
-        self.panel.reset.connect(self.fit_brush)
-        self.panel.refused.connect(self.say)
+        self.panel.size_px.edited.connect(self.set_radius)
+        self.panel.size_px.reset.connect(self.fit_brush)
+        self.panel.size_px.refused.connect(self.say)
         canvas = self.window.canvas
         canvas.stroke_begun.connect(self.begin)
         canvas.stroked.connect(self.extend)
@@ -238,27 +238,11 @@ class ProtectPanel(QWidget):
         Whether the next strokes have a hard edge.
     clear : QAction
         Removes all protection.
-
-    Signals
-    -------
-    resized(float)
-        Another radius of the brush, px of the photo.
-    reset
-        The brush's first size is wanted.
-    refused(str)
-        What was typed is no size, in a sentence.
     """
-
-    resized = Signal(float)
-    reset = Signal()
-    refused = Signal(str)
 
     def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
         super().__init__()
         self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), _size_tip(), 0)
-        self.size_px.edited.connect(self.resized)
-        self.size_px.reset.connect(self.reset)
-        self.size_px.refused.connect(self.refused)
         self.hard = QCheckBox(tr("Hard ed&ge: not a pixel of it moves"))
         self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
         self.hard.toggled.connect(hard.setChecked)
@@ -271,14 +255,13 @@ class ProtectPanel(QWidget):
         self.fold = Fold(tr("Protect"), body)
         column_of(self).addWidget(self.fold)
         column = column_of(body, spacing=2 * GRID_PX)
-        column.addLayout(_row(tools))
+        buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
+        for place in range(buttons.count()):
+            buttons.setStretch(place, 1)
+        column.addLayout(buttons)
         column.addWidget(self.size_px)
         column.addWidget(self.hard)
-        foot = QHBoxLayout()
-        foot.addWidget(self.count)
-        foot.addStretch()
-        foot.addWidget(self.clear)
-        column.addLayout(foot)
+        column.addLayout(row_of(self.count, None, self.clear))
 
     def show_brush(self, brush: Brush) -> None:
         """Show how large the tool in hand is, and unfold for one that paints."""
@@ -291,14 +274,6 @@ class ProtectPanel(QWidget):
         words = tr("Strokes: {n}", n=strokes) if strokes else tr("Nothing is protected")
         self.count.setText(words)
         self.clear.setEnabled(strokes > 0)
-
-
-def _row(tools: Iterable[QAction]) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setSpacing(GRID_PX)
-    for action in tools:
-        row.addWidget(action_button(action), 1)
-    return row
 
 
 def _sizes() -> SliderScale:

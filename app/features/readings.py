@@ -16,7 +16,7 @@ from kogao_core.settings import DOMAINS, DomainName
 from ..canvas.overlays import glyphs
 from ..i18n import tr
 from ..theme import GRID_PX
-from ..widgets.controls import column_of, heading, muted_label
+from ..widgets.controls import column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock
 from .feature import Context, Feature
 from .recipe import fields
@@ -61,9 +61,8 @@ class _Timings(QWidget):
         self._rows: dict[str, tuple[_Bar, QLabel]] = {}
         for row, (stage, title) in enumerate(_stages().items()):
             bar, value = _Bar(), _number()
-            grid.addWidget(muted_label(title), row, 0)
-            grid.addWidget(bar, row, 1)
-            grid.addWidget(value, row, 2)
+            for column, cell in enumerate((muted_label(title), bar, value)):
+                grid.addWidget(cell, row, column)
             self._rows[stage] = (bar, value)
         grid.setColumnStretch(1, 1)
         grid.setColumnMinimumWidth(2, 64)
@@ -166,15 +165,11 @@ def _stages() -> dict[str, str]:
 
 
 def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:
-    top = QHBoxLayout()
-    top.addWidget(heading(title))
-    top.addStretch()
-    top.addWidget(note)
     grid = QGridLayout()
     grid.setHorizontalSpacing(2 * GRID_PX)
     grid.setVerticalSpacing(GRID_PX // 2)
     column = column_of(widget)
-    column.addLayout(top)
+    column.addLayout(row_of(heading(title), None, note))
     column.addLayout(grid)
     column.addStretch()
     return grid

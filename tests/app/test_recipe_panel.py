@@ -12,7 +12,7 @@ from kogao_core.settings import CENTERS, SETTINGS
 
 @pytest.fixture
 def panel(qtbot):
-    made = RecipePanel(lambda *_: None, lambda: None)
+    made = RecipePanel(lambda *_: None, lambda: None, lambda _: None)
     qtbot.addWidget(made)
     return made
 

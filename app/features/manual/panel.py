@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import action_button, column_of, heading, muted_label
+from ...widgets.controls import action_button, column_of, heading, muted_label, row_of
 
 _COLUMNS = 3
 _TICK_MS = 100
@@ -22,15 +22,10 @@ class ManualPanel(QWidget):
         self.time = QLabel()
         self.time.setAccessibleName(tr("Setting time"))
         self.note = muted_label()
-        top = QHBoxLayout()
-        top.addWidget(heading(tr("By hand")))
-        top.addStretch()
-        top.addWidget(self.note)
-        top.addWidget(self.time)
         self._grid = QGridLayout()
         self._grid.setSpacing(GRID_PX)
         column = column_of(self, spacing=2 * GRID_PX)
-        column.addLayout(top)
+        column.addLayout(row_of(heading(tr("By hand")), None, self.note, self.time))
         column.addLayout(self._grid)
 
     def add_button(self, action: QAction) -> None:

@@ -38,9 +38,8 @@ class RecipeEditing(Feature):
         super().__init__(context)
         self._points = points
         self._mode = self.document.state.mode
-        self.panel: RecipePanel = RecipePanel(self.set_field, self.document.commit)
-        self.panel.follow.connect(self.follow_photo)
-        self.panel.refused.connect(self.say)
+        self.panel: RecipePanel = RecipePanel(self.set_field, self.document.commit, self.say)
+        self.panel.owner.button.clicked.connect(self.follow_photo)
         self.document.aborted.connect(self.panel.abort)
         self.document.opened.connect(self.panel.clear_readings)
         self.document.changed.connect(self._follow)

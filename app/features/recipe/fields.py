@@ -22,7 +22,7 @@ from kogao_core.settings import CENTERS, SETTINGS, Alternative, cited
 from ...document import DEFAULT, State
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import column_of, heading, muted_label
+from ...widgets.controls import column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
@@ -207,15 +207,7 @@ def _center_tip(number: int) -> str:
 
 
 class OwnerLine(QWidget):
-    """Says whose settings these are; the button leads back to the photo's.
-
-    Signals
-    -------
-    follow
-        The face shall go by the photo's recipe again.
-    """
-
-    follow = Signal()
+    """Says whose settings these are; the button leads back to the photo's."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -224,12 +216,8 @@ class OwnerLine(QWidget):
         self.button = QPushButton(tr("Use the photo's"))
         self.button.setToolTip(tr("Forget this face's own settings"))
         self.button.setAccessibleName(tr("Use the photo's settings"))
-        self.button.clicked.connect(self.follow)
-        row = QHBoxLayout()
-        row.setSpacing(2 * GRID_PX)
-        row.addWidget(self.title)
-        row.addWidget(self.note, 1)
-        row.addWidget(self.button)
+        row = row_of(self.title, self.note, self.button)
+        row.setStretchFactor(self.note, 1)
         column_of(self).addLayout(row)
 
     def showEvent(self, event: QShowEvent) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core import fit
@@ -35,21 +35,18 @@ class RecipePanel(QWidget):
         Takes a field of the recipe and its new value, while a gesture lasts.
     commit : callable
         Takes the gesture's end.
-
-    Signals
-    -------
-    follow
-        The face shall go by the photo's recipe again.
-    refused(str)
-        What was typed for a field is no value of it, in a sentence.
+    refuse : callable
+        Takes a sentence: what was typed for a field is no value of it.
     """
 
-    follow = Signal()
-    refused = Signal(str)
-
-    def __init__(self, edit: Callable[[str, object], object], commit: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        edit: Callable[[str, object], object],
+        commit: Callable[[], object],
+        refuse: Callable[[str], object],
+    ) -> None:
         super().__init__()
-        self._edit, self._commit = edit, commit
+        self._edit, self._commit, self._refuse = edit, commit, refuse
         self.sliders: dict[str, ValueSlider] = {}
         self.choices: dict[str, ChoiceBox] = {}
         self.switches: dict[str, QCheckBox] = {}
@@ -63,7 +60,6 @@ class RecipePanel(QWidget):
             label.setToolTip(tr("≈: until the picture is there in full"))
         self.fold = Fold(tr("Fit, thresh&old…"), self._details())
         self.owner = OwnerLine()
-        self.owner.follow.connect(self.follow)
         column = column_of(self, spacing=3 * GRID_PX)
         column.addWidget(self.owner)
         column.addWidget(self.percent)
@@ -154,7 +150,7 @@ class RecipePanel(QWidget):
         )
         slider.edited.connect(partial(self._edit, field))
         slider.rested.connect(self._commit)
-        slider.refused.connect(self.refused)
+        slider.refused.connect(self._refuse)
         slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
         self.sliders[field] = slider
         return slider
