@@ -5,6 +5,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_resources.training.aam.detected import Networks
+from kogao_resources.training.aam.detected import read as read_picture
 from kogao_resources.training.aam.examples import Example, lit
 from kogao_resources.training.aam.learn import Plan, ScalePlan, error_percent, learn
 from kogao_resources.training.aam.modes import shape_model
@@ -14,12 +16,14 @@ from kogao_resources.training.aam.writing import write
 
 from kogao_core import assets
 from kogao_core.geometry import Affine
+from kogao_core.landmarks import search
 from kogao_core.landmarks.aam.fitting import Crop, fit
 from kogao_core.landmarks.aam.model import Model
 from kogao_core.landmarks.aam.model_file import read
 from kogao_core.landmarks.aam.points import EYES, MIRROR, MOUTH, similarity
 from kogao_core.landmarks.aam.source import MODEL
 from kogao_core.landmarks.blazeface import Detection
+from kogao_core.landmarks.pixels import Pyramid
 
 SIDE = 309
 PLAN = Plan(
@@ -28,6 +32,7 @@ PLAN = Plan(
     starts=3,
     most_appearance=8,
 )
+SAMPLES = Path(__file__).parents[2] / "resources" / "samples"
 LABELS = Path(__file__).parents[1] / "labels" / "faces.json"
 
 
@@ -128,6 +133,21 @@ def test_a_turn_by_nothing_is_the_same_view_and_a_turn_moves_the_near_parts_most
     assert float(aside.grey[y, x]) - float(view.grey[y, x]) == pytest.approx(
         -shift * 255.0 / SIDE, abs=4.0
     )
+
+
+@pytest.mark.usefixtures("weights")
+def test_faces_to_learn_from_do_not_depend_on_the_number_of_threads(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    heads = [cv2.resize(read_picture(path), (300, 300)) for path in sorted(SAMPLES.glob("*.jpg"))]
+    crowd = Pyramid(np.vstack([np.hstack(heads), np.hstack([head[:, ::-1] for head in heads])]))
+    found = []
+    for threads in (1, 4):
+        monkeypatch.setattr(search, "default_threads", lambda threads=threads: threads)
+        faces = Networks().faces(crowd)
+        found.append(sorted((face.mesh for face in faces), key=lambda mesh: tuple(mesh[0])))
+    assert len(found[0]) == 6
+    np.testing.assert_array_equal(found[0], found[1])
 
 
 @pytest.mark.usefixtures("weights")

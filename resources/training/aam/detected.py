@@ -16,6 +16,7 @@ from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Squar
 from kogao_core.landmarks.mesh import EYES, MOUTH
 from kogao_core.landmarks.outline import silhouette
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.threads import Spares
 
 SURFACE: Final = 468
 _LEAST_SCORE: Final = 0.8
@@ -44,11 +45,13 @@ class Networks:
 
     def __init__(self) -> None:
         self._detector = BlazeFace(locked.network(locked.DETECTOR))
-        self._mesh = cv2.dnn.readNetFromTFLite(str(locked.network(locked.MESH)))
+        weights = str(locked.network(locked.MESH))
+        self._meshes = Spares(lambda: cv2.dnn.readNetFromTFLite(weights))
 
     def faces(self, picture: Pyramid) -> list[Seen]:
         """Return the faces that both networks are sure of."""
-        found: list[Seen] = []
+        # Several threads fit, some in vain: what they see of a face counts if the search takes it.
+        seen: dict[Face, Seen] = {}
 
         def fit(proposal: Detection) -> search.Fitted | None:
             box = self._detector.look_closer(picture, proposal)
@@ -59,19 +62,20 @@ class Networks:
                 outline = silhouette(mesh[:, :2])
             except ValueError:
                 return None
-            found.append(Seen(box, mesh))
-            return Face(outline, mesh[list(EYES), :2], mesh[list(MOUTH), :2]), around
+            face = Face(outline, mesh[list(EYES), :2], mesh[list(MOUTH), :2])
+            seen[face] = Seen(box, mesh)
+            return face, around
 
-        search.faces(picture, self._detector, fit)
-        return found
+        return [seen[face] for face in search.faces(picture, self._detector, fit)]
 
     def _meshed(self, picture: Pyramid, box: Detection) -> tuple[Array, Detection]:
         for _ in range(_PASSES):
             view = Square(box.center_px, _CROP * box.side_px, box.degrees).to_image
             pixels = picture.sample(view, INPUT_PX, cv2.BORDER_REPLICATE)
             planes = pixels.transpose(2, 0, 1)[None].astype(np.float32) / 255.0
-            self._mesh.setInput(np.ascontiguousarray(planes))
-            raw = self._mesh.forward("Identity").reshape(-1, 3).astype(np.float64)
+            with self._meshes.one() as net:
+                net.setInput(np.ascontiguousarray(planes))
+                raw = net.forward("Identity").reshape(-1, 3).astype(np.float64)
             points = view(raw[:, :2] - 0.5)
             box = _around(points[:SURFACE], points[EYES[3]] - points[EYES[0]])
         return np.column_stack([points, raw[:, 2] * view.scale]), box
