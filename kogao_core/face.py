@@ -55,7 +55,7 @@ class Face:
     Parameters
     ----------
     outline : array of shape (N, 2)
-        Silhouette from the left ear round the chin to the right ear; N = 21 when automatic.
+        Silhouette from the left of the eye line round the chin to its right; N = 21 when automatic.
     eyes : array of shape (4, 2)
         Left eye outer and inner corner, right eye inner and outer corner.
     mouth : array of shape (2, 2)

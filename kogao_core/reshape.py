@@ -60,7 +60,7 @@ def influence(outline: Array, index: int, reach_px: float) -> Array:
     Parameters
     ----------
     outline : array of shape (N, 2)
-        Px of the photo, from ear to ear; it is open.
+        Px of the photo, round the chin; it is open.
     index : int
         Of the landmark that is moved.
     reach_px : float

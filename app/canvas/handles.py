@@ -198,10 +198,10 @@ def _part(index: int, count: int) -> str:
     if abs(place - 0.5) < 0.5 / count:
         return tr("chin")
     side = tr("left") if place < 0.5 else tr("right")
-    from_ear = min(place, 1.0 - place)
-    if from_ear < 0.5 / count:
-        return tr("{side} ear", side=side)
-    where = tr("cheek") if from_ear < 0.25 else tr("jaw")
+    from_end = min(place, 1.0 - place)
+    if from_end < 0.5 / count:
+        return tr("{side} temple", side=side)
+    where = tr("cheek") if from_end < 0.25 else tr("jaw")
     return tr("{side} {where}", side=side, where=where)
 
 

@@ -145,7 +145,7 @@ def _read(points: Array, presence: float, *, mirrored: bool) -> Mesh | None:
     order = slice(None, None, -1) if mirrored else slice(None)
     eyes, mouth = points[list(EYES)][order], points[list(MOUTH)][order]
     try:
-        outline = silhouette(points)[order]
+        outline = silhouette(points, eyes)
     except ValueError:
         return None
     return Mesh(outline, eyes, mouth, _box(points[:_SURFACE], eyes[3] - eyes[0]), presence)

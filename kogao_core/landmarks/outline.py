@@ -12,7 +12,11 @@ from kogao_core.geometry import Array
 
 LEFT_EAR: Final = 234
 RIGHT_EAR: Final = 454
-CHIN: Final = 152
+
+# Where an outline ends: on the silhouette, so far below the line through the outer eye corners,
+# measured across that line in their distance. At the eye line, as in every mark-up of 68 points and
+# where hand labels of studio faces stop (0.04 below it on average, 0.08 from face to face).
+END_BELOW_EYES: Final = 0.0
 
 # Mesh points that can lie on a face's silhouette: its oval, then the cheek points that stand out
 # beyond it when the head turns. Nose and lips stay out: a profile's outline isn't its nose.
@@ -27,62 +31,80 @@ _CHEEKS: Final = (
 _RIM: Final = np.array(_OVAL + _CHEEKS)
 
 # The mesh's jaw lies inside the visible one. Measured on 81 labelled studio faces, in lengths of
-# the whole outline: most at the chin (t = 0), little at the ears (t = -1 and 1).
+# the whole outline: most at the chin (t = 0), little at the ends (t = -1 and 1).
 _OUTWARD_AT_CHIN: Final = 0.0039
-_OUTWARD_LESS_AT_EARS: Final = 0.0029
-
-# The ends lie above the line through the mesh's ears by this part of its length. An outline that
-# ends on it misses 6 % of the outer inter-ocular distance of what people draw up to "ear level".
-_ABOVE_EARS: Final = 0.06
+_OUTWARD_LESS_AT_ENDS: Final = 0.0029
 
 
-def silhouette(mesh: Array, count: int = OUTLINE_POINTS) -> Array:
-    """Return the visible edge of a face from ear level round the chin to ear level.
+def silhouette(mesh: Array, eyes: Array, count: int = OUTLINE_POINTS) -> Array:
+    """Return the visible edge of a face from the eye line round the chin to the eye line.
 
     Parameters
     ----------
     mesh : array of shape (468 or more, 2)
         Points of the MediaPipe face mesh, px.
+    eyes : array of shape (4, 2)
+        Its eye corners, left to right of the upright face, px.
     count : int
         Number of outline points, at equal steps of arc length.
 
     Returns
     -------
     array of shape (count, 2)
-        From the mesh's left (point 234) to its right (454), px.
+        Left to right, px.
 
     Raises
     ------
     ValueError
-        If the mesh has collapsed, so that no part of it lies below the ears.
+        If the mesh has collapsed, so that no part of it lies below the eyes.
     """
-    return _pushed_out(resampled(_below_ears(mesh), count))
-
-
-def _below_ears(mesh: Array) -> Array:
-    # The line through both ears follows roll, yaw and pitch.
     rim = mesh[_RIM].astype(np.float32)
     hull = rim[cv2.convexHull(rim, returnPoints=False).ravel()].astype(np.float64)
-    left, right = mesh[LEFT_EAR], mesh[RIGHT_EAR]
-    across = right - left
-    down = np.array([-across[1], across[0]])
-    if down @ (mesh[CHIN] - left) < 0.0:
-        down = -down
-    depth = (hull - left) @ down + _ABOVE_EARS * float(across @ across)
-    below = depth > 0.0
-    starts = np.flatnonzero(below & ~np.roll(below, 1))
-    if len(starts) != 1:
-        raise ValueError("the mesh has collapsed: nothing of it lies below the ears")
-    hull, depth = np.roll(hull, -starts[0], axis=0), np.roll(depth, -starts[0])
-    last = int(np.count_nonzero(below)) - 1
-    first_end = _crossing(hull[-1], hull[0], depth[-1], depth[0])
-    last_end = _crossing(hull[last], hull[last + 1], depth[last], depth[last + 1])
-    arc = np.vstack([first_end, hull[: last + 1], last_end])
-    return arc if (arc[-1] - arc[0]) @ across > 0.0 else arc[::-1]
+    hull = np.roll(hull, -int(_below_eyes(hull, eyes).argmin()), axis=0)
+    arc = ended(np.vstack([hull, hull[:1]]), eyes)
+    leftwards = (arc[-1] - arc[0]) @ (eyes[3] - eyes[0]) < 0.0
+    return _pushed_out(resampled(arc[::-1] if leftwards else arc, count))
 
 
-def _crossing(one: Array, other: Array, depth_one: float, depth_other: float) -> Array:
-    return np.asarray(one + depth_one / (depth_one - depth_other) * (other - one))
+def ended(line: Array, eyes: Array) -> Array:
+    """Return the part of a line round the chin that ends at `END_BELOW_EYES` on both sides.
+
+    Parameters
+    ----------
+    line : array of shape (N, 2)
+        Along the edge of a face, px. A side that ends lower is prolonged straight.
+    eyes : array of shape (4, 2)
+        Eye corners, left to right of the upright face, px.
+
+    Raises
+    ------
+    ValueError
+        If no part of it lies below the eyes, or a side ends lower and doesn't point upwards.
+    """
+    depth = _below_eyes(line, eyes) - END_BELOW_EYES
+    chin = int(depth.argmax())
+    if not depth[chin] > 0.0:
+        raise ValueError("the face has collapsed: nothing of it lies below the eyes")
+    first = _raised(line[chin::-1], depth[chin::-1])
+    last = _raised(line[chin:], depth[chin:])
+    return np.vstack([first[:0:-1], last])
+
+
+def _below_eyes(points: Array, eyes: Array) -> Array:
+    """Return how far points lie below the line through the outer eye corners, in their distance."""
+    across = eyes[3] - eyes[0]
+    down = np.array([-across[1], across[0]]) / max(1e-12, float(across @ across))
+    return np.asarray((points - eyes[0]) @ down)
+
+
+def _raised(side: Array, depth: Array) -> Array:
+    """Return a line that starts at the chin up to where its depth is 0."""
+    over = np.flatnonzero(depth <= 0.0)
+    at = int(over[0]) if len(over) else len(side) - 1
+    if at == 0 or not depth[at] < depth[at - 1]:
+        raise ValueError("the face has collapsed: its outline doesn't reach the eyes")
+    end = side[at - 1] + depth[at - 1] / (depth[at - 1] - depth[at]) * (side[at] - side[at - 1])
+    return np.vstack([side[:at] if len(over) else side, end])
 
 
 def _arc_lengths(line: Array) -> Array:
@@ -112,8 +134,5 @@ def _pushed_out(line: Array) -> Array:
     along = np.gradient(line, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     outward = np.column_stack([-along[:, 1], along[:, 0]])
-    # A mirrored mesh runs the other way round.
-    if outward[len(line) // 2] @ (line[len(line) // 2] - (line[0] + line[-1]) / 2.0) < 0.0:
-        outward = -outward
-    distance = (_OUTWARD_AT_CHIN - _OUTWARD_LESS_AT_EARS * t**2) * _arc_lengths(line)[-1]
+    distance = (_OUTWARD_AT_CHIN - _OUTWARD_LESS_AT_ENDS * t**2) * _arc_lengths(line)[-1]
     return np.asarray(line + distance[:, None] * outward)

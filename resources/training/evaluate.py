@@ -31,7 +31,8 @@ class Labels:
     mouth : array of shape (2, 2)
         Left and right mouth corner.
     jaw : array of shape (N, 2)
-        Points along the visible outline from ear level to ear level, N of 2 or more.
+        Points along the visible outline, N of 2 or more, as far up as somebody marked it: an
+        outline that goes on beyond them is right.
     seen : array of shape (6 + N,) of bool, optional
         False for points that something hides: they are guesses and never scored.
     """

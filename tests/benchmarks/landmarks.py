@@ -21,7 +21,14 @@ from pathlib import Path
 
 import numpy as np
 from clock import machine
-from kogao_resources.training.evaluate import Errors, errors, nearest, repeatability, summary
+from kogao_resources.training.evaluate import (
+    Errors,
+    distance_to_line,
+    errors,
+    nearest,
+    repeatability,
+    summary,
+)
 from labelled import STUDIO, Sample, samples
 
 from kogao_core.assets import AssetMissing
@@ -96,6 +103,25 @@ def groups(results: Mapping[str, list[Finding]]) -> Iterator[str]:
                 yield f"| {source} | {label} | {len(members)} | {_cells(members)} |"
 
 
+def ends(results: Mapping[str, list[Finding]]) -> Iterator[str]:
+    """Markdown rows: the 17 points that other mark-ups have of a jaw, and the two at its ends."""
+    yield "| source | faces | all 17 | 2 to 16 | the two ends |"
+    yield "|---|---|---|---|---|"
+    for source, outcomes in results.items():
+        for name in (*STUDIO, "studio"):
+            group = [one for one in outcomes if name in one.sample.sets and one.face is not None]
+            off = np.array([_off(one) for one in group])
+            columns = off.mean(axis=1), off[:, 1:-1].mean(axis=1), off[:, [0, -1]].mean(axis=1)
+            cells = " | ".join("{:.2f} ({:.2f}, {:.1f})".format(*summary(one)) for one in columns)
+            yield f"| {source} | {name} | {cells} |"
+
+
+def _off(one: Finding) -> np.ndarray:
+    assert one.face is not None
+    assert one.sample.around is not None
+    return distance_to_line(one.sample.around, one.face.outline) / one.sample.labels.unit_px
+
+
 def _first(results: Mapping[str, list[Finding]]) -> list[Sample]:
     return [one.sample for one in next(iter(results.values()))]
 
@@ -147,7 +173,7 @@ def main() -> None:
             print(f"{name}: absent ({missing})")
     if not results:
         parser.exit(1)
-    print(heading(), "", *table(results), "", *groups(results), sep="\n")
+    print(heading(), "", *table(results), "", *ends(results), "", *groups(results), sep="\n")
     if arguments.json:
         arguments.json.write_text(as_json(results), encoding="utf-8")
     if arguments.pictures:

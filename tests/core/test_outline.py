@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from kogao_core.geometry import Affine, Array
+from kogao_core.geometry import Affine, Array, degrees_of
 from kogao_core.landmarks import outline, template_face
+from kogao_core.landmarks.mesh import EYES
 from kogao_core.landmarks.outline import silhouette
 
 
@@ -16,24 +17,45 @@ def oval_mesh(width: float = 200.0, height: float = 260.0) -> Array:
     mesh[list(outline._OVAL)] = np.column_stack(
         [np.sin(angles) * width / 2.0, -np.cos(angles) * height / 2.0]
     )
+    mesh[list(EYES)] = [(-48.0, -22.0), (-20.0, -20.0), (20.0, -20.0), (48.0, -18.0)]
     return mesh + 300.0
 
 
-def test_runs_from_left_ear_round_the_chin_to_right_ear() -> None:
-    points = silhouette(oval_mesh())
+def outline_of(mesh: Array) -> Array:
+    return silhouette(mesh, mesh[list(EYES)])
+
+
+def below_eyes(points: Array, eyes: Array) -> Array:
+    """How far points lie below the line through the outer eye corners, in their distance."""
+    upright = Affine.similarity(1.0, -degrees_of(eyes[3] - eyes[0]), (0.0, 0.0))
+    return (upright(points) - upright(eyes[0]))[:, 1] / np.linalg.norm(eyes[3] - eyes[0])
+
+
+def test_runs_from_the_left_of_the_eye_line_round_the_chin_to_its_right() -> None:
+    mesh = oval_mesh()
+    points = outline_of(mesh)
     assert points.shape == (21, 2)
     assert points[0, 0] < points[10, 0] < points[20, 0]
     assert points[10, 1] > points[[0, 20], 1].max() + 100.0
     assert (np.diff(points[:, 0])[4:16] > 0.0).all()
+    ends = below_eyes(points[[0, 20]], mesh[list(EYES)])
+    np.testing.assert_allclose(ends, outline.END_BELOW_EYES, atol=0.005)
+
+
+def test_a_head_that_looks_down_still_ends_its_outline_at_the_eyes() -> None:
+    mesh = oval_mesh()
+    mesh[[outline.LEFT_EAR, outline.RIGHT_EAR], 1] -= 25.0
+    ends = below_eyes(outline_of(mesh)[[0, 20]], mesh[list(EYES)])
+    np.testing.assert_allclose(ends, outline.END_BELOW_EYES, atol=0.01)
 
 
 def test_points_lie_at_equal_steps() -> None:
-    steps = np.linalg.norm(np.diff(silhouette(oval_mesh()), axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(outline_of(oval_mesh()), axis=0), axis=1)
     np.testing.assert_allclose(steps, steps.mean(), rtol=0.06)
 
 
 def test_lies_on_the_mesh_edge_and_a_little_outside() -> None:
-    points = (silhouette(oval_mesh()) - 300.0) / (100.0, 130.0)
+    points = (outline_of(oval_mesh()) - 300.0) / (100.0, 130.0)
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, atol=0.03)
     assert np.linalg.norm(points[10]) > 1.0
 
@@ -42,32 +64,48 @@ def test_lies_on_the_mesh_edge_and_a_little_outside() -> None:
 @pytest.mark.parametrize("scale", [0.1, 1.0, 12.0])
 def test_moves_with_the_mesh(degrees: float, scale: float) -> None:
     move = Affine.similarity(scale, degrees, (40.0, -7.0))
-    moved = silhouette(move(oval_mesh()))
-    np.testing.assert_allclose(moved, move(silhouette(oval_mesh())), atol=2e-3 * scale)
+    moved = outline_of(move(oval_mesh()))
+    np.testing.assert_allclose(moved, move(outline_of(oval_mesh())), atol=2e-3 * scale)
 
 
 def test_a_mirrored_mesh_gives_the_mirrored_outline() -> None:
     mirror = Affine(np.diag([-1.0, 1.0]), np.array([600.0, 0.0]))
+    mesh = mirror(oval_mesh())
     np.testing.assert_allclose(
-        silhouette(mirror(oval_mesh())), mirror(silhouette(oval_mesh())), atol=1e-3
+        silhouette(mesh, mesh[list(EYES)][::-1]), mirror(outline_of(oval_mesh()))[::-1], atol=1e-3
     )
 
 
 def test_a_turned_head_keeps_its_cheek() -> None:
     mesh = oval_mesh()
     mesh[435] = mesh[outline.RIGHT_EAR] + (15.0, 60.0)
-    assert silhouette(mesh)[:, 0].max() > mesh[435, 0] - 5.0
+    assert outline_of(mesh)[:, 0].max() > mesh[435, 0] - 5.0
 
 
 def test_a_nose_never_becomes_the_outline() -> None:
     mesh = oval_mesh()
     mesh[[1, 4, 5]] = mesh[outline.LEFT_EAR] + (-80.0, 40.0)
-    np.testing.assert_array_equal(silhouette(mesh), silhouette(oval_mesh()))
+    np.testing.assert_array_equal(outline_of(mesh), outline_of(oval_mesh()))
 
 
 def test_a_collapsed_mesh_is_refused() -> None:
     with pytest.raises(ValueError, match="collapsed"):
-        silhouette(np.zeros((478, 2)))
+        outline_of(np.zeros((478, 2)))
+
+
+def test_a_line_is_cut_where_it_passes_the_eyes_and_prolonged_where_it_ends_below() -> None:
+    eyes = np.array([(-3.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (3.0, 0.0)])
+    line = np.array([(-5.0, -4.0), (-5.0, 4.0), (0.0, 8.0), (5.0, 4.0), (4.5, 1.0)])
+    turn = Affine.similarity(7.0, 160.0, (30.0, 40.0))
+    wanted = np.array([(-5.0, 0.0), (-5.0, 4.0), (0.0, 8.0), (5.0, 4.0), (4.5, 1.0), (13 / 3, 0.0)])
+    np.testing.assert_allclose(outline.ended(line, eyes), wanted)
+    np.testing.assert_allclose(outline.ended(turn(line), turn(eyes)), turn(wanted))
+
+
+def test_a_line_that_points_away_from_the_eyes_cannot_end_there() -> None:
+    eyes = np.array([(-3.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (3.0, 0.0)])
+    with pytest.raises(ValueError, match="doesn't reach the eyes"):
+        outline.ended(np.array([(-5.0, -1.0), (0.0, 8.0), (5.0, 8.0)]), eyes)
 
 
 def test_template_has_the_order_of_every_other_face() -> None:

@@ -73,7 +73,7 @@ def _with_landmark(face: Face, at: Mark) -> Face:
 
 
 def _turns(face: Face, points: Array) -> Array:
-    """Return the angle of each point round the middle of the face: left ear, chin, right ear."""
+    """Return the angle of each point round the middle of the face, from left over chin to right."""
     right = across(face)
     down = np.array([-right[1], right[0]])
     away = points - (face.eye_center + face.mouth_center) / 2.0
@@ -132,7 +132,7 @@ def with_sides_alike(state: State, handle: Handle) -> State:
     outline, aims = face.outline[kept], targets[kept]
     other, other_aims = mirror(outline)[::-1], mirror(aims)[::-1]
     parts = (outline, face.outline[middle], other), (aims, targets[middle], other_aims)
-    if wanted > 0.0:  # the outline runs from the left ear to the right one
+    if wanted > 0.0:  # the outline runs from the left temple to the right one
         parts = (parts[0][::-1], parts[1][::-1])
     if 2 * kept.sum() + middle.sum() < FEWEST:
         return state
@@ -163,7 +163,7 @@ def next_hint(state: State) -> str:
         kind, index = ("eye", done) if done < _EYES else ("mouth", done - _EYES)
         what = name(Handle(kind, 0, index), 0)  # type: ignore[arg-type]
         return tr("Click the {what} ({n} of {all})", what=what, n=done + 1, all=CORNERS)
-    return tr("Press on the outline, beginning at the left ear, and drag to where it goes")
+    return tr("Press on the outline, beginning beside the left eye, and drag to where it goes")
 
 
 # A mirrored point this near to one of the other side, in landmark spacings, takes its place.

@@ -12,6 +12,7 @@ from kogao_core.geometry import Affine, Array
 
 # Numbers of the 189 labels of the Face Research Lab sets, in the order of our points.
 OUTLINE_LABELS: Final = (*(109, 185, 110, 186, 111, *range(125, 134), 114, 188, 113, 187, 112),)
+EYE_LABELS: Final = (18, 22, 23, 27)  # the corners, left to right
 _EYES: Final = (18, 19, 20, 21, 22, 30, 29, 28, 23, 24, 25, 26, 27, 33, 32, 31)
 _BROWS: Final = (71, 72, 73, 74, 75, 76, 84, 83, 77, 78, 79, 80, 81, 82, 86, 85)
 _NOSE: Final = (51, 57, 52, 58, 54, 60, 61, 62, 63, 64, 55, 69, 68, 67, 66)
@@ -40,7 +41,7 @@ def _mirror() -> npt.NDArray[np.intp]:
 MIRROR: Final = _mirror()
 """Rows of the mirrored face: ``shape[MIRROR]`` with x negated is the face in a mirror."""
 OUTLINE: Final = slice(0, OUTLINE_POINTS)
-EYES: Final = [_row(label) for label in (18, 22, 23, 27)]
+EYES: Final = [_row(label) for label in EYE_LABELS]
 MOUTH: Final = [_row(label) for label in (87, 93)]
 
 

@@ -58,11 +58,12 @@ class Networks:
             if box is None or box.score < _LEAST_SCORE:
                 return None
             mesh, around = self._meshed(picture, box)
+            eyes = mesh[list(EYES), :2]
             try:
-                outline = silhouette(mesh[:, :2])
+                outline = silhouette(mesh[:, :2], eyes)
             except ValueError:
                 return None
-            face = Face(outline, mesh[list(EYES), :2], mesh[list(MOUTH), :2])
+            face = Face(outline, eyes, mesh[list(MOUTH), :2])
             seen[face] = Seen(box, mesh)
             return face, around
 

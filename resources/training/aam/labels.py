@@ -10,8 +10,16 @@ import numpy as np
 
 from kogao_core.face import OUTLINE_POINTS
 from kogao_core.geometry import Array
-from kogao_core.landmarks.aam.points import EYES, INNER_LABELS, MIRROR, OUTLINE_LABELS, similarity
-from kogao_core.landmarks.outline import resampled, silhouette
+from kogao_core.landmarks import mesh as face_mesh
+from kogao_core.landmarks.aam.points import (
+    EYE_LABELS,
+    EYES,
+    INNER_LABELS,
+    MIRROR,
+    OUTLINE_LABELS,
+    similarity,
+)
+from kogao_core.landmarks.outline import ended, resampled, silhouette
 
 from .detected import SURFACE
 from .faces import Photographed
@@ -83,26 +91,11 @@ def _unit(shape: Array) -> Array:
 
 
 def _raw(mesh: Array, vertices: Sequence[int]) -> Array:
-    return np.vstack([silhouette(mesh[:, :2]), mesh[list(vertices), :2]])
+    outline = silhouette(mesh[:, :2], mesh[list(face_mesh.EYES), :2])
+    return np.vstack([outline, mesh[list(vertices), :2]])
 
 
 def _by_hand(face: Photographed) -> Array:
     assert face.labels is not None
-    # The labels begin above the ear level of the other faces: cut to the mesh's ends.
-    ends = silhouette(face.view.mesh[:, :2])[[0, -1]]
-    line = _cut(face.labels[list(OUTLINE_LABELS)], ends[0], ends[1])
+    line = ended(face.labels[list(OUTLINE_LABELS)], face.labels[list(EYE_LABELS)])
     return np.vstack([resampled(line, OUTLINE_POINTS), face.labels[list(INNER_LABELS)]])
-
-
-def _cut(line: Array, first: Array, last: Array) -> Array:
-    begin, start = _foot(line, first)
-    end, stop = _foot(line, last)
-    return np.vstack([start, line[begin + 1 : end + 1], stop])
-
-
-def _foot(line: Array, point: Array) -> tuple[int, Array]:
-    start, along = line[:-1], np.diff(line, axis=0)
-    t = np.clip(((point - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
-    feet = start + t[:, None] * along
-    nearest = int(np.linalg.norm(feet - point, axis=1).argmin())
-    return nearest, feet[nearest]

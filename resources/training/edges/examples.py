@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from kogao_core.geometry import Array, Image
+from kogao_core.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
 from kogao_core.landmarks.edges.strips import smooth
 from kogao_core.landmarks.mesh import MeshSource
 from kogao_core.landmarks.pixels import Pyramid
@@ -19,7 +20,6 @@ from ..evaluate import Labels, nearest
 from .learn import LabelledCut, labelled_cut
 
 STUDIO: Final = ("canada", "composites", "frll")
-_EYES: Final = [18, 22, 23, 27]
 _MOUTH: Final = [87, 93]
 _JAW: Final = slice(125, 134)
 _WILD_WEIGHT: Final = 2.0
@@ -32,8 +32,8 @@ def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
         for picture in sorted((data / folder).glob("*.jpg")):
             if picture.with_suffix(".csv").exists():
                 points = np.loadtxt(picture.with_suffix(".csv"), delimiter=",", skiprows=1)
-                labels = Labels(points[_EYES], points[_MOUTH], points[_JAW])
-                line = smooth(smooth(labels.jaw))
+                labels = Labels(points[list(EYE_LABELS)], points[_MOUTH], points[_JAW])
+                line = smooth(smooth(points[list(OUTLINE_LABELS)]))
                 yield from _example(source, picture, _read(picture), labels, line, 1.0)
 
 
