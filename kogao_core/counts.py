@@ -146,7 +146,6 @@ def _bounds(lattice: Lattice, tiles: _Tiles) -> tuple[Array, Array]:
     """Bound from below and above how far a lattice moves any pixel of each tile, px."""
     while lattice.grid.spacing_px > _LARGEST_CELL_PX:
         lattice = lattice.refined()
-    least, most = (
-        lattice.most_in(v, tiles.spans_px) for v in (-lattice.least_px, lattice.bound_px)
-    )
+    values = np.stack([-lattice.least_px, lattice.bound_px])
+    least, most = lattice.most_in(values, tiles.spans_px)
     return -least, most

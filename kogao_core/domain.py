@@ -196,13 +196,41 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
             # Neighbours' displacements add up, so each face may only use up its share of the
             # threshold; a little less, because single precision may round a displacement up.
             least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
-            cells = tuple(_moving(lattice, image, least_px) for lattice in field.lattices)
+            cells = tuple(cells_beyond(lattice, image, least_px) for lattice in field.lattices)
         case unknown:
             assert_never(unknown)
     return Domain(name, image, cells)
 
 
-def _moving(lattice: Lattice, image: Box, least_px: float) -> Cells:
+def cells_beyond(lattice: Lattice, image: Box, least_px: float) -> Cells:
+    """Return the cells of a lattice in which a pixel of the image could move by more than that.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        Its large cells are cut up.
+    image : Box
+        The whole image.
+    least_px : float
+        How far.
+
+    Returns
+    -------
+    Cells
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.domain import cells_beyond
+    >>> from kogao_core.geometry import Box
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> (lattice,) = kogao.render(photo, [face], kogao.Recipe(percent=6)).field.lattices
+    >>> few, many = (cells_beyond(lattice, Box.of(photo), px).active.sum() for px in (1.0, 0.1))
+    >>> bool(0 < few < many)
+    True
+    """
     lattice = lattice.within(image)
     while lattice.grid.spacing_px > _LARGEST_CELL_PX:
         lattice = lattice.refined().within(image)

@@ -239,17 +239,14 @@ def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
     """
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
-    points = _misses(field, [(p.target_px, p.displacement_px) for p in pairs])
-    between = _misses(field, [(_curve(p.target_px), _curve(p.displacement_px)) for p in pairs])
+    wanted = [(p.target_px, p.displacement_px) for p in pairs]
+    curves = [(_curve(target), _curve(displacement)) for target, displacement in wanted]
+    targets, displacements = (np.concatenate(part) for part in zip(*wanted, *curves, strict=True))
+    missed = np.linalg.norm(field.at(targets) - displacements, axis=1)
+    points, between = np.split(missed, [sum(len(target) for target, _ in wanted)])
     return Residual(
         float(points.mean()), float(points.max()), float(between.mean()), float(between.max())
     )
-
-
-def _misses(field: Field, wanted: Sequence[tuple[Array, Array]]) -> Array:
-    """Return how far the field is from what it should be at points: targets, displacements."""
-    targets, displacements = (np.concatenate(part) for part in zip(*wanted, strict=True))
-    return np.asarray(np.linalg.norm(field.at(targets) - displacements, axis=1))
 
 
 def _curve(points: Array, per_step: int = 8) -> Array:

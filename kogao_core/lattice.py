@@ -37,8 +37,13 @@ def basis(s: npt.ArrayLike) -> Array:
     """
     s = np.asarray(s, np.float64)
     r = 1.0 - s
-    weights = [r * r * r, (3 * s - 6) * s * s + 4, (3 * r - 6) * r * r + 4, s * s * s]
-    return np.asarray(np.stack(weights, axis=-1) / 6.0)
+    weights: Array = np.empty((*s.shape, ORDER))
+    weights[..., 0] = r * r * r
+    weights[..., 1] = (3 * s - 6) * s * s + 4
+    weights[..., 2] = (3 * r - 6) * r * r + 4
+    weights[..., 3] = s * s * s
+    weights /= 6.0
+    return weights
 
 
 def basis_slope(s: npt.ArrayLike) -> Array:
@@ -62,9 +67,13 @@ def basis_slope(s: npt.ArrayLike) -> Array:
            [-0.125, -0.625,  0.625,  0.125]])
     """
     s = np.asarray(s, np.float64)
-    r = 1.0 - s
-    slopes = np.stack([-(r**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=-1)
-    return np.asarray(slopes / 2.0)
+    slopes: Array = np.empty((*s.shape, ORDER))
+    slopes[..., 0] = -((1.0 - s) ** 2)
+    slopes[..., 1] = 3 * s**2 - 4 * s
+    slopes[..., 2] = -3 * s**2 + 2 * s + 1
+    slopes[..., 3] = s**2
+    slopes /= 2.0
+    return slopes
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,12 +139,11 @@ class Grid:
         """
         cell, s = self.locate(coords_px, axis)
         weights = basis_slope(s) / self.spacing_px if slope else basis(s)
-        columns = cell[:, None] - 1 + np.arange(ORDER) - first
-        inside = (columns >= 0) & (columns < count)
-        rows = np.broadcast_to(np.arange(len(cell))[:, None], columns.shape)
-        matrix: Array = np.zeros((len(cell), count))
-        matrix[rows[inside], columns[inside]] = weights[inside]
-        return matrix
+        # Nodes outside the window have columns, too, which are cut off.
+        columns = np.minimum(np.maximum(cell - 1 - first, -ORDER), count) + ORDER
+        wide: Array = np.zeros((len(cell), count + 2 * ORDER))
+        wide[np.arange(len(cell))[:, None], columns[:, None] + np.arange(ORDER)] = weights
+        return wide[:, ORDER:-ORDER].copy()
 
     def weights(
         self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
@@ -347,25 +355,25 @@ class Lattice:
 
         Parameters
         ----------
-        values : array of shape (J + 3, I + 3)
+        values : array of shape (..., J + 3, I + 3)
             One for each cell.
         spans_px : arrays of shapes (2, columns) and (2, rows)
             Where each column of rectangles begins and ends along x, and each row along y.
 
         Returns
         -------
-        array of shape (rows, columns)
+        array of shape (..., rows, columns)
         """
-        rows, columns = values.shape
-        padded = np.zeros((rows + 3, columns + 3))
-        padded[1:-2, 1:-2] = values
+        rows, columns = values.shape[-2:]
+        padded = np.zeros((*values.shape[:-2], rows + 3, columns + 3))
+        padded[..., 1:-2, 1:-2] = values
         for axis, cells in ((0, columns), (1, rows)):
             found, _ = self.grid.locate(spans_px[axis], axis)
             first, last = np.clip(found - self.first_cell[axis], -1, cells)
             # Reduced between the two of each pair; what lies between pairs is dropped.
             pairs = np.stack([first + 1, last + 2], axis=1).ravel()
-            padded = np.maximum.reduceat(padded, pairs, 0 if axis else 1)
-            padded = padded[::2] if axis else padded[:, ::2]
+            padded = np.maximum.reduceat(padded, pairs, -2 if axis else -1)
+            padded = padded[..., ::2, :] if axis else padded[..., ::2]
         return padded
 
     def refined(self) -> Lattice:

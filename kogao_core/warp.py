@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.domain import Cells, Domain, Mask
+from kogao_core.domain import Cells, Domain, Mask, cells_beyond
 from kogao_core.field import Field
 from kogao_core.geometry import Box, Image
 from kogao_core.lattice import Lattice
@@ -80,8 +80,9 @@ class Canvas:
         if before is not None and job.resembles(before):
             known, changes = active & self._warped, _changes(before.field, field)
             touched = known & self._touched(Cells(change, change.reached) for change in changes)
-            strong = (_stronger(change, _FAINT_PX[flag]) for change in changes)
-            faint = touched & ~self._touched(strong)
+            if _FAINT_PX[flag]:
+                strong = (cells_beyond(one, self.image, _FAINT_PX[flag]) for one in changes)
+                faint = touched & ~self._touched(strong)
             todo = active & ~known | touched & ~faint
         given_back, redone, checked = (self._runs(blocks) for blocks in (stale, todo, faint))
         # Whatever is raised from here on, the next call does all these blocks again.
@@ -140,14 +141,6 @@ def _flag(interpolation: Interpolation) -> int:
 def _changes(before: Field, after: Field) -> list[Lattice]:
     """Return the difference of each face's displacement; the fields' grids are equal."""
     return [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
-
-
-def _stronger(change: Lattice, least_px: float) -> Cells:
-    """Return the cells in which a displacement may be longer, or is other than zero."""
-    if not least_px:
-        return Cells(change, change.reached)
-    fine = change.refined()
-    return Cells(fine, fine.bound_px > least_px)
 
 
 def _check(source: Image) -> None:
