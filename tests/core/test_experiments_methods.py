@@ -133,6 +133,16 @@ def test_all_are_compared_by_the_same_rule(comparison):
         assert one.largest_px > 0.8 * comparison.asked_px
 
 
+def test_a_run_that_warms_up_leaves_the_figures_of_one_that_is_made_for_them(comparison):
+    subject = Subject("made.png", PHOTO, (FACE,))
+    cold, _ = comparing.measure(subject, PAPER, repeats=1, warm_up=0)
+    for one, other in zip(comparison.methods, cold.methods, strict=True):
+        for name in ("min_det", "folded_share", "moved_share", "largest_px"):
+            assert getattr(one, name) == getattr(other, name)
+        for name, picture in one.pictures.items():
+            np.testing.assert_array_equal(picture, other.pictures[name])
+
+
 def test_figures_agree_with_the_engines_own(comparison):
     rendering = render(PHOTO, [FACE], PAPER)
     ours = comparison.methods[0]

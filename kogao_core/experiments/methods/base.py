@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Protocol
+from typing import ClassVar, Protocol
 
 import cv2
 import numpy as np
@@ -16,8 +16,6 @@ from kogao_core.face import Face
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.recipe import Recipe
 from kogao_core.targets import Pairs, aim
-
-_STRIP_PX: Final = 2**13  # pixels mapped at a time: their weights stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +71,8 @@ class WarpTask:
 class Warp(ABC):
     """A method fitted to a task: the output at x shows the photo at ``x + displacement``."""
 
+    strip_px: ClassVar[int] = 2**13  # pixels mapped at a time: their weights stay in the cache
+
     @abstractmethod
     def displacement(self, points_px: Array) -> Array:
         """Return the backward displacement at points of shape (N, 2), px."""
@@ -81,7 +81,7 @@ class Warp(ABC):
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         displacement = np.empty((2, len(ys), len(xs)))
-        step = max(1, _STRIP_PX // len(xs))
+        step = max(1, self.strip_px // len(xs))
         for top in range(0, len(ys), step):
             rows = ys[top : top + step]
             points = np.stack(np.meshgrid(xs, rows), axis=-1).reshape(-1, 2)
@@ -90,14 +90,24 @@ class Warp(ABC):
             )
         return displacement
 
-    def pixels(self, photo: Image) -> Image:
-        """Return the warped photo, bilinear; here the whole of it is resampled, strip by strip."""
+    def pixels(self, photo: Image, moved: Array | None = None) -> Image:
+        """Return the warped photo, bilinear; here the whole of it is resampled, strip by strip.
+
+        Parameters
+        ----------
+        photo : array of shape (H, W) or (H, W, C)
+            Left as it is.
+        moved : float64 array of shape (2, H, W), optional
+            Filled with the displacement of each pixel.
+        """
         height, width = photo.shape[:2]
         result, xs = np.empty_like(photo), np.arange(width)
-        step = max(1, _STRIP_PX // width)
+        step = max(1, self.strip_px // width)
         for top in range(0, height, step):
             ys = np.arange(top, min(top + step, height))
             displacement = self.on_grid(xs, ys)
+            if moved is not None:
+                moved[:, top : ys[-1] + 1] = displacement
             x, y = (
                 (displacement[0] + xs).astype(np.float32),
                 (displacement[1] + ys[:, None]).astype(np.float32),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
+import numpy as np
 import numpy.typing as npt
 
 from kogao_core.domain import reduce
@@ -30,8 +31,10 @@ class FieldWarp(Warp):
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
         return self.field.on_grid(xs_px, ys_px)
 
-    def pixels(self, photo: Image) -> Image:
-        """Return the warped photo, bilinear."""
+    def pixels(self, photo: Image, moved: Array | None = None) -> Image:
+        """Return the warped photo, bilinear; `moved` as for any warp."""
+        if moved is not None:
+            moved[:] = self.on_grid(*(np.arange(n) for n in photo.shape[1::-1]))
         canvas = Canvas(photo)
         canvas.warp(self.field, reduce(self.field, Box.of(photo), "threshold"), "bilinear")
         return canvas.pixels

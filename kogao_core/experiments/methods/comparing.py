@@ -59,6 +59,30 @@ class Compared:
     pictures: dict[str, Image] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Look:
+    """What the displacement of a method shows: figures as in `Compared`, and its heat."""
+
+    min_det: float
+    folded_share: float
+    moved_share: float
+    largest_px: float
+    heat: Image
+
+    @staticmethod
+    def at(displacement: Array, step_px: int, asked_px: float) -> _Look:
+        """Look at a displacement of every so many pixels, shape (2, rows, columns)."""
+        length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step_px)
+        levels = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0).astype(np.uint8)
+        return _Look(
+            float(det.min()),
+            float((det <= 0.0).mean()),
+            float((length > LOSSLESS_PX).mean()),
+            float(length.max()),
+            levels,
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """All methods on one photo.
@@ -158,22 +182,32 @@ def _measured(
     fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
     times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
     results: dict[str, Image] = {}
+    looks: dict[str, _Look] = {}
+    asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
+    step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
+    # A run that doesn't count may leave its displacement, which then isn't asked for again.
+    moved = np.empty((2, *subject.pixels.shape[:2])) if warm_up and step == 1 else None
     by_name = {method.name: method for method, _ in fitted}
     runs = len(by_name) * (repeats + warm_up)
     for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
-        fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels)
+        kept = None if counts or name in looks else moved
+        fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels, kept)
+        if kept is not None:
+            looks[name] = _Look.at(kept, step, asked_px)
         if counts:
             times[name][0].append(fit_ms)
             times[name][1].append(warp_ms)
         progress(done, runs)
-    asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
-    found = tuple(
-        _compared(
-            method, warp, task, subject.pixels, results[method.name], times[method.name], asked_px
-        )
-        for method, warp in fitted
-    )
-    return Comparison(subject, asked_px, found), [f"{subject.name}: {one}" for one in failed]
+    found = []
+    for method, warp in fitted:
+        look = looks.get(method.name)
+        if look is None:
+            ends = task.image.right, task.image.bottom
+            sampled = warp.on_grid(*(np.arange(0, end, step) for end in ends))
+            look = _Look.at(sampled, step, asked_px)
+        result, mine = results[method.name], times[method.name]
+        found.append(_compared(method, warp, task, subject.pixels, result, mine, look))
+    return Comparison(subject, asked_px, tuple(found)), [f"{subject.name}: {one}" for one in failed]
 
 
 def _fitted(
@@ -188,11 +222,13 @@ def _fitted(
     return fitted, failed
 
 
-def _time_once(method: Method, task: WarpTask, photo: Image) -> tuple[float, float, Image]:
+def _time_once(
+    method: Method, task: WarpTask, photo: Image, moved: Array | None
+) -> tuple[float, float, Image]:
     start = time.perf_counter()
     warp = method.fit(task)
     fitted = time.perf_counter()
-    result = warp.pixels(photo)
+    result = warp.pixels(photo, moved)
     return (fitted - start) * 1e3, (time.perf_counter() - fitted) * 1e3, result
 
 
@@ -203,12 +239,8 @@ def _compared(
     photo: Image,
     result: Image,
     times: tuple[list[float], list[float]],
-    asked_px: float,
+    look: _Look,
 ) -> Compared:
-    step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
-    xs, ys = np.arange(0, task.image.right, step), np.arange(0, task.image.bottom, step)
-    displacement = warp.on_grid(xs, ys)
-    length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step)
     misses = np.linalg.norm(warp.displacement(task.target_px) - task.displacement_px, axis=1)
     return Compared(
         method,
@@ -216,11 +248,11 @@ def _compared(
         Spread.of(times[1]),
         float(misses.mean()),
         float(misses.max()),
-        float(det.min()),
-        float((det <= 0.0).mean()),
-        float((length > LOSSLESS_PX).mean()),
-        float(length.max()),
-        _pictures(rgb8(photo), rgb8(result), length, asked_px),
+        look.min_det,
+        look.folded_share,
+        look.moved_share,
+        look.largest_px,
+        _pictures(rgb8(photo), rgb8(result), look.heat),
     )
 
 
@@ -230,12 +262,11 @@ def _det(displacement: Array, step_px: int) -> Array:
     return np.asarray((1.0 + x_x) * (1.0 + y_y) - x_y * y_x)
 
 
-def _pictures(photo: Image, result: Image, length: Array, asked_px: float) -> dict[str, Image]:
+def _pictures(photo: Image, result: Image, heat: Image) -> dict[str, Image]:
     difference = cv2.convertScaleAbs(cv2.absdiff(result, photo), alpha=DIFFERENCE_GAIN)
-    levels = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0).astype(np.uint8)
-    whole = cv2.resize(levels, photo.shape[1::-1], interpolation=cv2.INTER_LINEAR)
-    heat = cv2.cvtColor(cv2.applyColorMap(whole, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
-    return {"result": result, "difference": np.asarray(difference), "heat": heat}
+    whole = cv2.resize(heat, photo.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    colours = cv2.cvtColor(cv2.applyColorMap(whole, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
+    return {"result": result, "difference": np.asarray(difference), "heat": colours}
 
 
 def round_faces(subject: Subject) -> Box:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from kogao_core.geometry import Array
 
 
 class _Piecewise(Warp):
+    strip_px: ClassVar[int] = 2**16  # each asks every triangle
+
     def __init__(self, transform: Any) -> None:
         self._transform = transform
 
