@@ -319,6 +319,18 @@ class LandmarkSource(Protocol):
         """Return the faces of an upright image, largest first; an empty list when there is none.
 
         Each is handed to `on_face` as soon as it is found, one at a time and in any thread.
+
+        Parameters
+        ----------
+        rgb : array of shape (H, W) or (H, W, C)
+            Of any depth that photos have.
+        on_face : callable
+            Takes each face as it comes.
+
+        Returns
+        -------
+        list of Face
+            Px of the image.
         """
         ...
 

@@ -58,7 +58,18 @@ class Field:
         return self.fade_px <= 0.0 and not self.falloff.strokes
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Return the displacement at points of shape (N, 2), px."""
+        """Return the displacement at points of shape (N, 2), px.
+
+        Parameters
+        ----------
+        points_px : array-like of shape (N, 2)
+            Px of the image.
+
+        Returns
+        -------
+        array of shape (N, 2)
+            Backward, px.
+        """
         points = np.asarray(points_px, np.float64)
         displacement: Array = np.zeros_like(points)
         for lattice in self.lattices:
@@ -76,7 +87,15 @@ class Field:
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px.
 
-        Coordinates ascend.
+        Parameters
+        ----------
+        xs_px, ys_px : array-like of shape (N,) and (M,)
+            Coordinates, px, ascending.
+
+        Returns
+        -------
+        array of shape (2, M, N)
+            x and y component, px.
         """
         displacement = self._spline(xs_px, ys_px)
         if self.is_plain:
@@ -87,7 +106,17 @@ class Field:
         )
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold."""
+        """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold.
+
+        Parameters
+        ----------
+        xs_px, ys_px : array-like of shape (N,) and (M,)
+            Coordinates, px, ascending.
+
+        Returns
+        -------
+        array of shape (M, N)
+        """
         along_x = self._spline(xs_px, ys_px, dx=True)
         along_y = self._spline(xs_px, ys_px, dy=True)
         if not self.is_plain:

@@ -75,7 +75,17 @@ class Box:
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def grown(self, margin_px: int) -> Box:
-        """Return the box with `margin_px` added on every side."""
+        """Return the box with `margin_px` added on every side.
+
+        Parameters
+        ----------
+        margin_px : int
+            Negative ones shrink it.
+
+        Returns
+        -------
+        Box
+        """
         return Box(
             self.left - margin_px,
             self.top - margin_px,
@@ -84,7 +94,18 @@ class Box:
         )
 
     def clipped(self, other: Box) -> Box:
-        """Return the part of this box inside `other`."""
+        """Return the part of this box inside `other`.
+
+        Parameters
+        ----------
+        other : Box
+            Such as the image.
+
+        Returns
+        -------
+        Box
+            Empty, of no area, where they don't meet.
+        """
         return Box(
             max(self.left, other.left),
             max(self.top, other.top),
@@ -94,7 +115,17 @@ class Box:
 
     @staticmethod
     def of(image: Image) -> Box:
-        """Return the box of a whole image of shape (H, W) or (H, W, C)."""
+        """Return the box of a whole image of shape (H, W) or (H, W, C).
+
+        Parameters
+        ----------
+        image : array of shape (H, W) or (H, W, C)
+            Its pixels don't count.
+
+        Returns
+        -------
+        Box
+        """
         return Box(0, 0, image.shape[1], image.shape[0])
 
 
@@ -181,18 +212,53 @@ class Affine:
         return np.column_stack([self.matrix, self.shift])
 
     def after(self, first: Affine) -> Affine:
-        """Return the map that applies `first`, then this one."""
+        """Return the map that applies `first`, then this one.
+
+        Parameters
+        ----------
+        first : Affine
+            From the space that the result maps from.
+
+        Returns
+        -------
+        Affine
+        """
         return Affine(self.matrix @ first.matrix, self(first.shift))
 
     @staticmethod
     def similarity(scale: float, degrees: float, shift: npt.ArrayLike) -> Affine:
-        """Return a turn by `degrees` (from +x towards +y), a scaling and a shift."""
+        """Return a turn by `degrees` (from +x towards +y), a scaling and a shift.
+
+        Parameters
+        ----------
+        scale : float
+            Above 0.
+        degrees : float
+            The turn.
+        shift : array-like of shape (2,)
+            Added last, px.
+
+        Returns
+        -------
+        Affine
+        """
         angle = np.deg2rad(degrees)
         cos, sin = np.cos(angle) * scale, np.sin(angle) * scale
         return Affine(np.array([[cos, -sin], [sin, cos]]), np.asarray(shift, np.float64))
 
     @staticmethod
     def resize(scale_x: float, scale_y: float) -> Affine:
-        """Return the map of an image resize, which keeps pixel edges, not centres, in place."""
+        """Return the map of an image resize, which keeps pixel edges, not centres, in place.
+
+        Parameters
+        ----------
+        scale_x, scale_y : float
+            New size over old, above 0.
+
+        Returns
+        -------
+        Affine
+            From px of the old image to px of the new one.
+        """
         scale = np.array([scale_x, scale_y])
         return Affine(np.diag(scale), (scale - 1.0) / 2.0)

@@ -100,21 +100,65 @@ class Grid:
     spacing_px: float
 
     def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
-        """Return the cell [u] of each coordinate and its place s = u - [u] in it; axis 0 is x."""
+        """Return the cell [u] of each coordinate and its place s = u - [u] in it; axis 0 is x.
+
+        Parameters
+        ----------
+        coords_px : array-like of shape (N,)
+            Px.
+        axis : {0, 1}
+            0 is x.
+
+        Returns
+        -------
+        tuple of int64 array and array of shape (N,)
+            Cells, and places from 0 up to 1.
+        """
         u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
         cell = np.floor(u)
         return cell.astype(np.int64), np.asarray(u - cell, np.float64)
 
     def nodes_px(self, first: int, count: int, axis: int) -> Array:
-        """Return the coordinates of `count` nodes from index `first`; axis 0 is x."""
+        """Return the coordinates of `count` nodes from index `first`; axis 0 is x.
+
+        Parameters
+        ----------
+        first, count : int
+            Index of the first node, and how many.
+        axis : {0, 1}
+            0 is x.
+
+        Returns
+        -------
+        array of shape (count,)
+            Px.
+        """
         return self.node_px(np.arange(first, first + count), axis)
 
     def node_px(self, index: npt.NDArray[np.int64], axis: int) -> Array:
-        """Return the coordinate of each node; axis 0 is x."""
+        """Return the coordinate of each node; axis 0 is x.
+
+        Parameters
+        ----------
+        index : int64 array
+            Of the nodes, of any shape.
+        axis : {0, 1}
+            0 is x.
+
+        Returns
+        -------
+        array
+            Px, in the shape of `index`.
+        """
         return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
 
     def halved(self) -> Grid:
-        """Return the grid with half the spacing and the same origin."""
+        """Return the grid with half the spacing and the same origin.
+
+        Returns
+        -------
+        Grid
+        """
         return Grid(self.origin_px, self.spacing_px / 2.0)
 
     def matrix(
@@ -213,7 +257,18 @@ class Lattice:
         return self.phi.shape[0], self.phi.shape[1]
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Evaluate eq. (1) at points of shape (N, 2); return the displacements, (N, 2), px."""
+        """Evaluate eq. (1) at points of shape (N, 2); return the displacements, (N, 2), px.
+
+        Parameters
+        ----------
+        points_px : array-like of shape (N, 2)
+            Px of the image.
+
+        Returns
+        -------
+        array of shape (N, 2)
+            Displacements, px.
+        """
         points = np.asarray(points_px, np.float64)
         bx = self.grid.matrix(points[:, 0], self.first[0], self.shape[1], 0)
         by = self.grid.matrix(points[:, 1], self.first[1], self.shape[0], 1)
@@ -223,6 +278,13 @@ class Lattice:
         self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
     ) -> Array:
         """Evaluate eq. (1), or its derivative along x or y, on the tensor grid ``ys x xs``.
+
+        Parameters
+        ----------
+        xs_px, ys_px : array-like of shape (N,) and (M,)
+            Px.
+        dx, dy : bool
+            Whether to take the derivative along x, along y.
 
         Returns
         -------
@@ -234,7 +296,20 @@ class Lattice:
         return np.asarray(by @ np.ascontiguousarray(self.phi.transpose(2, 0, 1)) @ bx.T)
 
     def window(self, first: tuple[int, int], shape: tuple[int, int]) -> Array:
-        """Cut `shape` (rows, columns) control points from node `first`; zeros outside."""
+        """Cut `shape` (rows, columns) control points from node `first`; zeros outside.
+
+        Parameters
+        ----------
+        first : tuple of int
+            Column and row of the first node.
+        shape : tuple of int
+            Rows and columns.
+
+        Returns
+        -------
+        array of shape (rows, columns, 2)
+            Px.
+        """
         cut = np.zeros((*shape, 2))
         j0, i0 = first[1] - self.first[1], first[0] - self.first[0]
         rows = slice(max(0, j0), max(0, min(self.shape[0], j0 + shape[0])))
@@ -246,7 +321,18 @@ class Lattice:
         return cut
 
     def within(self, image: Box) -> Lattice:
-        """Return the same field on `image` without control points that don't reach it."""
+        """Return the same field on `image` without control points that don't reach it.
+
+        Parameters
+        ----------
+        image : Box
+            Where the field is asked for.
+
+        Returns
+        -------
+        Lattice
+            This one where all of it reaches.
+        """
         columns = self._reaching(image.left, image.right, 0)
         rows = self._reaching(image.top, image.bottom, 1)
         first, shape = (columns.start, rows.start), (len(rows), len(columns))
@@ -263,7 +349,18 @@ class Lattice:
         return range(first, max(first + 1, min(end, mine.stop)))
 
     def plus(self, other: Lattice) -> Lattice:
-        """Return the sum of two fields on the same grid."""
+        """Return the sum of two fields on the same grid.
+
+        Parameters
+        ----------
+        other : Lattice
+            On the same grid; it may lie elsewhere.
+
+        Returns
+        -------
+        Lattice
+            Over the nodes of both.
+        """
         first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
         last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
         last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
@@ -271,11 +368,32 @@ class Lattice:
         return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
 
     def minus(self, other: Lattice) -> Lattice:
-        """Return the difference of two fields on the same grid."""
+        """Return the difference of two fields on the same grid.
+
+        Parameters
+        ----------
+        other : Lattice
+            On the same grid; it may lie elsewhere.
+
+        Returns
+        -------
+        Lattice
+            Over the nodes of both.
+        """
         return self.plus(other.scaled(-1.0))
 
     def scaled(self, factor: float) -> Lattice:
-        """Return the field with every displacement multiplied by `factor`."""
+        """Return the field with every displacement multiplied by `factor`.
+
+        Parameters
+        ----------
+        factor : float
+            Any.
+
+        Returns
+        -------
+        Lattice
+        """
         return Lattice(self.grid, self.first, factor * self.phi)
 
     @cached_property
@@ -345,7 +463,17 @@ class Lattice:
         return ox + h * i0, oy + h * j0, ox + h * (i0 + columns), oy + h * (j0 + rows)
 
     def reaches(self, points_px: Array) -> npt.NDArray[np.bool_]:
-        """Return at which points of shape (N, 2) the field may be other than zero."""
+        """Return at which points of shape (N, 2) the field may be other than zero.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Px of the image.
+
+        Returns
+        -------
+        bool array of shape (N,)
+        """
         left, top, right, bottom = self.reach_px
         x, y = points_px.T
         return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
@@ -377,7 +505,12 @@ class Lattice:
         return padded
 
     def refined(self) -> Lattice:
-        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
+        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4).
+
+        Returns
+        -------
+        Lattice
+        """
         rows = _refined_axis(self.phi, 0)
         phi = _refined_axis(rows, 1)
         first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)

@@ -53,7 +53,18 @@ class Sheet:
         return [face for index, face in enumerate(self.faces) if index not in self.off]
 
     def mapped(self, transform: Affine) -> Sheet:
-        """Return the sheet for the photo resized by a similarity transform."""
+        """Return the sheet for the photo resized by a similarity transform.
+
+        Parameters
+        ----------
+        transform : Affine
+            From px of this photo to px of the other.
+
+        Returns
+        -------
+        Sheet
+            Its threshold is scaled, too.
+        """
         faces = tuple(face.mapped(transform) for face in self.faces)
         return Sheet(faces, self.off, self.recipe.at_scale(transform.scale))
 

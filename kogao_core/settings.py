@@ -19,7 +19,17 @@ Name = TypeVar("Name", bound=str, covariant=True)
 
 
 def cited(words: str, where: str) -> str:
-    """Return words with the place in the paper behind them, if there is one."""
+    """Return words with the place in the paper behind them, if there is one.
+
+    Parameters
+    ----------
+    words, where : str
+        The place may be empty.
+
+    Returns
+    -------
+    str
+    """
     return f"{words} ({where})" if where else words
 
 
@@ -123,6 +133,11 @@ class Setting:
 
     def check(self, value: object) -> None:
         """Check a value.
+
+        Parameters
+        ----------
+        value : object
+            Of any kind.
 
         Raises
         ------

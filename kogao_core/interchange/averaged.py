@@ -23,7 +23,18 @@ _LEFT_EYE, _RIGHT_EYE = 18, 27
 
 
 def mean_face(shapes: list[Array]) -> Array:
-    """Return the mean of shapes (N, 2) laid over each other; unit: outer inter-ocular distance."""
+    """Return the mean of shapes (N, 2) laid over each other; unit: outer inter-ocular distance.
+
+    Parameters
+    ----------
+    shapes : list of array of shape (N, 2)
+        At least one; a row is the same point in each.
+
+    Returns
+    -------
+    array of shape (N, 2)
+        Round the middle of its points.
+    """
     mean = shapes[0]
     for _ in range(_ROUNDS):
         mean = np.mean([similarity(shape, mean)(shape) for shape in shapes], axis=0)
@@ -32,7 +43,13 @@ def mean_face(shapes: list[Array]) -> Array:
 
 
 def main(arguments: list[str]) -> None:
-    """Write the file beside this module."""
+    """Write the file beside this module.
+
+    Parameters
+    ----------
+    arguments : list of str
+        The folder with the sets of labelled faces.
+    """
     files = [path for name in _SETS for path in sorted(Path(arguments[0], name).glob("[0-9]*.csv"))]
     shapes = [np.loadtxt(path, delimiter=",", skiprows=1) for path in files]
     rows = [f"{x:.4f},{y:.4f}" for x, y in mean_face(shapes).tolist()]

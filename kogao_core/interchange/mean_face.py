@@ -14,7 +14,13 @@ from kogao_core.landmarks.outline import resampled
 
 @cache
 def means() -> dict[int, Array]:
-    """Return the mean face of 189 points, and of 68, by their count."""
+    """Return the mean face of 189 points, and of 68, by their count.
+
+    Returns
+    -------
+    dict of int to array of shape (count, 2)
+        Unit: the outer inter-ocular distance of the 189.
+    """
     text = resources.files(__package__).joinpath("mean189.csv").read_text(encoding="ascii")
     full = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1)
     return {189: frozen(full), 68: frozen(_sixty_eight(full))}

@@ -101,6 +101,17 @@ def _check_lines(text: str) -> None:
 def count_in(text: str, what: str) -> int:
     """Read how many points or lines there are.
 
+    Parameters
+    ----------
+    text : str
+        As it stands in the file.
+    what : str
+        What is counted, for the refusal.
+
+    Returns
+    -------
+    int
+
     Raises
     ------
     BadFile
@@ -113,6 +124,16 @@ def count_in(text: str, what: str) -> int:
 
 def coordinates(rows: Sequence[Sequence[str]]) -> Array:
     """Read a row of two numbers for each point, shape (N, 2).
+
+    Parameters
+    ----------
+    rows : sequence of sequence of str
+        x and y of each point, px.
+
+    Returns
+    -------
+    array of shape (N, 2)
+        Px.
 
     Raises
     ------
@@ -133,5 +154,16 @@ def coordinates(rows: Sequence[Sequence[str]]) -> Array:
 
 
 def number(value: float) -> str:
-    """Write a coordinate, to a thousandth of a px."""
+    """Write a coordinate, to a thousandth of a px.
+
+    Parameters
+    ----------
+    value : float
+        Px.
+
+    Returns
+    -------
+    str
+        With three decimals.
+    """
     return f"{value:.3f}"

@@ -23,6 +23,16 @@ _WHOLE: Final = re.compile(
 def parse(data: bytes) -> PointSet:
     """Read a file of any number of points.
 
+    Parameters
+    ----------
+    data : bytes
+        The file.
+
+    Returns
+    -------
+    PointSet
+        Px, with pixel centres at whole numbers.
+
     Raises
     ------
     BadFile
@@ -40,7 +50,18 @@ def parse(data: bytes) -> PointSet:
 
 
 def text(points: PointSet) -> str:
-    """Write a file; lines between points are left out, the format has none."""
+    """Write a file; lines between points are left out, the format has none.
+
+    Parameters
+    ----------
+    points : PointSet
+        Px, with pixel centres at whole numbers.
+
+    Returns
+    -------
+    str
+        The file, which counts from 1.
+    """
     rows = [f"{number(x)} {number(y)}" for x, y in (points.points + FIRST_PIXEL).tolist()]
     head = ["version: 1", f"n_points: {len(rows)}"]
     return "\n".join([*head, "{", *rows, "}"]) + "\n"

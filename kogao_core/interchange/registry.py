@@ -72,6 +72,15 @@ _PARSERS: Final[dict[str, Callable[[bytes], list[PointSet]]]] = {
 def format_of(path: Path) -> Format:
     """Return the format that a file's ending names.
 
+    Parameters
+    ----------
+    path : Path
+        Capitals count as small letters.
+
+    Returns
+    -------
+    Format
+
     Raises
     ------
     BadFile
@@ -92,6 +101,11 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
         ``.tem``, ``.pts``, ``.csv`` or ``.json``.
     mapping : Template, optional
         Which points are which; by their number where absent.
+
+    Returns
+    -------
+    list of Face
+        At least one, px of the photo it was made on.
 
     Raises
     ------
@@ -125,6 +139,11 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
     wanted : str, optional
         Name of the template, the format's usual one where absent.
 
+    Returns
+    -------
+    list of Written
+        Each file, with what it doesn't hold.
+
     Raises
     ------
     BadFile
@@ -152,7 +171,20 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
 
 
 def files(path: Path, faces: Sequence[Face]) -> list[Path]:
-    """Return the files that `write` writes."""
+    """Return the files that `write` writes.
+
+    Parameters
+    ----------
+    path : Path
+        Its ending tells the format.
+    faces : sequence of Face
+        At least one.
+
+    Returns
+    -------
+    list of Path
+        One for each face, or one for all.
+    """
     if format_of(path).several:
         return [path]
     rest = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(2, len(faces) + 1)]
@@ -182,6 +214,13 @@ def _note(template: Template, faces: Sequence[Face]) -> str:
 
 def check_inside(faces: Sequence[Face], image: Box) -> None:
     """Check that faces lie on a photo; the photo's edge may crop them.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        As they were read.
+    image : Box
+        The photo.
 
     Raises
     ------

@@ -36,6 +36,16 @@ def parse_csv(data: bytes) -> list[PointSet]:
 
     Columns may be parted by semicolons, and numbers then have a decimal comma.
 
+    Parameters
+    ----------
+    data : bytes
+        The file.
+
+    Returns
+    -------
+    list of PointSet
+        One for each face, in the order of their first rows.
+
     Raises
     ------
     BadFile
@@ -63,7 +73,20 @@ def parse_csv(data: bytes) -> list[PointSet]:
 
 
 def csv_text(faces: Sequence[Array], names: Sequence[str]) -> str:
-    """Write a row for each point of each face, shape (N, 2), with its name."""
+    """Write a row for each point of each face, shape (N, 2), with its name.
+
+    Parameters
+    ----------
+    faces : sequence of array of shape (N, 2)
+        Px.
+    names : sequence of str
+        Of the N points.
+
+    Returns
+    -------
+    str
+        The file, with its header.
+    """
     with io.StringIO(newline="") as out:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(("face", "point", "x", "y"))
@@ -75,6 +98,16 @@ def csv_text(faces: Sequence[Array], names: Sequence[str]) -> str:
 
 def parse_faces(data: bytes) -> list[Face]:
     """Read what `faces_text` or ``kogao-cli detect --json`` wrote.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+
+    Returns
+    -------
+    list of Face
+        At least one.
 
     Raises
     ------
@@ -106,5 +139,16 @@ def _points(node: Node) -> Array:
 
 
 def faces_text(faces: Sequence[Face]) -> str:
-    """Write faces to the last bit."""
+    """Write faces to the last bit.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        In the order of the file.
+
+    Returns
+    -------
+    str
+        JSON.
+    """
     return json.dumps({"faces": [face.to_dict() for face in faces]}, indent=1) + "\n"

@@ -68,7 +68,18 @@ def _line(rows: list[str], points: int) -> Line:
 
 
 def text(points: PointSet) -> str:
-    """Write a template."""
+    """Write a template.
+
+    Parameters
+    ----------
+    points : PointSet
+        Px, with the lines that join them.
+
+    Returns
+    -------
+    str
+        The file.
+    """
     rows = [str(len(points.points))]
     rows += [f"{number(x)}\t{number(y)}" for x, y in points.points.tolist()]
     rows.append(str(len(points.lines)))

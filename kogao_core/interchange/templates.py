@@ -57,6 +57,16 @@ class Template:
     def face(self, points: PointSet) -> Face:
         """Return the face in a template's points; the other points are left out.
 
+        Parameters
+        ----------
+        points : PointSet
+            All the file's, px.
+
+        Returns
+        -------
+        Face
+            With 21 points on its outline.
+
         Raises
         ------
         BadFile
@@ -76,7 +86,18 @@ class Template:
         return Face(line, eyes, mouth, source=SOURCE)
 
     def points(self, face: Face) -> PointSet:
-        """Return a face's points in the template; what isn't ours comes from a mean face."""
+        """Return a face's points in the template; what isn't ours comes from a mean face.
+
+        Parameters
+        ----------
+        face : Face
+            Px.
+
+        Returns
+        -------
+        PointSet
+            As many as the template has, px.
+        """
         outline = face.outline
         if self.count != _OWN:
             outline = placed(outline, shares_of(means()[self.count or 0][list(self.outline)]))
@@ -165,6 +186,10 @@ def template(wanted: str) -> Template:
         ``"27"``, ``"68"``, ``"189"``, or the numbers from 0 of outline, four eye corners and two
         mouth corners of any other, such as ``"0-16/36,39,42,45/48,54"``.
 
+    Returns
+    -------
+    Template
+
     Raises
     ------
     ValueError
@@ -196,6 +221,15 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 def fitting(points: PointSet) -> Template:
     """Return the template that has as many points.
+
+    Parameters
+    ----------
+    points : PointSet
+        A file's.
+
+    Returns
+    -------
+    Template
 
     Raises
     ------
