@@ -42,29 +42,35 @@ class PhotoItem(pg.GraphicsObject):
     def __init__(self, view: ViewState) -> None:
         super().__init__()
         self._view = view
-        self.pictures = Pictures()
+        self._photo: PicturePyramid | None = None
+        # The newest result: a whole one, and a gesture's preview over it.
+        self._full: RenderedFrame | None = None
+        self._preview: RenderedFrame | None = None
 
     def open(self, photo: PicturePyramid) -> None:
         """Show another photo."""
         self.prepareGeometryChange()
-        self.pictures.open(photo)
+        self._photo, self._full, self._preview = photo, None, None
         self.update()
 
     def show_full(self, frame: RenderedFrame) -> None:
         """Show a whole result, unless a newer preview covers it."""
-        self.pictures.take_full(frame)
+        self._full = frame
+        if self._preview is not None and self._preview.revision <= frame.revision:
+            self._preview = None
         self.update()
 
     def show_preview(self, frame: RenderedFrame) -> bool:
         """Show a gesture's preview; return False when a newer whole result is here."""
-        taken = self.pictures.take_preview(frame)
-        if taken:
-            self.update()
-        return taken
+        if self._full is not None and frame.revision <= self._full.revision:
+            return False
+        self._preview = frame
+        self.update()
+        return True
 
     def boundingRect(self) -> QRectF:
-        """Return the photo's rectangle."""
-        return self.pictures.area
+        """Return the photo's rectangle; pixel centres lie at whole numbers."""
+        return QRectF() if self._photo is None else _rect(self._photo.shown[0], 1.0)
 
     def paint(
         self,
@@ -74,11 +80,11 @@ class PhotoItem(pg.GraphicsObject):
     ) -> None:
         """Paint what the view state asks for."""
         if self._view.original:
-            self.pictures.draw_original(painter)
+            self.draw_original(painter)
         elif self._view.compare == "difference":
-            self.pictures.draw_difference(painter)
+            self._draw_difference(painter)
         else:
-            self.pictures.draw_result(painter)
+            self.draw_result(painter)
             if self._view.compare == "wipe":
                 self._draw_before(painter, viewport_of(painter, widget))
 
@@ -90,83 +96,53 @@ class PhotoItem(pg.GraphicsObject):
         left.setWidth(round(self._view.wipe * left.width()))
         painter.setClipRect(left)
         painter.setWorldTransform(in_photo)
-        self.pictures.draw_original(painter)
+        self.draw_original(painter)
         painter.restore()
-
-
-class Pictures:
-    """The original and the newest result: a whole one, and a gesture's preview over it."""
-
-    def __init__(self) -> None:
-        self.photo: PicturePyramid | None = None
-        self._full: RenderedFrame | None = None
-        self._preview: RenderedFrame | None = None
-
-    def open(self, photo: PicturePyramid) -> None:
-        """Take another photo."""
-        self.photo, self._full, self._preview = photo, None, None
-
-    def take_full(self, frame: RenderedFrame) -> None:
-        """Take a whole result, unless a newer preview covers it."""
-        self._full = frame
-        if self._preview is not None and self._preview.revision <= frame.revision:
-            self._preview = None
-
-    def take_preview(self, frame: RenderedFrame) -> bool:
-        """Take a gesture's preview; return False when a newer whole result is here."""
-        if self._full is not None and frame.revision <= self._full.revision:
-            return False
-        self._preview = frame
-        return True
-
-    @property
-    def area(self) -> QRectF:
-        """The photo's rectangle; pixel centres lie at whole numbers."""
-        return QRectF() if self.photo is None else _rect(self.photo.shown[0], 1.0)
 
     def draw_original(self, painter: QPainter) -> None:
         """Paint the photo as it was, from the level that fits the zoom."""
-        if self.photo is not None:
-            self._lay_board(painter, self.area)
-            self._draw_level(painter, self.photo.shown)
+        if self._photo is not None:
+            self._lay_board(painter, self.boundingRect())
+            self._draw_level(painter, self._photo.shown)
 
     def draw_result(self, painter: QPainter) -> None:
         """Paint the newest result."""
-        if self.photo is None:
+        if self._photo is None:
             return
-        preview, photo = self._preview, self.area
+        preview, photo = self._preview, self.boundingRect()
         seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
         if preview is None or not _area(preview).contains(seen):
-            self._lay_board(painter, self.area)
-            self._draw_level(painter, self.photo.shown if self._full is None else self._full.levels)
+            levels = self._photo.shown if self._full is None else self._full.levels
+            self._lay_board(painter, photo)
+            self._draw_level(painter, levels)
         if preview is not None:
             self._lay_board(painter, _area(preview))
             _smooth(painter)
             painter.drawImage(_area(preview), qt_image(preview.levels[0]))
 
-    def draw_difference(self, painter: QPainter) -> None:
+    def _draw_difference(self, painter: QPainter) -> None:
         """Paint what the result changes, `GAIN` times as strong; black is untouched."""
-        if self.photo is None:
+        if self._photo is None:
             return
-        painter.fillRect(self.area, QColor(0, 0, 0))
+        painter.fillRect(self.boundingRect(), QColor(0, 0, 0))
         if self._full is not None:
-            level = self.photo.level_for(_zoom(painter))
-            before, after = self.photo.shown[level], self._full.levels[level]
+            level = self._photo.level_for(_zoom(painter))
+            before, after = self._photo.shown[level], self._full.levels[level]
             box = _visible(painter, before, 2.0**level)
-            _draw_difference(painter, before, after, box, box, 2.0**level)
+            _draw_change(painter, before, after, box, box, 2.0**level)
         preview = self._preview
         if preview is not None:
             level = round(np.log2(preview.scale))
-            before, after = self.photo.shown[level], preview.levels[0]
+            before, after = self._photo.shown[level], preview.levels[0]
             left, top = (preview.to_photo([-0.5, -0.5]) + 0.5) / preview.scale
             inside = Box.of(after)
             x, y = round(float(left)), round(float(top))
             there = Box(x, y, x + inside.width, y + inside.height)
-            _draw_difference(painter, before, after, there, inside, preview.scale)
+            _draw_change(painter, before, after, there, inside, preview.scale)
 
     def _lay_board(self, painter: QPainter, area: QRectF) -> None:
         """Paint the checkerboard where something of the photo shows through."""
-        if self.photo is not None and self.photo.levels[0].shape[2] > _COLOURS:
+        if self._photo is not None and self._photo.levels[0].shape[2] > _COLOURS:
             painter.save()
             on_screen = painter.worldTransform().mapRect(area)
             painter.setWorldTransform(QTransform())
@@ -174,14 +150,14 @@ class Pictures:
             painter.restore()
 
     def _draw_level(self, painter: QPainter, levels: Sequence[Rgb8]) -> None:
-        if self.photo is None:
+        if self._photo is None:
             return
         _smooth(painter)
-        level = self.photo.level_for(_zoom(painter))
+        level = self._photo.level_for(_zoom(painter))
         painter.drawImage(_rect(levels[level], 2.0**level), qt_image(levels[level]))
 
 
-def _draw_difference(
+def _draw_change(
     painter: QPainter, before: Rgb8, after: Rgb8, there: Box, inside: Box, scale: float
 ) -> None:
     """Paint the difference between `there` of `before` and `inside` of `after`."""

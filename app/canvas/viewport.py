@@ -56,7 +56,7 @@ class Viewport(pg.GraphicsView):
         self._box.addItem(self.photo, ignoreBounds=True)
         for overlay in overlays.stack(view):
             self._box.addItem(overlay, ignoreBounds=True)
-        self._box.addItem(Loupe(view, self.photo.pictures), ignoreBounds=True)
+        self._box.addItem(Loupe(view, self.photo), ignoreBounds=True)
         self._box.sigRangeChanged.connect(self._tell_view)
 
     def open(self, photo: PicturePyramid) -> None:
