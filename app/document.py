@@ -15,12 +15,13 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from kogao_core.doubt import doubtful
 from kogao_core.face import Face
-from kogao_core.geometry import Box
+from kogao_core.geometry import Box, Line
 from kogao_core.photo import Photo
 from kogao_core.project import Mode, Sheet
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import Recipe
 from kogao_core.settings import FACE_FIELDS
+from kogao_core.sidecar import Applied
 from kogao_core.targets import Pairs, aim
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ class State(Sheet):
         The photo's choices, for all faces but those with some of their own.
     protection : Protection
         Places that must not move, px of the photo.
+    loose : tuple of Line
+        Straight lines of the background that aren't held, px of the photo.
     mode : {"automatic", "manual"}
         Whose faces these are: the machine's, or those marked by hand.
     kept : Sheet, optional
@@ -56,6 +59,7 @@ class State(Sheet):
     """
 
     protection: Protection = NOTHING
+    loose: tuple[Line, ...] = ()
     mode: Mode = "automatic"
     kept: Sheet | None = None
     draft: tuple[Mark, ...] = ()
@@ -66,13 +70,25 @@ class State(Sheet):
         return tuple(aim(face, self.recipe) for face in self.faces)
 
     @property
+    def done(self) -> Applied:
+        """What the mode at work does to the photo."""
+        return self.done_by(self.mode)
+
+    def done_by(self, mode: Mode) -> Applied:
+        """Return what a mode does to the photo."""
+        sheet = self.sheet(mode)
+        return Applied(
+            sheet.active, sheet.recipe, self.protection, loose=self.loose, others=sheet.inactive
+        )
+
+    @property
     def work(self) -> dict[Mode, object]:
         """What would be lost with the state, to compare: the mode at work is no part of it."""
         found, marked = self.sheet("automatic"), self.sheet("manual")
-        strokes = self.protection.strokes
-        by_hand = (marked.faces, marked.off, marked.recipe, self.draft, strokes)
+        strokes, loose = self.protection.strokes, self.loose
+        by_hand = (marked.faces, marked.off, marked.recipe, self.draft, strokes, loose)
         return {
-            "automatic": (found.faces, found.off, found.recipe, strokes),
+            "automatic": (found.faces, found.off, found.recipe, strokes, loose),
             # Settings of no face are nothing to lose: manual mode was only looked at.
             "manual": by_hand if marked.faces or self.draft else None,
         }

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import cv2
 import numpy as np
 
-from kogao_core.display import rgb8
 from kogao_core.field import Field, shown_at
-from kogao_core.geometry import Array, Box, Image
+from kogao_core.geometry import Array, Image
+from kogao_core.landmarks.pixels import Pyramid
 
+HoldingName = Literal["held", "let go", ""]
+# Half a pixel is where a bend in a straight edge begins to be seen.
+SEEN_PX: Final = 0.5
 _SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
 _SAMPLES: Final = 64
 _DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is noise, and slow
@@ -35,6 +38,11 @@ class BentLine:
     before_px, after_px : float
         How far its own edge, as it is found in the photo, departs from straight before and after
         the warp, px; None where no photo was looked at.
+    unheld_px : float
+        `bend_px` if no line were held.
+    holding : {"held", "let go", ""}
+        Whether it was to be held straight, or would have been but for the user; empty where
+        lines aren't held.
     """
 
     start_px: tuple[float, float]
@@ -42,17 +50,17 @@ class BentLine:
     bend_px: float
     before_px: float | None = None
     after_px: float | None = None
+    unheld_px: float = 0.0
+    holding: HoldingName = ""
 
 
-def straight_lines(photo: Image, near: Box) -> Array:
-    """Find straight lines of the photo that touch `near`.
+def straight_lines(photo: Image) -> Array:
+    """Find straight lines of the photo.
 
     Parameters
     ----------
     photo : array of shape (H, W) or (H, W, C)
         The photo before the warp.
-    near : Box
-        The warp domain, or any other box; px.
 
     Returns
     -------
@@ -63,25 +71,20 @@ def straight_lines(photo: Image, near: Box) -> Array:
     --------
     >>> import numpy as np
     >>> from kogao_core.bend import straight_lines
-    >>> from kogao_core.geometry import Box
     >>> photo = np.zeros((200, 300), np.uint8)
     >>> photo[:, 150:] = 255  # an edge
-    >>> len(straight_lines(photo, Box.of(photo))) > 0
+    >>> len(straight_lines(photo)) > 0
     True
     """
-    box = near.grown(max(near.width, near.height) // 4).clipped(Box.of(photo))
-    if box.width < 2 or box.height < 2:
+    if min(photo.shape[:2]) < 2:
         return np.zeros((0, 2, 2))
-    part = rgb8(photo[box.slices])
-    scale = min(1.0, _DETECTOR_PX / max(box.width, box.height))
-    small = cv2.resize(part, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    shortest = max(10, int(shortest_px(photo) * scale))
+    small, halved = Pyramid(photo).at_most(_DETECTOR_PX)
+    shortest = max(10, int(shortest_px(photo) / 2**halved))
     detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
     found: Any = detector.detect(cv2.transform(small, _MEAN))  # None when there is no line
     if found is None:
         return np.zeros((0, 2, 2))
-    ends = (found.reshape(-1, 2, 2).astype(np.float64) + 0.5) / scale - 0.5
-    return np.asarray(ends + np.array([box.left, box.top]))
+    return np.asarray((found.reshape(-1, 2, 2).astype(np.float64) + 0.5) * 2**halved - 0.5)
 
 
 def shortest_px(photo: Image) -> float:
@@ -138,7 +141,9 @@ def beside(lines: Array, outlines: Sequence[Array]) -> Array:
     return np.asarray(lines[np.array(apart, bool)])
 
 
-def bends(field: Field, lines: Array, photo: Image | None = None) -> list[BentLine]:
+def bends(
+    field: Field, lines: Array, photo: Image | None = None, unheld: Field | None = None
+) -> list[BentLine]:
     """Measure how far the warp bends lines.
 
     Parameters
@@ -149,6 +154,8 @@ def bends(field: Field, lines: Array, photo: Image | None = None) -> list[BentLi
         Ends (x, y) of each line in the photo, px.
     photo : array of shape (H, W) or (H, W, C), optional
         The photo before the warp, to measure how straight each line is there, too.
+    unheld : Field, optional
+        The same before lines were held; `field` itself, if not given.
 
     Returns
     -------
@@ -171,6 +178,7 @@ def bends(field: Field, lines: Array, photo: Image | None = None) -> list[BentLi
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
     along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
     shown = _shown(field, along)
+    free = shown if unheld is None or unheld is field else _shown(unheld, along)
     before: list[float | None] = [None] * len(lines)
     after = before
     if photo is not None:
@@ -180,9 +188,11 @@ def bends(field: Field, lines: Array, photo: Image | None = None) -> list[BentLi
     measured = [
         BentLine(
             (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one),
-            was, now,
+            was, now, _departure(other),
         )
-        for (start, end), one, was, now in zip(lines, shown, before, after, strict=True)
+        for (start, end), one, was, now, other in zip(
+            lines, shown, before, after, free, strict=True
+        )
     ]  # fmt: skip
     return sorted(measured, key=lambda line: -line.bend_px)
 

@@ -65,6 +65,12 @@ class Problem:
         """The control points that its points reach."""
         return _Support(self)
 
+    @cached_property
+    def own_nodes(self) -> npt.NDArray[np.int64]:
+        """The control points of its support that its landmarks reach, as numbers."""
+        # What `np.unique` returns, which loads numpy's masked arrays for it.
+        return np.flatnonzero(np.bincount(self.support.nodes[: self.movers].ravel()))
+
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
     """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3).
@@ -144,6 +150,16 @@ def fit(
     >>> bool(abs(missed).max() < 0.01)
     True
     """
+    return solve(problems_of(pairs, anchors, recipes, protection), recipes)
+
+
+def problems_of(
+    pairs: Sequence[Pairs],
+    anchors: Sequence[Anchor],
+    recipes: Sequence[Recipe],
+    protection: Protection = NOTHING,
+) -> list[Problem]:
+    """Return what each face asks of its lattice; see `fit`."""
     grids = [
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
@@ -153,16 +169,20 @@ def fit(
         _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection)
         for pair, anchor, grid in zip(pairs, anchors, grids, strict=True)
     ]
-    empty = [problem.support.empty for problem in problems]
-    _check_together(problems, empty)
-    if not any(pair.displacement_px.any() for pair in pairs):
-        return tuple(empty)
+    _check_together(problems, [problem.support.empty for problem in problems])
+    return problems
+
+
+def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
+    """Return the lattice of each problem, by the fit of its recipe; see `fit`."""
+    if not any(problem.displacement_px.any() for problem in problems):
+        return tuple(problem.support.empty for problem in problems)
     fitted: dict[int, Lattice] = {}
     for one in FITS:
         mine = [k for k, recipe in enumerate(recipes) if recipe.fit == one.name]
         solved = _solver(one.name).solve([problems[k] for k in mine])
         fitted |= zip(mine, solved, strict=True)
-    return tuple(_on_quanta(fitted[k]) for k in range(len(problems)))
+    return tuple(on_quanta(fitted[k]) for k in range(len(problems)))
 
 
 def _check_control_points(
@@ -200,7 +220,8 @@ def _check_together(problems: Sequence[Problem], empty: Sequence[Lattice]) -> No
             )
 
 
-def _on_quanta(lattice: Lattice) -> Lattice:
+def on_quanta(lattice: Lattice) -> Lattice:
+    """Return the lattice with control points that are multiples of `QUANTUM_PX`."""
     phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
     return Lattice(lattice.grid, lattice.first, phi)
 
@@ -394,11 +415,7 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     targets = np.vstack([problem.target_px for problem in problems])
     displacements = np.vstack([problem.displacement_px for problem in problems])
     both = list(zip(problems, supports, strict=True))
-    # What `np.unique` returns, which loads numpy's masked arrays for it.
-    own_nodes = [
-        np.flatnonzero(np.bincount(support.nodes[: problem.movers].ravel()))
-        for problem, support in both
-    ]
+    own_nodes = [problem.own_nodes for problem in problems]
     designs = [s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)]
     effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
     solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)

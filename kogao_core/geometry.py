@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+# Ends (x, y) of a straight line.
+Line = tuple[tuple[float, float], tuple[float, float]]
 # Pixels of shape (H, W) or (H, W, C); depth and channels are checked where they matter.
 Image = npt.NDArray[Any]
 

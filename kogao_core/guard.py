@@ -84,6 +84,31 @@ def _largest_safe_share(field: Field) -> float:
     return low
 
 
+def is_safe(field: Field) -> bool:
+    """Return whether a field needs no holding back.
+
+    Parameters
+    ----------
+    field : Field
+        With its fade and its falloff.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.guard import is_safe
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> is_safe(kogao.render(photo, [face], kogao.Recipe(percent=6)).field)
+    True
+    """
+    return edges_are_safe(field) and _safe(field)
+
+
 def _safe(field: Field) -> bool:
     """Return whether a field that its falloff can't fold is one-to-one."""
     if certify(dataclasses.replace(field, falloff=NO_FALLOFF)):

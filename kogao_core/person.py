@@ -30,6 +30,9 @@ _REACH_PX: Final = 8
 _EDGE: Final = 2.5
 # A look is believed that finds the face itself to be a person.
 _LEAST_SURE: Final = 0.8
+_HALF: Final = 0.5
+_LEAST_OTHER: Final = 0.1  # sides of a face: what is smaller isn't another person
+_EVERY_PX: Final = 4  # points in a neighbour are so far apart, px of the network's
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,10 +64,13 @@ class PersonMask:
         Those that can be believed; none tells nothing.
     missed : int
         How many faces were looked at in vain.
+    whose : tuple of int
+        Which of the faces each look is of.
     """
 
     looks: tuple[PersonLook, ...] = ()
     missed: int = 0
+    whose: tuple[int, ...] = ()
 
     def at(self, points: Array) -> Array:
         """Return how much of a person is at each point.
@@ -99,6 +105,35 @@ class PersonMask:
             for look in self.looks
         )
         return replace(self, looks=tuple(looks))
+
+    def neighbours(self, faces: Sequence[Face], others: Sequence[Face] = ()) -> tuple[Array, ...]:
+        """Return where other people are beside each face.
+
+        A figure apart from the face's own is somebody else's; where figures touch, what lies
+        nearer to another face, in sizes of the faces, is that one's. `faces` don't count as others
+        here: their outlines go where they are asked to, whoever is beside them.
+
+        Parameters
+        ----------
+        faces : sequence of Face
+            Those that were looked at.
+        others : sequence of Face
+            More faces of the photo, which are left alone.
+
+        Returns
+        -------
+        tuple of arrays of shape (M, 2)
+            For each face points at the edge of others and in them, px of the photo; landmarks
+            alone where people couldn't be told from the background.
+        """
+        found = []
+        for index, face in enumerate(faces):
+            rest = [one for one in others if _is_near(one, face)]
+            parts = [one.points for one in rest]
+            if index in self.whose:
+                parts.append(_others(self.looks[self.whose.index(index)], face, rest))
+            found.append(np.concatenate([np.zeros((0, 2)), *parts]))
+        return tuple(found)
 
     def mapped(self, transform: Affine) -> PersonMask:
         """Return the mask in other coordinates, such as those of a smaller photo."""
@@ -206,9 +241,11 @@ class PersonFinder:
                 self._network.look(image, *there) for key, there in views.items()
             }  # fmt: skip
             self._photo = weakref.ref(photo)
-            looks = tuple(self._kept.values())
-        sure = tuple(look for look in looks if look.sure >= _LEAST_SURE)
-        return PersonMask(sure, len(looks) - len(sure))
+            looks = [self._kept[_key(face)] for face in faces]
+        sure = [index for index, look in enumerate(looks) if look.sure >= _LEAST_SURE]
+        return PersonMask(
+            tuple(looks[index] for index in sure), len(looks) - len(sure), tuple(sure)
+        )
 
 
 def _key(face: Face) -> tuple[float, ...]:
@@ -229,8 +266,49 @@ def _refined(rough: Opacity, picture: Rgb8) -> Opacity:
     return np.asarray(np.clip(fine, 0.0, 1.0), np.float32)
 
 
+def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
+    """Return points of people in the mask that are others than a face's, shape (M, 2), px."""
+    people = (cv2.resize(look.opacity, None, fx=0.5, fy=0.5) > _HALF).astype(np.uint8)
+    to_image = look.to_image.after(Affine.resize(0.5, 0.5).inverse)
+    _, figures, counts, _ = cv2.connectedComponentsWithStats(people, connectivity=8)
+    own = _hull(people.shape, to_image.inverse(face.points))
+    seen = np.bincount(figures[own > 0], minlength=len(counts))
+    least = (_LEAST_OTHER * len(people) / _SIDES) ** 2
+    apart = (seen == 0) & (counts[:, cv2.CC_STAT_AREA] >= least)
+    apart[0] = False  # the background
+    mask = apart[figures]
+    if rest:
+        places = to_image(np.indices(people.shape)[::-1].reshape(2, -1).T.astype(np.float64))
+        away = _sides_away(places, face)
+        nearer = np.logical_or.reduce([_sides_away(places, one) < away for one in rest])
+        mask |= (people > 0) & nearer.reshape(people.shape) & (own == 0)
+    whole = mask.astype(np.uint8)
+    edge = whole - cv2.erode(whole, np.ones((3, 3), np.uint8))
+    within = _EVERY_PX * np.argwhere(whole[::_EVERY_PX, ::_EVERY_PX])
+    places = np.concatenate([np.argwhere(edge), within])[:, ::-1]
+    return to_image(places.astype(np.float64))
+
+
+def _sides_away(points: Array, face: Face) -> Array:
+    """Return how far points are from a face's middle, in its longer sides."""
+    low, high = face.points.min(axis=0), face.points.max(axis=0)
+    offsets = points - (low + high) / 2.0
+    return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) / float((high - low).max()))
+
+
+def _is_near(one: Face, face: Face) -> bool:
+    """Return whether some of a face lies in a look at another."""
+    return bool(_sides_away(one.points, face).min() < _SIDES / 2.0)
+
+
+def _hull(shape: tuple[int, ...], points: Array) -> npt.NDArray[np.uint8]:
+    """Return 1 within the hull of points, 0 elsewhere."""
+    face = np.zeros(shape, np.uint8)
+    cv2.fillConvexPoly(face, np.rint(cv2.convexHull(points.astype(np.float32))).astype(np.int32), 1)
+    return face
+
+
 def _of_the_face(opacity: Opacity, points: Array) -> float:
     """Return which part of the face of some points is a person, 0 to 1."""
-    face = np.zeros(opacity.shape, np.uint8)
-    cv2.fillConvexPoly(face, np.rint(cv2.convexHull(points.astype(np.float32))).astype(np.int32), 1)
+    face = _hull(opacity.shape, points)
     return float(opacity[face > 0].mean()) if face.any() else 0.0

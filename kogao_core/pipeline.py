@@ -13,9 +13,10 @@ from kogao_core.dose import achieved_percent
 from kogao_core.face import Face
 from kogao_core.falloff import falloff_of
 from kogao_core.field import Field, Residual, residual
-from kogao_core.fit import fit
+from kogao_core.fit import problems_of, solve
 from kogao_core.geometry import Box, Image
 from kogao_core.guard import hold_back
+from kogao_core.holding import NOTHING_HELD, Held, hold
 from kogao_core.limits import check_corners
 from kogao_core.one_to_one import OneToOne, check_one_to_one
 from kogao_core.protection import NOTHING, Protection
@@ -41,6 +42,8 @@ class Rendering:
         The backward displacement.
     shares : tuple of float
         How much of each face's displacement the guard let through; below 1 it would have folded.
+    unheld : Field
+        The same before lines and neighbours were held.
     domain : Domain
         The pixels worked on.
     changed : list of Box
@@ -61,13 +64,14 @@ class Rendering:
     >>> rendering.one_to_one.certified, rendering.shares
     (True, (1.0,))
     >>> list(rendering.timings_ms)
-    ['targets', 'lattice', 'guard', 'domain', 'copy', 'warp']
+    ['targets', 'lattice', 'guard', 'background', 'domain', 'copy', 'warp']
     """
 
     pixels: Image
     pairs: tuple[Pairs, ...]
     field: Field
     shares: tuple[float, ...]
+    unheld: Field
     domain: domains.Domain
     changed: list[Box]
     recipe: Recipe
@@ -115,6 +119,7 @@ def render(
     recipe: Recipe,
     *,
     protection: Protection = NOTHING,
+    held: Held = NOTHING_HELD,
     watch: Stopwatch | None = None,
     canvas: Canvas | None = None,
     threads: int | None = None,
@@ -131,6 +136,9 @@ def render(
         Every choice of the user; a face's own (`Face.recipe`) come before it.
     protection : Protection
         Places that must not move.
+    held : Held
+        Lines that stay straight and neighbours who stay put where they can, unless the recipe lets
+        them go; `background.held` finds them.
     watch : Stopwatch, optional
         Collects the time of each stage.
     canvas : Canvas, optional
@@ -174,10 +182,12 @@ def render(
             pairs = tuple(aim(face, recipe) for face in faces)
         with watch.lap("lattice"):
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            lattices = fit(pairs, [face.anchor for face in faces], recipes, protection)
-            field = Field(lattices, domains.fade_of(recipe), falloff_of(protection))
+            problems = problems_of(pairs, [face.anchor for face in faces], recipes, protection)
+            field = Field(solve(problems, recipes), domains.fade_of(recipe), falloff_of(protection))
         with watch.lap("guard"):
-            field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(lattices))
+            field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(faces))
+        with watch.lap("background"):
+            unheld, field = field, hold(field, problems, held) if recipe.hold_background else field
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
         with watch.lap("copy"):
@@ -185,5 +195,5 @@ def render(
         with watch.lap("warp"):
             changed = canvas.warp(field, area, recipe.interpolation, threads)
     return Rendering(
-        canvas.pixels, pairs, field, shares, area, changed, recipe, dict(watch.laps_ms)
+        canvas.pixels, pairs, field, shares, unheld, area, changed, recipe, dict(watch.laps_ms)
     )

@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, get_args
 from kogao_core import __version__, project_json
 from kogao_core.atomic import put
 from kogao_core.face import Face
-from kogao_core.geometry import Affine
+from kogao_core.geometry import Affine, Line
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import Recipe
 from kogao_core.strict import BadFile, Node, parse
@@ -25,7 +25,7 @@ _MOST_BYTES: Final = 8 * 2**20
 _LONGEST_SIDE_PX: Final = 2**20
 _FIELDS: Final = (
     *("format", "version", "program", "photo", "unit_px"),
-    *("mode", "automatic", "manual", "protection"),
+    *("mode", "automatic", "manual", "protection", "loose"),
 )
 
 
@@ -51,6 +51,11 @@ class Sheet:
     def active(self) -> list[Face]:
         """The faces to make smaller."""
         return [face for index, face in enumerate(self.faces) if index not in self.off]
+
+    @property
+    def inactive(self) -> list[Face]:
+        """The faces left as they are."""
+        return [face for index, face in enumerate(self.faces) if index in self.off]
 
     def mapped(self, transform: Affine) -> Sheet:
         """Return the sheet for the photo resized by a similarity transform.
@@ -95,6 +100,8 @@ class Project:
         Marked by hand.
     protection : Protection
         Places that must not move, px.
+    loose : tuple of Line
+        Straight lines that aren't held, px.
 
     Examples
     --------
@@ -112,6 +119,7 @@ class Project:
     automatic: Sheet
     manual: Sheet | None = None
     protection: Protection = NOTHING
+    loose: tuple[Line, ...] = ()
 
     def at_size(self, width: int, height: int) -> Project:
         """Return the project for the same photo at another resolution.
@@ -147,6 +155,7 @@ class Project:
             self.automatic.mapped(resize),
             None if self.manual is None else self.manual.mapped(resize),
             self.protection.mapped(resize),
+            tuple(project_json.as_line(resize(line)) for line in self.loose),
         )
 
 
@@ -208,6 +217,7 @@ def to_dict(project: Project) -> dict[str, Any]:
         "automatic": _sheet_dict(project.automatic, unit),
         "manual": None if manual is None else _sheet_dict(manual, unit),
         "protection": project_json.protection_dict(project.protection, unit),
+        "loose": project_json.lines_list(project.loose, unit),
     }
 
 
@@ -260,6 +270,7 @@ def from_node(top: Node) -> Project:
         _sheet(top.field("automatic"), unit),
         None if manual.value is None else _sheet(manual, unit),
         project_json.protection(top.field("protection"), unit),
+        project_json.lines(top.field("loose"), unit),
     )
 
 

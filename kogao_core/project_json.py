@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from kogao_core.face import Anchor, Face
-from kogao_core.geometry import Array
+from kogao_core.geometry import Array, Line
 from kogao_core.limits import MOST_CORNERS, MOST_LANDMARKS
 from kogao_core.protection import Protection, Stroke
 from kogao_core.recipe import Recipe
@@ -103,6 +103,27 @@ def protection(node: Node, unit: int) -> Protection:
     if corners > MOST_CORNERS:
         node.refuse(f"has {corners} corners together; at most {MOST_CORNERS} are allowed")
     return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
+
+
+def lines_list(lines: Sequence[Line], unit: int) -> list[list[list[float]]]:
+    """Return straight lines as plain JSON values."""
+    return [_in_units(np.array(line), unit) for line in lines]
+
+
+def lines(node: Node, unit: int) -> tuple[Line, ...]:
+    """Read what `lines_list` wrote; projects from before there were any have none."""
+    if node.value is None:
+        return ()
+    found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
+    if any(len(line) != 2 for line in found):
+        node.refuse("must hold lines of two points each")
+    return tuple(as_line(line) for line in found)
+
+
+def as_line(ends: Array) -> Line:
+    """Return a line of its ends, shape (2, 2)."""
+    (x, y), (u, v) = ends.tolist()
+    return (x, y), (u, v)
 
 
 def _stroke(node: Node, unit: int) -> Stroke:

@@ -17,12 +17,15 @@ from kogao_core.settings import (
 )
 from kogao_core.wording import shown
 
-VERSION: Final = 1
+VERSION: Final = 2
 # cv2.remap rounds its map to 1/32 px, so a smaller move than half of that changes no byte.
 LOSSLESS_PX: Final = 1.0 / 64.0
 
 # By version: what turns the fields of a recipe of that version into those of the next.
-_UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {}
+_UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
+    # What was made before lines could be held looks as it did.
+    1: lambda fields: {"hold_background": False, **fields},
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +53,9 @@ class Recipe:
         Resampling kernel.
     guard : bool
         Hold a face that would fold back to the largest move that doesn't.
+    hold_background : bool
+        Hold straight lines of the background and other people where they are, if it is known
+        where those are (`holding.Held`).
 
     Raises
     ------
@@ -75,6 +81,7 @@ class Recipe:
     threshold_px: float = LOSSLESS_PX
     interpolation: Interpolation = "cubic"
     guard: bool = True
+    hold_background: bool = True
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges."""
@@ -173,4 +180,6 @@ def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
     return fields
 
 
-PAPER: Final = Recipe(fit="approximation", interpolation="bilinear", guard=False)
+PAPER: Final = Recipe(
+    fit="approximation", interpolation="bilinear", guard=False, hold_background=False
+)

@@ -260,6 +260,11 @@ _ALL: Final = (
         alternatives=INTERPOLATIONS,
     ),
     Setting("guard", "Guard", "Hold back what would fold"),
+    Setting(
+        "hold_background",
+        "Hold background",
+        "Keep straight lines of the background straight, and other people where they are",
+    ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}
 # What each face may choose for itself.

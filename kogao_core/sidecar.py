@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from kogao_core.face import Face
-from kogao_core.geometry import Box, Image
+from kogao_core.geometry import Box, Image, Line
 from kogao_core.limits import OutOfBounds, check_faces, check_protection
 from kogao_core.project import Original, Project, Sheet
 from kogao_core.protection import Protection
@@ -54,12 +54,18 @@ class Applied:
         Places that must not move, px.
     note : str
         What the user should know of the match; empty for the very photo.
+    loose : tuple of Line
+        Straight lines that aren't held, px.
+    others : list of Face
+        More faces of the photo, which are left alone, px.
     """
 
     faces: list[Face]
     recipe: Recipe
     protection: Protection
     note: str = ""
+    loose: tuple[Line, ...] = ()
+    others: list[Face] = field(default_factory=list)
 
     @property
     def what(self) -> str:
@@ -108,7 +114,9 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     """
     at_hand, note = match(project, pixels, sha256)
     sheet = sheet_of(at_hand)
-    return Applied(sheet.active, sheet.recipe, at_hand.protection, note)
+    return Applied(
+        sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive
+    )
 
 
 def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:

@@ -34,7 +34,9 @@ from PySide6.QtWidgets import (
 )
 from scenes import KnownFaces, oval_face, textured_photo
 
+from kogao_core.background import BackgroundFinder, held_of
 from kogao_core.pipeline import render
+from kogao_core.sidecar import Applied
 
 _SIZE = (240, 180)
 # How long an edit may be on no disk, s; and when it counts as lost rather than late.
@@ -255,7 +257,11 @@ class Interleaving:
         pixels = np.ascontiguousarray(cv2.imread(str(original))[..., ::-1])
         # All edits are made to the faces found; manual mode is only looked at.
         sheet = state.sheet("automatic")
-        wanted = render(pixels, sheet.active, sheet.recipe, protection=state.protection).pixels
+        done = Applied(sheet.active, sheet.recipe, state.protection)
+        held = held_of(pixels, done, BackgroundFinder())
+        wanted = render(
+            pixels, done.faces, done.recipe, protection=done.protection, held=held
+        ).pixels
         return np.array_equal(cv2.imread(str(path))[..., ::-1], wanted)
 
     def _needs_recovery(self) -> bool:

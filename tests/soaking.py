@@ -6,6 +6,7 @@ import numpy as np
 from kogao_app.canvas.handles import Handle, position
 from kogao_app.editor import Editor
 
+from kogao_core.background import BackgroundFinder, held_of
 from kogao_core.face import Face
 from kogao_core.pipeline import render
 
@@ -133,5 +134,6 @@ class RandomUser:
 def equals_a_fresh_render(editor: Editor) -> bool:
     """Tell whether the picture on screen is what a fresh render of the state gives, to the bit."""
     state, photo = editor.document.state, editor.document.pyramid.levels[0]
-    fresh = render(photo, state.active, state.recipe, protection=state.protection).pixels
+    held = held_of(editor.document.photo.pixels, state.done, BackgroundFinder())
+    fresh = render(photo, state.active, state.recipe, protection=state.protection, held=held).pixels
     return np.array_equal(editor.view.frame.rendering.pixels, fresh)

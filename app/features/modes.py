@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import cv2
@@ -17,10 +19,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from kogao_core.background import held_of
 from kogao_core.differences import Differences, differences, matching
 from kogao_core.geometry import Box
+from kogao_core.holding import Held
 from kogao_core.pipeline import render
 from kogao_core.project import Mode, Sheet
+from kogao_core.sidecar import Applied
 
 from ..actions import Spec
 from ..canvas.handles import Handle, name
@@ -81,11 +86,12 @@ class Modes(Feature):
 
     def compare(self) -> None:
         """Render both modes as they are now."""
-        pyramid, state = self.document.pyramid, self.document.state
-        if pyramid is None:
+        pyramid, photo, state = self.document.pyramid, self.document.photo, self.document.state
+        if pyramid is None or photo is None:
             return
+        held = partial(held_of, photo.pixels, finder=self.live.finder)
         times = self._clock.elapsed_s or None, self._faces.finding_s
-        self._lane.submit(lambda: compared(pyramid, state, times))
+        self._lane.submit(lambda: compared(pyramid, held, state, times))
 
     def _show(self, both: ModesCompared) -> None:
         ModesDialog(both, self.window).open()
@@ -96,14 +102,20 @@ class Modes(Feature):
 
 
 def compared(
-    photo: PicturePyramid, state: State, times: tuple[float | None, float | None]
+    photo: PicturePyramid,
+    held: Callable[[Applied], Held],
+    state: State,
+    times: tuple[float | None, float | None],
 ) -> ModesCompared:
-    """Render both modes of `state`; `times` are the setting times, manual first, s."""
+    """Render both modes of `state`; `times` are the setting times, manual first, s.
+
+    `held` tells what is held of the background.
+    """
     manual, automatic = state.sheet("manual"), state.sheet("automatic")
     box = _round_faces(manual, automatic, Box.of(photo.levels[0]))
     sides = (
-        _side("manual", manual, state, photo, box, times[0]),
-        _side("automatic", automatic, state, photo, box, times[1]),
+        _side("manual", state, held, photo, box, times[0]),
+        _side("automatic", state, held, photo, box, times[1]),
     )
     faces = []
     for index, face in enumerate(manual.faces):
@@ -116,13 +128,21 @@ def compared(
 
 
 def _side(
-    mode: Mode, sheet: Sheet, state: State, photo: PicturePyramid, box: Box, setting_s: float | None
+    mode: Mode,
+    state: State,
+    held: Callable[[Applied], Held],
+    photo: PicturePyramid,
+    box: Box,
+    setting_s: float | None,
 ) -> Side:
-    rendering = render(photo.levels[0], sheet.active, sheet.recipe, protection=state.protection)
+    done = state.done_by(mode)
+    rendering = render(
+        photo.levels[0], done.faces, done.recipe, protection=done.protection, held=held(done)
+    )
     rows, columns = box.slices
     seen = PicturePyramid(_reduced(rendering.pixels[rows, columns]), photo.show).shown[0]
     computing_s = sum(rendering.timings_ms.values()) / 1e3
-    return Side(mode, len(sheet.active), seen, setting_s, computing_s)
+    return Side(mode, len(done.faces), seen, setting_s, computing_s)
 
 
 def _reduced(pixels: Rgb8) -> Rgb8:

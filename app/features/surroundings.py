@@ -8,7 +8,7 @@ from typing import Final
 from PySide6.QtCore import Signal
 
 from kogao_core.assets import AssetMissing
-from kogao_core.background import Bends, measure
+from kogao_core.background import BackgroundFinder, Bends, measure
 from kogao_core.display import Rgb8
 from kogao_core.geometry import Affine, Image
 from kogao_core.landmarks import ModelRefused
@@ -56,7 +56,6 @@ class Surroundings(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._finder = PersonFinder()
         self._frame: RenderedFrame | None = None
         self._note = ""
         self._lane = self.lane(self._show, self._fail)
@@ -72,7 +71,7 @@ class Surroundings(Feature):
 
     def _look(self) -> None:
         """Look if one of the overlays is on."""
-        photo, frame, finder = self.document.photo, self._frame, self._finder
+        photo, frame, finder = self.document.photo, self._frame, self.live.finder
         wanted = self.view.visible & {"straight", "people"}
         if photo is not None and frame is not None and wanted:
             self._lane.submit(lambda: look(photo.pixels, frame, finder, wanted))
@@ -97,7 +96,7 @@ class Surroundings(Feature):
 
 
 def look(
-    photo: Image, frame: RenderedFrame, finder: PersonFinder, wanted: set[str]
+    photo: Image, frame: RenderedFrame, finder: BackgroundFinder, wanted: set[str]
 ) -> BackgroundSeen:
     """Look at the background of a whole result.
 
@@ -107,8 +106,8 @@ def look(
         The photo as it was read: the command line looks at the same pixels.
     frame : RenderedFrame
         What became of it.
-    finder : PersonFinder
-        Kept from one look to the next.
+    finder : BackgroundFinder
+        The one that renderings go by.
     wanted : set of {"straight", "people"}
         The overlays that are on.
 
@@ -120,10 +119,10 @@ def look(
     if not frame.faces:
         return BackgroundSeen(Bends(()), people, note)
     if "people" in wanted:
-        people, note = _people(photo, frame, finder)
+        people, note = _people(photo, frame, finder.people)
     if "straight" not in wanted:
         return BackgroundSeen(Bends(()), people, note)
-    bends = measure(photo, frame.rendering, frame.faces, finder)
+    bends = measure(photo, frame.rendering, frame.done, finder)
     return BackgroundSeen(bends, people, bends.note or note)
 
 

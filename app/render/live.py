@@ -11,15 +11,19 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
+from kogao_core.background import BackgroundFinder
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Box
+from kogao_core.holding import NOTHING_HELD, Held
 from kogao_core.pipeline import Rendering, render
 from kogao_core.protection import NOTHING
+from kogao_core.sidecar import Applied
 from kogao_core.warp import Canvas
 
 from ..document import Document, State
 from ..view_state import ViewState
 from ..workers import Lane
+from .holding import Holding
 from .pyramid import PicturePyramid, Rgb8, to_photo
 
 if TYPE_CHECKING:
@@ -39,8 +43,8 @@ class RenderedFrame:
         Which state of the document it shows; larger is newer.
     rendering : Rendering
         In px of its own: a level of the photo, or a part of one.
-    faces : sequence of Face
-        Those that it makes smaller, px of the photo.
+    done : Applied
+        What it does to the photo, px of the photo.
     levels : sequence of uint8 arrays
         The picture and, for a whole photo, its halvings, in the screen's colours.
     to_photo : Affine
@@ -53,11 +57,16 @@ class RenderedFrame:
 
     revision: int
     rendering: Rendering
-    faces: Sequence[Face]
+    done: Applied
     levels: Sequence[Rgb8]
     to_photo: Affine
     took_ms: float
     whole: bool
+
+    @property
+    def faces(self) -> Sequence[Face]:
+        """Those that it makes smaller, px of the photo."""
+        return self.done.faces
 
     @property
     def scale(self) -> float:
@@ -83,10 +92,12 @@ class Surface:
     ----------
     photo : PicturePyramid
         The photo as 8-bit RGB.
+    holding : Holding, optional
+        What is held of its background; nothing, if not given.
     """
 
-    def __init__(self, photo: PicturePyramid) -> None:
-        self._photo = photo
+    def __init__(self, photo: PicturePyramid, holding: Holding | None = None) -> None:
+        self._photo, self._holding = photo, holding
         self._part: VisiblePart | None = None
         self._front: tuple[Canvas, PicturePyramid] | None = None
         self._back: tuple[Canvas, PicturePyramid] | None = None
@@ -111,7 +122,7 @@ class Surface:
             self._protection = self._mapped = NOTHING
         (canvas, result), self._back = self._back or self._buffer(), None
         faces, recipe, protection = state.active, state.recipe, state.protection
-        back = to_photo(0)
+        held, back = self._held(state, part), to_photo(0)
         if part is not None:
             back = to_photo(part.level, (part.box.left, part.box.top))
             there = back.inverse
@@ -119,16 +130,24 @@ class Surface:
                 # The warp redoes only what changes as long as the strokes are the very same.
                 self._protection, self._mapped = protection, protection.mapped(there)
             faces, protection = [face.mapped(there) for face in faces], self._mapped
+            held = held.mapped(there)
             recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
-        rendering = render(canvas.source, faces, recipe, protection=protection, canvas=canvas)
+        rendering = render(
+            canvas.source, faces, recipe, protection=protection, held=held, canvas=canvas
+        )
         result.refresh(rendering.changed)
         self._back = canvas, result
         took_ms = (time.perf_counter() - start) * 1e3
         # Cached in the rendering; measured here, off the GUI thread: panels read them at once.
         _ = rendering.one_to_one, rendering.residual, rendering.achieved
         return RenderedFrame(
-            revision, rendering, state.active, result.shown, back, took_ms, whole=part is None
+            revision, rendering, state.done, result.shown, back, took_ms, whole=part is None
         )
+
+    def _held(self, state: State, part: VisiblePart | None) -> Held:
+        if self._holding is None:
+            return NOTHING_HELD
+        return self._holding.whole(state) if part is None else self._holding.preview(state)
 
     def shown(self) -> None:
         """Note that the last frame has gone on screen."""
@@ -182,6 +201,7 @@ class Live(QObject):
         self._revision = 0
         self._followed: State | None = None
         self._held = False
+        self.finder = BackgroundFinder()
         self._whole: Surface | None = None
         self._preview: Surface | None = None
         self._lanes = tuple(Lane(pool, self.failed.emit, self) for _ in range(3))
@@ -229,8 +249,9 @@ class Live(QObject):
         # Which faces it starts with is known in a moment: without any there is nothing to render.
         self._held = True
         photo = self._document.pyramid
-        if photo is not None:
-            self._whole, self._preview = Surface(photo), Surface(photo)
+        if photo is not None and self._document.photo is not None:
+            holding = Holding(self._document.photo.pixels, self.finder)
+            self._whole, self._preview = Surface(photo, holding), Surface(photo, holding)
             self._canvas.open(photo)
 
     def _follow(self) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from kogao_core.face import LandmarkSource, select
 from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
@@ -19,6 +19,9 @@ from kogao_core.protection import NOTHING
 from kogao_core.recipe import Recipe
 from kogao_core.sidecar import Applied, apply
 from kogao_core.strict import BadFile
+
+if TYPE_CHECKING:
+    from kogao_core.background import BackgroundFinder
 
 Status = Literal["done", "skipped", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -118,6 +121,7 @@ def work(task: Task) -> Outcome:
 
 
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
+    from kogao_core.background import held_of
     from kogao_core.photo import bits_of, read, write
     from kogao_core.photo.disclosure import disclose, undisclosed
     from kogao_core.pipeline import render
@@ -126,7 +130,10 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     bits = bits_of(output)
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits)
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection, threads=1)
+    held = held_of(photo.pixels, done, _background())
+    rendering = render(
+        photo.pixels, done.faces, done.recipe, protection=done.protection, held=held, threads=1
+    )
     left_out = undisclosed(photo, rendering.pixels, task.disclosure)
     photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -139,7 +146,9 @@ def _found(task: Task, photo: Photo) -> Applied:
     faces = _source(task.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
-    return Applied(select(faces, task.which), Recipe.from_dict(task.recipe), NOTHING)
+    chosen = select(faces, task.which)
+    others = [face for face in faces if all(face is not one for one in chosen)]
+    return Applied(chosen, Recipe.from_dict(task.recipe), NOTHING, others=others)
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:
@@ -154,6 +163,13 @@ def _source(wanted: str | None) -> LandmarkSource:
     from kogao_core.landmarks import source
 
     return source(wanted)
+
+
+@cache
+def _background() -> BackgroundFinder:
+    from kogao_core.background import BackgroundFinder
+
+    return BackgroundFinder()
 
 
 def _key(task: Task) -> str:

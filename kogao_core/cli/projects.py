@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _FROM_PROJECT: Final = (
     *("percent", "center", "lattice", "lattice_unit", "fit", "domain", "threshold_px"),
-    *("interpolation", "guard", "which", "recipe_file", "landmarks"),
+    *("interpolation", "guard", "hold_background", "which", "recipe_file", "landmarks"),
     *("lines", "width_px", "feather_px", "points_file", "points_map"),
 )
 
@@ -92,7 +92,7 @@ def save(
         chosen = {id(face) for face in done.faces}
         off = frozenset(n for n, face in enumerate(found) if id(face) not in chosen)
         sheet = project.Sheet(tuple(found), off, done.recipe)
-        kept = project.Project(original, "automatic", sheet, None, done.protection)
+        kept = project.Project(original, "automatic", sheet, None, done.protection, done.loose)
     place = sidecar.sidecar_of(photo.path)
     try:
         project.save(kept, place)

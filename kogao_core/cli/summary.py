@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from kogao_core.background import Bends
+    from kogao_core.bend import BentLine
     from kogao_core.face import Face
     from kogao_core.photo import Photo
     from kogao_core.pipeline import Rendering
@@ -82,6 +83,7 @@ def as_text(
             f"{x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px (its edge was "
             f"{worst.before_px:.1f} px off straight and is {worst.after_px:.1f})"
         )
+        lines += _held(bends.lines)
     if min(rendering.shares, default=1.0) < 1.0:
         kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
         lines.append(f"guard     held back to {kept} of the move, which would have folded")
@@ -102,6 +104,24 @@ def as_text(
     elif not sound.settled:
         lines.append("warning   folds between the samples can't be ruled out: --guard")
     return "\n".join([*lines, *(f"note      {note}" for note in notes)])
+
+
+def _held(lines: Sequence[BentLine]) -> list[str]:
+    """Return how many lines were held, and of the one that gave way most, by how much."""
+    from kogao_core.bend import SEEN_PX
+
+    held = [line for line in lines if line.holding == "held" and line.unheld_px >= SEEN_PX]
+    if not held:
+        return []
+    text = f"held      {len(held)} that would have bent by {SEEN_PX} px or more"
+    worst = max(held, key=lambda line: line.bend_px)
+    if worst.bend_px >= SEEN_PX:
+        (x, y), (u, v) = worst.start_px, worst.end_px
+        text += (
+            f"; the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} gave way to the face: "
+            f"{worst.bend_px:.1f} of {worst.unheld_px:.1f} px are left"
+        )
+    return [text]
 
 
 def _doses(rendering: Rendering) -> list[tuple[float, float]]:

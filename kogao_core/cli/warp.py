@@ -17,7 +17,7 @@ from kogao_core.wording import shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from kogao_core.background import Bends
+    from kogao_core.background import BackgroundFinder, Bends
     from kogao_core.face import Face
     from kogao_core.photo import Photo
     from kogao_core.photo.disclosure import Disclosure
@@ -95,6 +95,7 @@ def command(
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT."""
+    from kogao_core.background import BackgroundFinder
     from kogao_core.photo import read_ahead
     from kogao_core.sidecar import Applied
     from kogao_core.threads import beside
@@ -121,9 +122,11 @@ def command(
         else:
             protection = _protection(photo, lines, width_px, feather_px)
             found = points.faces(photo, points_file, points_map, landmarks, loaded)
-            done = Applied(_chosen(found, which), recipe, protection)
-        rendering = _render(photo, done)
-        with beside(lambda: _measured(photo, rendering, done.faces)) as measured:
+            chosen = _chosen(found, which)
+            done = Applied(chosen, recipe, protection, others=_rest(found, chosen))
+        finder = BackgroundFinder()
+        rendering = _render(photo, done, finder)
+        with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
             note = _write(photo, rendering, done.what, disclosure, output, force, ahead)
     bends = measured()
     notes = list(filter(None, [done.note, note, bends.note]))
@@ -163,19 +166,24 @@ def _chosen(faces: Sequence[Face], which: str) -> list[Face]:
         return select(faces, which)
 
 
-def _render(photo: Photo, done: Applied) -> Rendering:
+def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:
+    return [face for face in found if all(face is not one for one in chosen)]
+
+
+def _render(photo: Photo, done: Applied, finder: BackgroundFinder) -> Rendering:
+    from kogao_core.background import held_of
     from kogao_core.pipeline import render
 
-    return render(photo.pixels, done.faces, done.recipe, protection=done.protection)
+    held = held_of(photo.pixels, done, finder)
+    return render(photo.pixels, done.faces, done.recipe, protection=done.protection, held=held)
 
 
-def _measured(photo: Photo, rendering: Rendering, faces: Sequence[Face]) -> Bends:
+def _measured(photo: Photo, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:
     """Measure what the summary tells."""
     from kogao_core.background import measure
-    from kogao_core.person import PersonFinder
 
     _ = rendering.pixel_counts, rendering.residual, rendering.one_to_one  # kept there
-    return measure(photo.pixels, rendering, faces, PersonFinder())
+    return measure(photo.pixels, rendering, done, finder)
 
 
 def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: float) -> Protection:

@@ -146,7 +146,7 @@ class _LinesOf:
 
     def __init__(self, subject: Subject) -> None:
         self.ruled = _grid(np.vstack([face.points for face in subject.faces]))
-        found = straight_lines(subject.pixels, Box.of(subject.pixels))
+        found = straight_lines(subject.pixels)
         self._own = beside(found, [face.points for face in subject.faces])
 
     def near(self, box: Box) -> Array:

@@ -49,6 +49,13 @@ class Pyramid:
         wanted = min(wanted, len(self._levels) - 1)
         return wanted, self._levels[wanted]
 
+    def at_most(self, longer_px: int) -> tuple[Rgb8, int]:
+        """Return the largest level whose longer side is no longer, and how often it is halved."""
+        index, level = 0, self._levels[0]
+        while max(level.shape[:2]) > longer_px and min(level.shape[:2]) >= 2:
+            index, level = self._level(index + 1)
+        return level, index
+
     def sample(self, to_image: Affine, size_px: int, border: int = cv2.BORDER_CONSTANT) -> Rgb8:
         """Resample a square of the image.
 

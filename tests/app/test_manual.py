@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
 
+from kogao_core.holding import NOTHING_HELD
 from kogao_core.pipeline import render
 
 KEYS, CONTROL, SHIFT = (
@@ -339,7 +340,9 @@ def test_the_comparison_shows_differences_and_both_times(manual):
 def test_differences_are_the_distances_between_the_points(manual):
     mark_face(manual, points=range(21))
     state = manual.state
-    comparison = compared(manual.editor.document.pyramid, state, (12.0, None))
+    comparison = compared(
+        manual.editor.document.pyramid, lambda _: NOTHING_HELD, state, (12.0, None)
+    )
     ((mine, theirs, apart),) = comparison.faces
     hand, found = state.sheet("manual").faces[mine], state.sheet("automatic").faces[theirs]
     expected = np.linalg.norm(hand.outline - found.outline, axis=1)

@@ -12,7 +12,6 @@ import pyqtgraph as pg
 import pytest
 from kogao_app.canvas import overlays
 from kogao_app.canvas.overlays import glyphs
-from kogao_app.canvas.overlays.background import SEEN_PX
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.canvas.overlays.overlay import Overlay
 from kogao_app.screenshot import names
@@ -22,6 +21,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from scenes import oval_face
 from test_view import picture
+
+from kogao_core.bend import SEEN_PX
 
 ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key

@@ -8,12 +8,11 @@ import json
 import numpy as np
 import pytest
 from kogao_app.__main__ import main
-from kogao_app.features import surroundings
 from PySide6.QtCore import Qt
 from test_overlays import at, hide_marks, pixels_of
 from test_saved_projects import save_project
 
-from kogao_core import cli, person
+from kogao_core import background, cli
 from kogao_core.assets import AssetMissing
 from kogao_core.geometry import Affine
 from kogao_core.person import PersonLook, PersonMask
@@ -35,15 +34,16 @@ class Finder:
         if self.opacity is None:
             raise AssetMissing("selfie_segmentation.tflite isn't here; fetch it")
         still = Affine.similarity(1.0, 0.0, (0.0, 0.0))
-        return PersonMask((PersonLook(self.opacity, still, 1.0),) if faces else ())
+        return (
+            PersonMask((PersonLook(self.opacity, still, 1.0),), 0, (0,)) if faces else PersonMask()
+        )
 
 
 @pytest.fixture
 def finder(monkeypatch):
     """What tells people apart, in the window and on the command line."""
     made = Finder()
-    for place in (surroundings, person):
-        monkeypatch.setattr(place, "PersonFinder", lambda: made)
+    monkeypatch.setattr(background, "PersonFinder", lambda: made)
     return made
 
 
@@ -69,7 +69,9 @@ def test_window_and_command_line_name_the_same_lines(empty, door, tmp_path):
     empty.open(path)
     make_smaller(empty, 9.0)
     shown = [dataclasses.asdict(line) for line in empty.editor.view.lines]
-    assert shown[0]["bend_px"] > 1.0
+    worst = max(shown, key=lambda line: line["unheld_px"])
+    assert worst["unheld_px"] > 1.0 > 2.0 * worst["bend_px"]
+    assert worst["holding"] == "held"
     assert all(max(line["start_px"][1], line["end_px"][1]) < SHOULDERS for line in shown)
     save_project(empty)
     assert lines_on_the_command_line(path, tmp_path / "told.json") == json.loads(json.dumps(shown))

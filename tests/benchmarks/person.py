@@ -25,17 +25,18 @@ import numpy as np
 from clock import machine
 
 import kogao_core as kogao
-from kogao_core.background import measure
-from kogao_core.bend import BentLine, bends, beside, straight_lines
+from kogao_core.background import BackgroundFinder, measure
+from kogao_core.bend import SEEN_PX, BentLine, bends, beside, straight_lines
 from kogao_core.face import Face
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.person import PersonFinder
+from kogao_core.protection import NOTHING
+from kogao_core.sidecar import Applied
 
 SHARED = Path(os.environ.get("KOGAO_SHARED", Path(__file__).parents[3] / "shared" / "data"))
 DRAWN = Path(__file__).resolve().parents[1] / "labels" / "people.json"
 NEAR = 0.35  # of the inter-ocular distance: so near to the outline the edge is "at the face"
 CLOSE = 5.0  # an edge found within so many % counts as right
-SEEN_PX = 0.5
 ROUNDS = 9
 FOLDERS = ("portraits", "headshots", "large", "groups")
 
@@ -147,13 +148,15 @@ def cost(photo: Image, faces: Sequence[Face]) -> str:
 
 
 def counted(
-    photo: Image, faces: Sequence[Face], percent: float, finder: PersonFinder
+    photo: Image, faces: Sequence[Face], percent: float, finder: BackgroundFinder
 ) -> tuple[int, list[BentLine]]:
     """Return how many lines beside the faces bend visibly, and those of the background."""
-    rendering = kogao.render(photo, faces, kogao.Recipe(percent=percent))
-    lines = beside(straight_lines(photo, rendering.domain.bounds), [f.outline for f in faces])
+    recipe = kogao.Recipe(percent=percent, hold_background=False)
+    rendering = kogao.render(photo, faces, recipe)
+    lines = beside(straight_lines(photo), [f.outline for f in faces])
     all_of_them = [line for line in bends(rendering.field, lines) if line.bend_px >= SEEN_PX]
-    found = measure(photo, rendering, faces, finder).lines
+    done = Applied(list(faces), recipe, NOTHING)
+    found = measure(photo, rendering, done, finder).lines
     return len(all_of_them), [line for line in found if line.bend_px >= SEEN_PX]
 
 
@@ -186,7 +189,7 @@ def main() -> None:
     for name in ("portraits/p064.jpg", "large/p03.jpg", "groups/g2.jpg"):
         photo = kogao.read(options.data / name).pixels
         print(f"{name}: {cost(photo, kogao.find(photo))}")
-    finder = PersonFinder()
+    finder = BackgroundFinder()
     for folder in FOLDERS:
         before, lines = 0, 0
         for file in sorted((options.data / folder).glob("*.jpg")):

@@ -1,5 +1,6 @@
 """The bend meter goes by the background: lines of people are left out, others cut at them."""
 
+import dataclasses
 import re
 
 import cv2
@@ -7,14 +8,17 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
+from kogao_core import background as backgrounds
 from kogao_core.assets import AssetMissing
-from kogao_core.background import background, measure
-from kogao_core.bend import bends
-from kogao_core.geometry import Affine, Box
+from kogao_core.background import BackgroundFinder, held_of, measure
+from kogao_core.bend import bends, straight_lines
+from kogao_core.geometry import Affine
 from kogao_core.landmarks import ModelRefused
 from kogao_core.person import PersonLook, PersonMask
 from kogao_core.pipeline import render
+from kogao_core.protection import NOTHING
 from kogao_core.recipe import Recipe
+from kogao_core.sidecar import Applied
 
 WIDTH, HEIGHT = 960, 720
 FACE = oval_face(WIDTH, HEIGHT, size=0.5)
@@ -35,7 +39,7 @@ class Finder:
             return PersonMask((), len(faces))
         # A look is square: the photo's own pixels, and nothing known below it.
         still = Affine.similarity(1.0, 0.0, (0.0, 0.0))
-        return PersonMask((PersonLook(self.opacity, still, 1.0),), self.missed)
+        return PersonMask((PersonLook(self.opacity, still, 1.0),), self.missed, (0,))
 
 
 def photo_with(*lines):
@@ -43,6 +47,10 @@ def photo_with(*lines):
     for start, end in lines:
         cv2.line(photo, start, end, (200, 200, 200), 5, cv2.LINE_AA)
     return photo
+
+
+def found_in(photo, finder, others=()):
+    return BackgroundFinder(finder).find(photo, [FACE], others)
 
 
 def people(left, top, right, bottom):
@@ -57,7 +65,7 @@ BODY = people(int(LEFT), 100, int(RIGHT), HEIGHT)
 
 def test_a_shelf_behind_a_person_is_cut_on_both_sides():
     photo = photo_with(((20, 660), (940, 660)))
-    found = background(photo, Box.of(photo), [FACE], Finder(BODY))
+    found = found_in(photo, Finder(BODY))
     assert found.note == ""
     apart = 0.03 * max(FACE.box[2:])
     for low, high in np.sort(found.lines[..., 0]):
@@ -69,9 +77,8 @@ def test_a_shelf_behind_a_person_is_cut_on_both_sides():
 def test_a_collar_is_no_line_of_the_background_and_a_door_frame_is():
     collar, door = ((420, 640), (540, 700)), ((30, 60), (30, 660))
     photo = photo_with(collar, door)
-    (upright,) = {round(x, -1) for x in background(
-        photo, Box.of(photo), [FACE], Finder(BODY)
-    ).lines[..., 0].ravel()}  # fmt: skip
+    lines = found_in(photo, Finder(BODY)).lines
+    (upright,) = {round(x, -1) for x in lines[..., 0].ravel()}
     assert upright == 30
 
 
@@ -89,7 +96,7 @@ def test_a_collar_is_no_line_of_the_background_and_a_door_frame_is():
 def test_without_a_mask_all_but_the_faces_lines_count_and_it_is_said(opacity, words):
     collar, on_face = ((420, 660), (540, 700)), ((440, 360), (520, 360))
     photo = photo_with(collar, on_face)
-    found = background(photo, Box.of(photo), [FACE], Finder(opacity))
+    found = found_in(photo, Finder(opacity))
     assert re.search(words, found.note)
     assert found.lines[..., 1].min() > 600
     assert len(found.lines) > 0
@@ -97,7 +104,7 @@ def test_without_a_mask_all_but_the_faces_lines_count_and_it_is_said(opacity, wo
 
 def test_who_could_not_be_told_from_the_background_is_counted():
     photo = photo_with(((30, 60), (30, 660)))
-    found = background(photo, Box.of(photo), [FACE], Finder(BODY, missed=2))
+    found = found_in(photo, Finder(BODY, missed=2))
     assert "2 faces couldn't be told" in found.note
 
 
@@ -126,6 +133,75 @@ def test_measuring_changes_nothing():
     photo.setflags(write=False)
     rendering = render(photo, [FACE], RECIPE)
     before = rendering.pixels.copy()
-    found = measure(photo, rendering, [FACE], Finder(BODY))
+    done = Applied([FACE], RECIPE, NOTHING)
+    found = measure(photo, rendering, done, BackgroundFinder(Finder(BODY)))
     assert found.lines[0].bend_px > 1.0
     np.testing.assert_array_equal(rendering.pixels, before)
+
+
+def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
+    door, shelf = ((30, 60), (30, 660)), ((700, 60), (700, 300))
+    photo = photo_with(door, shelf)
+    seen = found_in(photo, Finder(BODY))
+    upright = [tuple(map(tuple, line.tolist())) for line in seen.lines if line[0, 0] < 100]
+    held = seen.held(upright[:1])
+    assert len(seen.held().lines) == len(seen.lines)
+    assert 0 < len(held.lines) < len(seen.lines)
+    wide = dataclasses.replace(RECIPE, lattice=4.0)
+    done = Applied([FACE], wide, NOTHING, loose=tuple(upright))
+    finder = BackgroundFinder(Finder(BODY))
+    rendering = render(photo, [FACE], wide, held=held_of(photo, done, finder))
+    told = measure(photo, rendering, done, finder).lines
+    assert {line.holding for line in told if line.start_px[0] > 100} == {"held"}
+    assert {line.holding for line in told if line.start_px[0] < 100} == {"let go"}
+
+
+def test_a_line_found_a_little_elsewhere_is_still_the_one_let_go():
+    seen = found_in(photo_with(((30, 60), (30, 660))), Finder(BODY))
+    line = seen.lines[0]
+    again = tuple(map(tuple, (line + np.array([1.5, 40.0])).tolist()))
+    elsewhere = tuple(map(tuple, (line + np.array([60.0, 0.0])).tolist()))
+    assert seen.is_loose(line, [again])
+    assert not seen.is_loose(line, [elsewhere])
+
+
+def test_nothing_is_held_where_people_can_not_be_told_apart():
+    photo = photo_with(((30, 60), (30, 660)))
+    held = found_in(photo, Finder(AssetMissing("gone"))).held()
+    assert len(held.lines) == 0
+
+
+def test_a_recipe_that_holds_nothing_looks_for_nothing():
+    photo, finder = photo_with(), BackgroundFinder(Finder(RuntimeError("looked")))
+    done = Applied([FACE], Recipe(hold_background=False), NOTHING)
+    assert len(held_of(photo, done, finder).lines) == 0
+
+
+def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
+    apart = BODY.copy()
+    apart[100:, int(RIGHT) + 60 : int(RIGHT) + 160] = 1.0
+    (points,) = found_in(photo_with(), Finder(apart)).neighbours
+    assert points[:, 0].min() > RIGHT + 50
+    assert points[:, 0].max() < RIGHT + 170
+    touching = BODY.copy()
+    touching[100:, int(LEFT) :] = 1.0
+    assert len(found_in(photo_with(), Finder(touching)).neighbours[0]) == 0
+    other = oval_face(WIDTH, HEIGHT, center=(RIGHT + 160.0, 340.0), size=0.5)
+    (points,) = found_in(photo_with(), Finder(touching), [other]).neighbours
+    middle = (FACE.box[0] + FACE.box[2] / 2 + other.box[0] + other.box[2] / 2) / 2
+    assert len(points) > 50
+    assert np.sort(points[:, 0])[len(other.points)] > middle - 10
+
+
+def test_lines_are_sought_once_for_a_photo_and_people_again_for_other_faces(monkeypatch):
+    sought = []
+    monkeypatch.setattr(
+        backgrounds, "straight_lines", lambda photo: sought.append(1) or straight_lines(photo)
+    )
+    photo, finder = photo_with(((30, 60), (30, 660))), BackgroundFinder(Finder(BODY))
+    first = finder.find(photo, [FACE])
+    assert finder.find(photo, [FACE]) is first
+    finder.find(photo, [FACE.with_outline_point(3, (300.0, 300.0))])
+    assert len(sought) == 1
+    finder.find(photo.copy(), [FACE])
+    assert len(sought) == 2

@@ -120,7 +120,9 @@ def test_laps_are_named_after_the_stages():
     watch = Stopwatch()
     photo, face = scene()
     timings = render(photo, [face], Recipe(), watch=watch).timings_ms
-    assert list(timings) == ["targets", "lattice", "guard", "domain", "copy", "warp"]
+    assert list(timings) == [
+        *("targets", "lattice", "guard", "background", "domain", "copy", "warp")
+    ]
     assert all(value >= 0 for value in timings.values())
     assert watch.total_ms == pytest.approx(sum(timings.values()))
 

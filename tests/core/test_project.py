@@ -41,7 +41,8 @@ def project(seed=5):
     manual = Sheet((oval_face(center=(131, 170), size=0.5),), recipe=Recipe(threshold_px=0.7))
     automatic = Sheet((first, second), frozenset({1}), Recipe(percent=6.1, lattice=1.3))
     original = Original("portrait.png", "0" * 64, WIDTH, HEIGHT)
-    return Project(original, "automatic", automatic, manual, protection)
+    loose = (((10.5, 20.25), (10.5, 300.0)), ((0.0, 7.1), (90.0, 8.3)))
+    return Project(original, "automatic", automatic, manual, protection, loose)
 
 
 def same_faces(mine, theirs):
@@ -67,7 +68,18 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
     for mine, theirs in zip(read.protection.strokes, written.protection.strokes, strict=True):
         np.testing.assert_array_equal(mine.points_px, theirs.points_px)
         assert (mine.radius_px, mine.feather_px) == (theirs.radius_px, theirs.feather_px)
+    assert read.loose == written.loose
     assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_lines_let_go_are_scaled_with_the_photo_and_older_projects_have_none():
+    twice = project().at_size(2 * WIDTH, 2 * HEIGHT)
+    np.testing.assert_allclose(twice.loose, 2.0 * np.array(project().loose) + 0.5)
+    older = to_dict(project())
+    del older["loose"]
+    assert from_node(Node(older)).loose == ()
+    with pytest.raises(BadFile, match="loose"):
+        from_node(Node({**older, "loose": [[[0.1, 0.2]]]}))
 
 
 def test_replay_gives_identical_pixels(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 
 from kogao_core import recipe as recipes
 from kogao_core.cli import program
-from kogao_core.recipe import LOSSLESS_PX, PAPER, Recipe
+from kogao_core.recipe import LOSSLESS_PX, PAPER, VERSION, Recipe
 from kogao_core.settings import CENTERS, SETTINGS
 
 
@@ -49,7 +49,7 @@ def test_unknown_fields_and_newer_versions_are_refused():
     with pytest.raises(ValueError, match="percentage"):
         Recipe.from_dict({"percentage": 4})
     with pytest.raises(ValueError, match="version"):
-        Recipe.from_dict({"version": 2})
+        Recipe.from_dict({"version": VERSION + 1})
     with pytest.raises(ValueError, match="object"):
         Recipe.from_dict([4])
 
@@ -96,3 +96,8 @@ def test_a_recipe_of_an_older_version_is_read_step_by_step(monkeypatch):
     assert Recipe.from_dict({"version": 3, "percent": 3.0}) == Recipe(percent=3.0)
     with pytest.raises(ValueError, match="version"):
         Recipe.from_dict({"version": 0})
+
+
+def test_a_recipe_from_before_lines_were_held_holds_none():
+    assert Recipe.from_dict({"version": 1, "percent": 6.0}) == Recipe(6.0, hold_background=False)
+    assert Recipe.from_dict({"percent": 6.0}).hold_background

@@ -16,6 +16,7 @@ from kogao_core.counts import pixel_counts
 from kogao_core.domain import mask_of
 from kogao_core.experiments.methods import METHODS
 from kogao_core.geometry import Box
+from kogao_core.holding import Held
 from kogao_core.pipeline import render
 from kogao_core.recipe import PAPER, Recipe
 from kogao_core.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS, SETTINGS
@@ -77,9 +78,10 @@ def other_value(setting, value):
 @pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
 def test_every_field_has_a_say_in_what_is_rendered(setting):
     photo = textured_photo()
+    held = Held(np.array([[(360.0, 20.0), (360.0, 340.0)]]))
 
     def outcome(recipe):
-        rendering = render(photo, [oval_face()], recipe)
+        rendering = render(photo, [oval_face()], recipe, held=held)
         return rendering.pixels.tobytes(), rendering.domain.mask(Box.of(photo)).tobytes()
 
     def matters(recipe):

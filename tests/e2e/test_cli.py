@@ -350,7 +350,7 @@ def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
         ('{"percent": "4"}', "percent must be a number"),
         ('{"fit": ["exact"]}', "fit must be one of"),
         ('{"strength": 4}', "unknown recipe field 'strength'"),
-        ('{"version": 2}', "version"),
+        ('{"version": 3}', "version"),
         ("[" * 100_000, "nested too deeply"),
         ('{"fit": "' + "x" * 500_000 + '"}', "got 'x{39}…"),
         ('{"fit": ' + "[" * 900 + "]" * 900 + "}", r"got \[\["),
@@ -359,7 +359,7 @@ def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
         ('{"percent": 1' + "0" * 400 + "}", "percent must be within 0..15, got 1000*…"),
         ('{"percent": ' + "9" * 5000 + "}", "the file is not JSON"),
         ('{"percent": 1e400}', "percent must be within 0..15, got inf"),
-        ('{"version": 1' + "0" * 400 + "}", "version 1, got 1000*…"),
+        ('{"version": 1' + "0" * 400 + "}", "version 2, got 1000*…"),
         ("{" + " " * 2**20, "at most 1048576 are allowed"),
     ],
 )

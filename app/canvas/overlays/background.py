@@ -9,14 +9,13 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QPainter, QPainterPath
 
+from kogao_core.bend import SEEN_PX
 from kogao_core.display import Rgb8
 
 from ...i18n import tr
 from . import glyphs
 from .overlay import Overlay, Place
 
-# Half a pixel is where a bend in a straight edge begins to be seen.
-SEEN_PX: Final = 0.5
 _TICK_PX: Final = 5.0
 _BESIDE: Final = QPointF(8.0, 0.0)
 _OPACITY: Final = 0.45

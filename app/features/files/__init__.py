@@ -8,10 +8,11 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 
 from kogao_core import assets
+from kogao_core.background import BackgroundFinder, held_of
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, write
 from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
 from kogao_core.pipeline import render
-from kogao_core.sidecar import SUFFIX, Applied
+from kogao_core.sidecar import SUFFIX
 
 from ...actions import Spec
 from ...document import State
@@ -246,8 +247,10 @@ class Files(Feature):
             self._refuse(tr("That is the original; it is never written over."))
             return
 
+        finder = self.live.finder
+
         def write_copy(photo: Photo, state: State) -> str:
-            return save_copy(photo, state, disclosure, path)
+            return save_copy(photo, state, disclosure, path, finder)
 
         self._saver.save(path, write_copy, self._written, self._not_written, then)
 
@@ -265,10 +268,13 @@ class Files(Feature):
         self.say(text, BarAction(tr("Choose another name…"), self.ask_save))
 
 
-def save_copy(photo: Photo, state: State, disclosure: Disclosure, path: Path) -> str:
+def save_copy(
+    photo: Photo, state: State, disclosure: Disclosure, path: Path, finder: BackgroundFinder
+) -> str:
     """Write a copy and return what is worth knowing of it, in sentences."""
-    done = Applied(state.active, state.recipe, state.protection)
-    rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection)
+    done = state.done
+    held = held_of(photo.pixels, done, finder)
+    rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection, held=held)
     left_out = undisclosed(photo, rendering.pixels, disclosure)
     copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
     # The dialog has asked before replacing a file.

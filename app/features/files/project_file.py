@@ -108,6 +108,7 @@ def project_of(state: State, photo: Photo, sha256: str) -> Project:
         state.sheet("automatic"),
         state.sheet("manual") if visited else None,
         state.protection,
+        state.loose,
     )
 
 
@@ -118,5 +119,11 @@ def state_of(project: Project) -> State:
         here, there = there, here
     mode = project.mode if there is not None else "automatic"
     return State(
-        here.faces, here.off, here.recipe, protection=project.protection, mode=mode, kept=there
+        here.faces,
+        here.off,
+        here.recipe,
+        protection=project.protection,
+        loose=project.loose,
+        mode=mode,
+        kept=there,
     )

@@ -149,6 +149,7 @@ _LETTERS: Final = {
     "threshold_px": "r",
     "interpolation": "n",
     "guard": "k",
+    "hold_background": "b",
 }
 
 

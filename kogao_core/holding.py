@@ -1,0 +1,313 @@
+"""Straight lines stay straight and neighbours stay put: a change of the fit that no landmark feels.
+
+A line may slide along itself, so only what the displacement does across it is asked to vanish: a
+row ``n . d = 0`` for each sample, in which x and y meet. At the edge of somebody else both vanish.
+The change keeps to the control points of the fit and is nothing at every landmark and protected
+place, so the field stays one spline that does to the face what the fit does. Of all such changes it
+is the one whose neighbouring control points differ least.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.field import Field
+from kogao_core.fit import STILL_STEP, Problem, on_quanta
+from kogao_core.geometry import Affine, Array
+from kogao_core.guard import is_safe
+from kogao_core.lattice import Lattice, groups
+from kogao_core.one_to_one import least_det
+
+# Samples nearer than this to a landmark, in lattice spacings, are left out: ends are free.
+_FREE: Final = 0.5
+# So near to a landmark a neighbour touches the face, and moves with it.
+_TOUCHING: Final = 1.0
+# Before it comes to a fold rows are softened, the nearer to a landmark the more, by this power.
+_NEARNESS: Final = 3.0
+# A change leaves det J at least so large, and at least this share of what it was without.
+_LEAST_DET: Final = 0.35
+_LEAST_SHARE: Final = 0.9
+# Between landmarks the outline may drift by this share of the largest move.
+_MOST_DRIFT: Final = 0.1
+_FIRM, _SOFT = 1e-6, 10.0  # of rows, weight 1 being that of a control point's
+_BISECTIONS: Final = 7
+_LEAST_RIDGE: Final = 1e-9
+_DIRECTIONS: Final = 8  # that samples in one place can have; more say nothing new
+_MOST_ROWS: Final = 400  # a face; where there would be more, samples stand farther apart
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Held:
+    """What a warp leaves as it is where it can.
+
+    Parameters
+    ----------
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of straight lines of the background, px.
+    neighbours : tuple of arrays of shape (M, 2)
+        For each face, points on the edge of other people, whom it isn't to drag along, px; empty
+        where there are none.
+    """
+
+    lines: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
+    neighbours: tuple[Array, ...] = ()
+
+    def mapped(self, transform: Affine) -> Held:
+        """Return the same in another image's px."""
+        lines = transform(self.lines.reshape(-1, 2)).reshape(-1, 2, 2)
+        return Held(lines, tuple(transform(points) for points in self.neighbours))
+
+
+NOTHING_HELD: Final = Held()
+
+
+def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
+    """Change a field so that lines stay straight and neighbours where they are.
+
+    Where that would squeeze the photo too much, lines and neighbours give way, as little as it
+    takes; faces never do.
+
+    Parameters
+    ----------
+    field : Field
+        The fit, held back by the guard or not.
+    problems : sequence of Problem
+        What its lattices were fitted to.
+    held : Held
+        What is to be left as it is.
+
+    Returns
+    -------
+    Field
+        One-to-one where `field` is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.bend import bends
+    >>> from kogao_core.holding import Held
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> door = Held(np.array([[(360.0, 40.0), (360.0, 320.0)]]))
+    >>> photo, recipe = np.zeros((360, 480), np.uint8), kogao.Recipe(percent=6)
+    >>> for kept in (Held(), door):
+    ...     rendering = kogao.render(photo, [face], recipe, held=kept)
+    ...     print(round(bends(rendering.field, door.lines)[0].bend_px, 1))
+    1.6
+    0.0
+    """
+    lattices = list(field.lattices)
+    for group in groups([problem.support.empty for problem in problems]):
+        landmarks = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
+        for k in group:
+            near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
+            rows = _rows(problems[k], landmarks, held.lines, near)
+            if rows is not None and field.lattices[k].phi.any():
+                before = dataclasses.replace(field, lattices=(field.lattices[k],))
+                (lattices[k],) = _Change(problems[k], landmarks, before, rows).firmest().lattices
+        if len(group) > 1 and any(lattices[k] is not field.lattices[k] for k in group):
+            _give_way_together(field, lattices, group)
+    return dataclasses.replace(field, lattices=tuple(lattices))
+
+
+def _give_way_together(field: Field, lattices: list[Lattice], group: Sequence[int]) -> None:
+    """Take changes of faces that reach into each other back as far as they fold together."""
+    before = dataclasses.replace(field, lattices=tuple(field.lattices[k] for k in group))
+    after = dataclasses.replace(field, lattices=tuple(lattices[k] for k in group))
+    limits = _Limits(before)
+    if limits.allow(after):
+        return
+    kept, low, high = before, 0.0, 1.0
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2.0
+        parts = (
+            on_quanta(a.plus(b.minus(a).scaled(middle)))
+            for a, b in zip(before.lattices, after.lattices, strict=True)
+        )
+        mixed = dataclasses.replace(field, lattices=tuple(parts))
+        if limits.allow(mixed):
+            kept, low = mixed, middle
+        else:
+            high = middle
+    for k, lattice in zip(group, kept.lattices, strict=True):
+        lattices[k] = lattice
+
+
+class _Limits:
+    """How far a field may be changed: what it is to stay clear of, and what it was."""
+
+    def __init__(self, before: Field) -> None:
+        self._before = before
+
+    @cached_property
+    def _least_det(self) -> float:
+        return min(_LEAST_DET, _LEAST_SHARE * least_det(self._before))
+
+    def allow(self, field: Field) -> bool:
+        """Return whether a changed field squeezes and folds no more than it may."""
+        det = least_det(field, _LEAST_DET)
+        if det < _LEAST_DET and det < self._least_det:
+            return False
+        return is_safe(field) or not is_safe(self._before)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rows:
+    """What is asked of a change, a row for each place and direction.
+
+    Parameters
+    ----------
+    places_px, across : arrays of shape (S, 2)
+        Where, and the unit vector along which the displacement is to vanish.
+    away : array of shape (S,)
+        How far from the nearest landmark, in lattice spacings.
+    """
+
+    places_px: Array
+    across: Array
+    away: Array
+
+    def part(self, which: npt.NDArray[Any]) -> _Rows:
+        """Return some of the rows."""
+        return _Rows(self.places_px[which], self.across[which], self.away[which])
+
+
+def _rows(problem: Problem, landmarks: Array, lines: Array, neighbours: Array) -> _Rows | None:
+    """Return what lines and neighbours ask of a face's lattice, if anything."""
+    step, reaches = STILL_STEP * problem.grid.spacing_px, problem.support.empty.reaches
+    parts = []
+    for places, across in _line_samples(problem, lines, step):
+        parts.append(_Rows(places, across, _away(problem, landmarks, places)))
+    near = neighbours[reaches(neighbours)]
+    away = _away(problem, landmarks, near)
+    near, away = near[away > _TOUCHING], away[away > _TOUCHING]
+    for direction in ((1.0, 0.0), (0.0, 1.0)):
+        parts.append(_Rows(near, np.tile(direction, (len(near), 1)), away))
+    rows = _Rows(
+        np.concatenate([part.places_px for part in parts]),
+        np.concatenate([part.across for part in parts]),
+        np.concatenate([part.away for part in parts]),
+    )
+    return _thinned(rows.part(reaches(rows.places_px) & (rows.away > _FREE)), step)
+
+
+def _line_samples(problem: Problem, lines: Array, step_px: float) -> Iterator[tuple[Array, Array]]:
+    """Yield samples of each line that comes near, and which way is across it."""
+    box = np.array(problem.support.empty.reach_px).reshape(2, 2)
+    low, high = lines.min(axis=1), lines.max(axis=1)
+    for start, end in lines[((low < box[1]) & (high > box[0])).all(axis=1)]:
+        length = float(np.linalg.norm(end - start))
+        if length == 0.0:
+            continue
+        along = (end - start) / length
+        count = max(2, int(np.ceil(length / step_px)) + 1)
+        points = start + np.linspace(0.0, length, count)[:, None] * along
+        points = points[((points >= box[0]) & (points <= box[1])).all(axis=1)]
+        yield points, np.tile([-along[1], along[0]], (len(points), 1))
+
+
+def _away(problem: Problem, landmarks: Array, places: Array) -> Array:
+    """Return how far places are from the nearest landmark, in lattice spacings."""
+    apart = places[:, None] - landmarks
+    nearest = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf)
+    return np.asarray(nearest / problem.grid.spacing_px)
+
+
+def _thinned(rows: _Rows, step_px: float) -> _Rows | None:
+    """Return one row for each small square and direction, of squares so large that few are left."""
+    turn = np.arctan2(rows.across[:, 1], rows.across[:, 0]) / np.pi * _DIRECTIONS
+    turn = np.round(turn) % _DIRECTIONS
+    while len(rows.away):
+        keys = np.column_stack([np.floor(rows.places_px / step_px), turn])
+        _, first = np.unique(keys, axis=0, return_index=True)
+        if len(first) <= _MOST_ROWS:
+            return rows.part(np.sort(first))
+        step_px *= 2.0
+    return None
+
+
+class _Change:
+    """The change of a face's lattice that rows ask for, as firm or as soft as is wanted."""
+
+    def __init__(self, problem: Problem, landmarks: Array, before: Field, rows: _Rows) -> None:
+        self._problem, self._before, self._rows = problem, before, rows
+        support, nodes = problem.support, problem.own_nodes
+        fixed = support.design(_still(problem, landmarks), nodes).weights
+        # All rows are in reach: `_rows` has seen to that.
+        asking = support.design(rows.places_px, nodes).weights
+        smooth = np.linalg.solve(_roughness(nodes, support.shape[1]), np.vstack([fixed, asking]).T)
+        smooth_fixed, smooth_asking = smooth[:, : len(fixed)], smooth[:, len(fixed) :]
+        outer, mixed = fixed @ smooth_fixed, fixed @ smooth_asking
+        ridge = _LEAST_RIDGE * float(np.trace(outer))
+        felt = np.linalg.solve(outer + ridge * np.eye(len(outer)), mixed)
+        # What each row changes, once landmarks are let feel nothing of it.
+        self._changes = smooth_asking - smooth_fixed @ felt
+        self._gram = (asking @ self._changes) * (rows.across @ rows.across.T)
+        (lattice,) = before.lattices
+        self._wanted = -(lattice.at(rows.places_px) * rows.across).sum(axis=1)
+        outline = problem.target_px[: problem.movers]
+        self._between = (outline[1:] + outline[:-1]) / 2.0
+        self._drift_px = _MOST_DRIFT * float(np.abs(lattice.at(outline)).max())
+
+    def firmest(self) -> Field:
+        """Return the field with the firmest change that leaves photo and outline in shape."""
+        limits = _Limits(self._before)
+        changed = self._by(_FIRM)
+        if self._spares_outline(changed) and limits.allow(changed):
+            return changed
+        best, low, high = self._before, np.log(_FIRM), np.log(_SOFT)
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2.0
+            changed = self._by(float(np.exp(middle)))
+            if self._spares_outline(changed) and limits.allow(changed):
+                best, high = changed, middle
+            else:
+                low = middle
+        return best
+
+    def _spares_outline(self, field: Field) -> bool:
+        (before,), (after,) = self._before.lattices, field.lattices
+        drift = np.abs(after.at(self._between) - before.at(self._between))
+        return float(drift.max()) <= self._drift_px
+
+    def _by(self, softness: float) -> Field:
+        soft = np.diag(softness * self._rows.away**-_NEARNESS)
+        strength = np.linalg.solve(self._gram + soft, self._wanted)[:, None] * self._rows.across
+        support, (lattice,) = self._problem.support, self._before.lattices
+        phi = np.zeros((support.size, 2))
+        phi[self._problem.own_nodes] = self._changes @ strength
+        changed = _sum(lattice, on_quanta(support.lattice(phi)))
+        return dataclasses.replace(self._before, lattices=(changed,))
+
+
+def _still(problem: Problem, landmarks: Array) -> Array:
+    """Return the places where a change is nothing: landmarks, and what is protected."""
+    protected = problem.target_px[problem.movers :]
+    nowhere = np.zeros(len(protected))
+    rows = _Rows(protected, np.zeros_like(protected), nowhere)
+    kept = _thinned(rows, STILL_STEP * problem.grid.spacing_px)
+    return landmarks if kept is None else np.vstack([landmarks, kept.places_px])
+
+
+def _roughness(nodes: npt.NDArray[np.int64], columns: int) -> Array:
+    """Return the matrix R of ``phi' R phi``: how much neighbouring control points differ.
+
+    Those beyond `nodes` are zero.
+    """
+    row, column = np.divmod(nodes, columns)
+    apart = np.abs(row[:, None] - row) + np.abs(column[:, None] - column)
+    return np.asarray(4.0 * np.eye(len(nodes)) - (apart == 1))
+
+
+def _sum(lattice: Lattice, change: Lattice) -> Lattice:
+    """Return a lattice with a change of the same grid or of one that has been halved since."""
+    while change.grid.spacing_px > lattice.grid.spacing_px:
+        change = change.refined()
+    return lattice.plus(change)

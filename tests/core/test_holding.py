@@ -1,0 +1,125 @@
+"""Lines of the background stay straight and neighbours put, and no face pays for it."""
+
+import numpy as np
+import pytest
+from scenes import oval_face
+
+from kogao_core.bend import bends
+from kogao_core.geometry import Affine
+from kogao_core.holding import NOTHING_HELD, Held
+from kogao_core.pipeline import render
+from kogao_core.protection import Protection
+from kogao_core.recipe import PAPER, Recipe
+
+WIDTH, HEIGHT = 960, 720
+PHOTO = np.zeros((HEIGHT, WIDTH), np.uint8)
+FACE = oval_face(WIDTH, HEIGHT, size=0.5)
+LEFT, RIGHT, CHIN = FACE.outline[:, 0].min(), FACE.outline[:, 0].max(), FACE.outline[:, 1].max()
+RADIUS = 0.25 * HEIGHT
+DOOR = np.array([[(LEFT - 0.15 * RADIUS, 60.0), (LEFT - 0.15 * RADIUS, 660.0)]])
+RAIL = np.array([[(200.0, CHIN + 30.0), (760.0, CHIN + 10.0)]])
+HORIZON = np.array([[(20.0, 400.0), (LEFT - 3.0, 400.0)]])
+
+
+def bend_px(field, lines):
+    return max(line.bend_px for line in bends(field, lines))
+
+
+def warped(held, faces=(FACE,), **choices):
+    return render(PHOTO, faces, Recipe(**choices), held=held)
+
+
+@pytest.mark.parametrize("fit", ["approximation", "exact", "multilevel"])
+@pytest.mark.parametrize(("percent", "most_px"), [(4, 0.15), (8, 0.3)])
+@pytest.mark.parametrize(
+    "lines", [DOOR, RAIL, np.vstack([DOOR, RAIL])], ids=["door", "rail", "both"]
+)
+def test_a_line_stays_straight_and_landmarks_go_where_they_did(lines, percent, most_px, fit):
+    made = warped(Held(lines), percent=percent, fit=fit)
+    assert bend_px(made.unheld, lines) > 2.0 * most_px
+    assert bend_px(made.field, lines) < most_px
+    targets = made.pairs[0].target_px
+    np.testing.assert_allclose(made.field.at(targets), made.unheld.at(targets), atol=2e-3)
+    assert made.one_to_one.certified
+    assert made.shares == (1.0,)
+
+
+def test_a_line_may_slide_along_itself():
+    made = warped(Held(DOOR), percent=8)
+    along = DOOR[0, 0] + np.linspace(0.2, 0.8, 50)[:, None] * (DOOR[0, 1] - DOOR[0, 0])
+    moved = np.abs(made.field.at(along))
+    assert moved[:, 0].max() < 0.1
+    assert moved[:, 1].max() > 1.0
+
+
+@pytest.mark.parametrize("percent", [4, 8, 12, 15])
+def test_a_line_that_meets_the_jaw_gives_way_and_the_face_does_not(percent):
+    across = np.array([[(20.0, 330.0), (940.0, 420.0)], [(LEFT + 2.0, 60.0), (LEFT + 2.0, 660.0)]])
+    held = warped(Held(np.vstack([HORIZON, across])), percent=percent)
+    free = warped(NOTHING_HELD, percent=percent)
+    assert held.shares == free.shares
+    assert held.achieved == pytest.approx(free.achieved, abs=0.02)
+    assert held.one_to_one.certified == free.one_to_one.certified
+    assert held.one_to_one.min_det >= min(0.35, 0.9 * free.one_to_one.min_det)
+    assert held.residual.contour_max_px < free.residual.contour_max_px + 0.02 * RADIUS
+
+
+def test_switched_off_or_nothing_known_it_changes_no_bit():
+    (before,) = warped(NOTHING_HELD, percent=8).field.lattices
+    off = warped(Held(DOOR), percent=8, hold_background=False)
+    (after,) = off.field.lattices
+    assert (after.grid, after.first) == (before.grid, before.first)
+    np.testing.assert_array_equal(after.phi, before.phi)
+    assert not PAPER.hold_background
+
+
+def test_what_is_far_from_every_line_moves_as_it_did():
+    far = np.array([[(900.0, 20.0), (900.0, 700.0)]])
+    made = warped(Held(far), percent=8)
+    assert made.field.lattices == made.unheld.lattices
+
+
+def test_a_smaller_photo_holds_the_same():
+    half = Affine.resize(0.5, 0.5)
+    large = warped(Held(DOOR), percent=8).field
+    faces, held = [FACE.mapped(half)], Held(DOOR).mapped(half)
+    small = render(PHOTO[::2, ::2], faces, Recipe(percent=8), held=held).field
+    points = np.random.default_rng(1).uniform((200, 100), (700, 650), (200, 2))
+    np.testing.assert_allclose(small.at(half(points)), large.at(points) / 2.0, atol=0.02)
+
+
+def test_protected_places_stay_where_a_line_is_held_beside_them():
+    still = Protection().with_stroke([(LEFT - 40.0, 300.0), (LEFT - 40.0, 420.0)])
+    made = render(PHOTO, [FACE], Recipe(percent=6), protection=still, held=Held(RAIL))
+    points = still.samples_px(5.0, (0.0, 0.0), (WIDTH, HEIGHT))
+    np.testing.assert_allclose(made.field.at(points), made.unheld.at(points), atol=0.05)
+
+
+def test_a_neighbour_is_not_dragged_along():
+    beside = oval_face(WIDTH, HEIGHT, center=(RIGHT + 172.0, 380.0), size=0.5)
+    made = warped(Held(neighbours=(beside.outline,)), percent=8)
+    assert np.abs(made.unheld.at(beside.outline)).max() > 1.0
+    assert np.abs(made.field.at(beside.outline)).max() < 0.3
+    assert made.residual.max_px < 0.01
+
+
+def test_faces_that_reach_into_each_other_keep_their_landmarks_and_the_line():
+    other = oval_face(WIDTH, HEIGHT, center=(RIGHT + 175.0, 380.0), size=0.5)
+    line = np.array([[(RIGHT + 18.0, 60.0), (RIGHT + 18.0, 260.0)]])
+    made = warped(Held(line), (FACE, other), percent=8)
+    assert bend_px(made.field, line) < 0.3 < bend_px(made.unheld, line)
+    assert made.residual.max_px < 0.05
+    assert made.one_to_one.settled
+
+
+def test_more_lines_than_can_be_solved_at_once_are_thinned():
+    many = np.array([[(x, 20.0), (x + 30.0, 700.0)] for x in np.arange(0.0, 930.0, 2.0)])
+    made = warped(Held(many), percent=4)
+    assert made.one_to_one.certified
+    assert made.residual.max_px < 0.01
+
+
+def test_a_threshold_that_was_proven_stays_so():
+    made = warped(Held(DOOR), percent=8, threshold_px=1.0)
+    assert made.unheld.fade_px == made.field.fade_px > 0.0
+    assert made.one_to_one.edges_proven
