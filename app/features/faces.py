@@ -183,13 +183,14 @@ class Faces(Feature):
     def _offer_placing(self, text: str) -> None:
         place = BarAction(tr("Place a face by hand"), self.place_template)
         another = BarAction(tr("Open a photo…"), self.actions["open"].trigger)
-        photo, search = self.document.photo, self._search
+        photo, search, before = self.document.photo, self._search, self.document.state
 
-        def faceless() -> bool:
+        def holds() -> bool:  # until there is a face, or one more
             state, here = self.document.state, self.document.photo is photo
-            return here and self._search is search and not (state.faces or state.draft)
+            more = len(state.faces) > len(before.faces) or state.draft is not before.draft
+            return here and self._search is search and not more
 
-        self.say(text, place, another, holds=faceless)
+        self.say(text, place, another, holds=holds)
 
     def place_template(self) -> None:
         """Put a mean face in the middle of the photo, to be dragged into place."""
