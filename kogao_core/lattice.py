@@ -440,9 +440,11 @@ class Lattice:
     @cached_property
     def reached(self) -> npt.NDArray[np.bool_]:
         """The cells that a non-zero control point reaches, shape (J + 3, I + 3)."""
-        stored = np.pad(self.phi.any(axis=2), ORDER - 1)
-        rows = stored[:-3] | stored[1:-2] | stored[2:-1] | stored[3:]
-        return np.asarray(rows[:, :-3] | rows[:, 1:-2] | rows[:, 2:-1] | rows[:, 3:])
+        rows, columns = self.shape
+        stored = np.zeros((rows + 2 * ORDER - 2, columns + 2 * ORDER - 2), bool)
+        stored[ORDER - 1 : 1 - ORDER, ORDER - 1 : 1 - ORDER] = self.phi.any(axis=2)
+        along = stored[:-3] | stored[1:-2] | stored[2:-1] | stored[3:]
+        return np.asarray(along[:, :-3] | along[:, 1:-2] | along[:, 2:-1] | along[:, 3:])
 
     @property
     def first_cell(self) -> tuple[int, int]:

@@ -75,13 +75,15 @@ class Job:
         field = self.field
         return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
 
-    def prepare(self, boxes: Sequence[Box]) -> None:
-        """Gather what the maps of these runs are made of."""
+    def prepare(self, boxes: Sequence[Box]) -> int:
+        """Gather what the maps of these runs are made of; return how many pixels they hold."""
         edges = np.array([(b.left, b.top, b.right, b.bottom) for b in boxes], np.int64)
-        runs = Runs(edges.reshape(-1, 4), self._views(edges.reshape(-1, 4)), self.block_px)
+        edges = edges.reshape(-1, 4)
+        runs = Runs(edges, self._views(edges), self.block_px)
         self._seen = [Box(*view) for view in runs.views.tolist()]
         for lattice_map in self.maps:
             lattice_map.prepare(runs)
+        return int((edges[:, 2:] - edges[:, :2]).prod(axis=1).sum())
 
     def _views(self, edges: Integers) -> Integers:
         """Return the part of the source that each run may read, from whose corner it is mapped."""
@@ -184,7 +186,7 @@ def spread(
         Runs that it shows, and of which few pixels are read elsewhere now.
     """
     runs = [*boxes, *faint]
-    job.prepare(runs)
+    area = job.prepare(runs)
     if before is not None and faint:
         before.prepare(faint)
 
@@ -202,5 +204,5 @@ def spread(
 
         return do
 
-    threads = min(threads, 1 + sum(box.area for box in runs) // _THREAD_PX)
+    threads = min(threads, 1 + area // _THREAD_PX)
     share_out(enumerate(runs), hand, threads)

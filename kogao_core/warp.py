@@ -110,7 +110,11 @@ class Canvas:
 
     def _runs(self, blocks: Mask) -> list[Box]:
         """Return the boxes of neighbouring blocks in a row, cut where strips end."""
-        edges = np.diff(np.pad(blocks, ((0, 0), (1, 1))).astype(np.int8))
+        if not blocks.any():
+            return []
+        edged = np.zeros((blocks.shape[0], blocks.shape[1] + 2), np.int8)
+        edged[:, 1:-1] = blocks
+        edges = np.diff(edged)
         row, first = np.nonzero(edges > 0)
         left = first * BLOCK_WIDTH_PX
         right = np.minimum(np.nonzero(edges < 0)[1] * BLOCK_WIDTH_PX, self.image.right)
