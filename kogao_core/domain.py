@@ -43,7 +43,9 @@ class Cells:
         """Return which of the pixels ``ys x xs`` lie in an active cell."""
         column = np.searchsorted(self.edges_px(0), xs, "right")
         row = np.searchsorted(self.edges_px(1), ys, "right")
-        return np.pad(self.active, 1)[np.ix_(row, column)]
+        edged = np.zeros(np.add(self.active.shape, 2), bool)
+        edged[1:-1, 1:-1] = self.active
+        return edged[np.ix_(row, column)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,10 +27,9 @@ import numpy as np
 import photographs
 import stages
 from clock import machine
-from engine import Bench
+from engine import Bench, group
 from paired import Case, Row, beside_floor, measured, timed
 from processes import CLI, EDITOR, Cost, run
-from scenes import oval_face
 
 from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.page import page
@@ -153,13 +152,7 @@ def editor(sizes: Sizes, folder: Path) -> Iterator[Row]:
 def drawing(sizes: Sizes, _: Path) -> Iterator[Row]:
     """Yield a full render of 18 faces and the readings after it; one face's at 15 MP."""
     bench = Bench(*sizes.group)
-    width, height = sizes.group
-    faces = [
-        oval_face(width, height, center=((column + 0.5) * width / 6, (row + 0.5) * height / 3),
-                  size=0.2)
-        for row in range(3) for column in range(6)
-    ]  # fmt: skip
-    ours = bench.ours(Recipe(), faces=faces)
+    ours = bench.ours(Recipe(), faces=group(*sizes.group))
     unit = bench.full_remap(cv2.INTER_CUBIC)
     yield beside_floor("full render, 18 faces, 12 MP", "ms", timed(ours), timed(unit), sizes.rounds)
     yield _readings("readings after it, 18 faces", ours, sizes.rounds)
@@ -270,10 +263,10 @@ def main() -> None:
     asked = options.only or [*GROUPS, "stages"]
     rows, taken = [], {}
     print(json.dumps(machine(), indent=1))
-    for name, group in GROUPS.items():
+    for name, rows_of in GROUPS.items():
         if name in asked:
             with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
-                for row in group(sizes, Path(folder)):
+                for row in rows_of(sizes, Path(folder)):
                     rows.append(row)
                     print(*(f"{cell:>12}" for cell in row.cells[1:]), f"  {row.name}", flush=True)
     if "stages" in asked:
