@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import Final
 
 from kogao_core.batch.tasks import Outcome, Task, work
+from kogao_core.memory import keep_freed
 from kogao_core.stderr import open_standard_streams
 
 # Photos handed out ahead of each worker: enough to keep it busy, few enough to stop at once.
@@ -188,6 +189,7 @@ def _settle() -> None:
     import cv2
 
     open_standard_streams()
+    keep_freed()  # the next photo is often as large as the last
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -14,6 +14,7 @@ import click
 import kogao_core
 from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, warp
 from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
+from kogao_core.memory import keep_freed
 from kogao_core.stderr import open_standard_streams
 
 PROGRAM = "kogao-cli"
@@ -60,6 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: Sequence[str] | None) -> int:
     open_standard_streams()
+    keep_freed()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
     try:

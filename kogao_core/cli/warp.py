@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from functools import partial
+from importlib import import_module
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from kogao_core.pipeline import Rendering
     from kogao_core.protection import Protection
     from kogao_core.sidecar import Applied
+
+_LATER: Final = ("sidecar", "pipeline", "photo.blocks", "background", "person")
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -97,7 +100,6 @@ def command(
     """Make the faces in the photo IN smaller and write the result to OUTPUT."""
     from kogao_core.background import BackgroundFinder
     from kogao_core.photo import read_ahead
-    from kogao_core.sidecar import Applied
     from kogao_core.threads import beside
 
     if project_file is not None:
@@ -111,9 +113,11 @@ def command(
         projects.check_free(path, sample, force)
     is_searched = project_file is None and points_file is None
     loading = beside(partial(common.loaded_source, landmarks)) if is_searched else nullcontext()
-    with loading as loaded:
+    with beside(_load_modules), loading as loaded:
         photo = common.read_photo(path, max_megapixels, output)
     _check_holds(output, photo)
+    from kogao_core.sidecar import Applied
+
     with beside(lambda: read_ahead(photo, output)) as ahead:
         sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
         found: list[Face] = []
@@ -135,6 +139,12 @@ def command(
         notes.append(f"the project is {place}")
     results = photo, output, done.faces, rendering, bends, notes
     to_json.deliver(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
+
+
+def _load_modules() -> None:
+    """Load what is needed once the photo is decoded, which leaves Python's lock free."""
+    for name in _LATER:
+        import_module(f"kogao_core.{name}")
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:

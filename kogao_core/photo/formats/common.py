@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 from PIL import Image as Pillow
@@ -74,6 +75,9 @@ def _rare(source: Source) -> UnreadablePhoto:
 
 def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[str, ...]]:
     """Decode an open picture; return it, or what a JPEG without its end holds, and a note."""
+    if isinstance(image, JpegImagePlugin.JpegImageFile):
+        # At once: between pieces of 64 KiB it would wait for Python's lock.
+        image.decodermaxblock = os.fstat(source.file.fileno()).st_size
     try:
         image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
     except OSError:
