@@ -15,7 +15,7 @@ import numpy.typing as npt
 from kogao_core.atomic import aside
 from kogao_core.geometry import Box, Image
 from kogao_core.photo import coefficients
-from kogao_core.photo.coefficients import Coefficients, UnreadableCoefficients
+from kogao_core.photo.coefficients import Coefficients, Plane, UnreadableCoefficients
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 from kogao_core.stderr import hushed
 
@@ -30,12 +30,12 @@ class CannotKeepBlocks(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blocks:
-    """The blocks of a JPEG file, to be kept once.
+    """The blocks of a JPEG file, to be kept in others.
 
     Parameters
     ----------
     whole : Coefficients
-        Of the file; `keep_blocks` changes them.
+        Of the file.
     damage : tuple of str
         The decoder's complaints about damaged data.
     """
@@ -94,7 +94,8 @@ def keep_blocks(
     Parameters
     ----------
     blocks : Blocks
-        Those of the source, whose pixels are upright.
+        Those of the source, whose pixels are upright. They are others while this works, so it is
+        for one thread at a time.
     before, after : arrays of shape (H, W) or (H, W, C), uint8
         Its pixels and the new ones.
     encode : callable
@@ -125,16 +126,29 @@ def keep_blocks(
         except UnreadableCoefficients as error:
             raise CannotKeepBlocks(str(error)) from error
         _check_alike(whole, part)
-        _put(part, whole, box, changed)
         merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
+        former = _put(part, whole, box, changed)
         del part  # writing takes the most memory of all
-        data = _with_headers_of(encoded, coefficients.write(merged, place))
+        try:
+            data = _with_headers_of(encoded, coefficients.write(merged, place))
+        finally:
+            for into, mask, own in former:
+                into[mask] = own
     damage = tuple(dict.fromkeys((*blocks.damage, *complaints)))
     return Kept(data, 1.0 - float(changed.mean()), damage)
 
 
-def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> None:
-    """Put the blocks of the units that changed into the whole; `part` are those of a box."""
+def _put(
+    part: Coefficients, whole: Coefficients, box: Box, changed: Mask
+) -> list[tuple[Plane, Mask, Plane]]:
+    """Put the blocks of the units that changed into the whole; `part` are those of a box.
+
+    Returns
+    -------
+    list of tuple
+        Of each component the blocks of the box, which of them were replaced, and what these were.
+    """
+    former = []
     for into, fresh, (down, along) in zip(
         whole.planes, part.planes, whole.frame.factors, strict=True
     ):
@@ -142,7 +156,10 @@ def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> No
         units = changed[box.slices].repeat(down, axis=0).repeat(along, axis=1)
         # Components end where the picture does, not with the last unit.
         mask = units[: fresh.shape[0], : fresh.shape[1]]
-        into[at.slices][mask] = fresh[mask]
+        blocks = into[at.slices]
+        former.append((blocks, mask, blocks[mask]))
+        blocks[mask] = fresh[mask]
+    return former
 
 
 def _around(changed: Mask) -> Box:

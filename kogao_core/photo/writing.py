@@ -47,8 +47,8 @@ def write(
     force : bool
         Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
     ahead : callable, optional
-        Returns, once, what `read_ahead` returned for the same photo and path, where that was
-        called while the new pixels were in the making.
+        Called once at most; returns what `read_ahead` returned for the same photo and format,
+        where that was called before there were new pixels.
 
     Returns
     -------
@@ -112,12 +112,13 @@ def read_ahead(photo: Photo, path: str | os.PathLike[str]) -> object:
     photo : Photo
         The photo as it was read.
     path : path
-        Where it will be written; its ending is known and its folder there, see `check_output`.
+        Where it will be written, or may lie in part for a moment; its ending is known and its
+        folder there, see `check_output`.
 
     Returns
     -------
     object
-        For one call of `write`.
+        For `write`, one call after the other.
 
     Examples
     --------

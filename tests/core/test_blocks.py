@@ -82,7 +82,7 @@ def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, ki
     pixels = source.pixels.copy()
     pixels[-20:, -30:] ^= 255  # to the border, where units are filled up
     photo.write(source, pixels, tmp_path / "out.jpg")
-    (tmp_path / "whole.jpg").write_bytes(encode(source, pixels, "JPEG"))
+    (tmp_path / "whole.jpg").write_bytes(b"".join(encode(source, pixels, "JPEG")))
     written, whole, first = (
         components(tmp_path / name) for name in ("out.jpg", "whole.jpg", "in.jpg")
     )
@@ -90,6 +90,19 @@ def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, ki
         corner = slice(-down, None), slice(-along, None)
         np.testing.assert_array_equal(blocks[corner], expected[corner])
         assert (blocks[corner] != old[corner]).any()
+
+
+def test_blocks_that_were_read_once_serve_one_file_after_the_other(tmp_path):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120, 3))
+    source = photo.read(path)
+    known = photo.read_ahead(source, tmp_path / "out.jpg")
+    first, second = source.pixels.copy(), source.pixels.copy()
+    first[:20, :30] ^= 255
+    second[-20:, -30:] ^= 255
+    for pixels in (first, second):
+        photo.write(source, pixels, tmp_path / "known.jpg", force=True, ahead=lambda: known)
+        photo.write(source, pixels, tmp_path / "fresh.jpg", force=True)
+        assert (tmp_path / "known.jpg").read_bytes() == (tmp_path / "fresh.jpg").read_bytes()
 
 
 def test_metadata_tell_the_size_of_the_whole_picture(tmp_path):

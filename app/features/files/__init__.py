@@ -9,10 +9,11 @@ from PySide6.QtCore import Signal
 
 from kogao_core import assets
 from kogao_core.background import BackgroundFinder, held_of
-from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, write
+from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, read_ahead, write
 from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
 from kogao_core.pipeline import render
 from kogao_core.sidecar import SUFFIX
+from kogao_core.threads import beside
 
 from ...actions import Spec
 from ...document import State
@@ -22,6 +23,7 @@ from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
 from ..preferences import Preferences
+from .ahead import ReadAhead
 from .opening import Opened, PhotoNotBeside, is_sample, open_photo
 from .options import SaveOptions
 from .project_file import EarlierWork
@@ -57,6 +59,7 @@ class Files(Feature):
         preferences: Preferences,
     ) -> None:
         super().__init__(context)
+        self._ahead = ReadAhead(context, faces)
         self._saver, self._faces, self._options = saver, faces, options
         self._preferences = preferences
         self._left = self.document.state
@@ -250,7 +253,7 @@ class Files(Feature):
         finder = self.live.finder
 
         def write_copy(photo: Photo, state: State) -> str:
-            return save_copy(photo, state, disclosure, path, finder)
+            return save_copy(photo, state, disclosure, path, finder, self._ahead.of(photo))
 
         self._saver.save(path, write_copy, self._written, self._not_written, then)
 
@@ -269,14 +272,25 @@ class Files(Feature):
 
 
 def save_copy(
-    photo: Photo, state: State, disclosure: Disclosure, path: Path, finder: BackgroundFinder
+    photo: Photo,
+    state: State,
+    disclosure: Disclosure,
+    path: Path,
+    finder: BackgroundFinder,
+    known: object | None,
 ) -> str:
-    """Write a copy and return what is worth knowing of it, in sentences."""
+    """Write a copy and return what is worth knowing of it, in sentences.
+
+    What `read_ahead` returned of the photo may be `known` already.
+    """
     done = state.done
-    held = held_of(photo.pixels, done, finder)
-    rendering = render(photo.pixels, done.faces, done.recipe, protection=done.protection, held=held)
-    left_out = undisclosed(photo, rendering.pixels, disclosure)
-    copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
-    # The dialog has asked before replacing a file.
-    kept = write(copy, pixels, path, force=True)
+    with beside(lambda: read_ahead(photo, path) if known is None else known) as ahead:
+        held = held_of(photo.pixels, done, finder)
+        rendering = render(
+            photo.pixels, done.faces, done.recipe, protection=done.protection, held=held
+        )
+        left_out = undisclosed(photo, rendering.pixels, disclosure)
+        copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
+        # The dialog has asked before replacing a file.
+        kept = write(copy, pixels, path, force=True, ahead=ahead)
     return " ".join(sentence(note) for note in (kept, left_out) if note)
