@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import atexit
+import gc
 import os
 import sys
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from kogao_core.stderr import open_standard_streams
+from kogao_core.threads import take_short_turns
 from kogao_core.wording import shown
 
 from .workspaces import WORKSPACES
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
     from kogao_core.face import LandmarkSource
-    from kogao_core.photo import Photo
 
+    from .ahead import Ahead
     from .faults import Faults
     from .storage import Storage
 
@@ -50,11 +52,19 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
     # of its own makes them up to a hundred times slower. It reads this when numpy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    take_short_turns()
+    # All that there was is looked through once more at the end, which takes 0.15 s for nothing.
+    atexit.register(gc.freeze)
     options = _options(argv)
     if options.screenshot is not None and not options.photos:
         options.sample = True
     alone = len(options.photos) == 1 and not options.photos[0].is_dir()
-    ahead = _read_ahead(options.photos[0]) if alone else None
+    ahead = _ahead(options.photos[0]) if alone else None
+    from kogao_core import landmarks
+
+    source = source or landmarks.source()
+    if ahead is not None:
+        ahead.seek(source)
     # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
     from PySide6.QtCore import QTemporaryDir
     from PySide6.QtWidgets import QApplication
@@ -90,19 +100,17 @@ def _application(storage: Storage) -> QApplication:
 def _edit(
     app: QApplication,
     options: argparse.Namespace,
-    source: LandmarkSource | None,
+    source: LandmarkSource,
     storage: Storage,
     faults: Faults,
-    ahead: Future[Photo] | None,
+    ahead: Ahead | None,
 ) -> int:
     from PySide6.QtCore import Qt
-
-    from kogao_core import landmarks
 
     from .editor import Editor
     from .screenshot import Screenshot, Shown
 
-    editor = Editor(app, source or landmarks.source(), storage, options.theme, options.workspace)
+    editor = Editor(app, source, storage, options.theme, options.workspace)
     if options.size is not None or not editor.screen.size_known:
         editor.window.resize(*(options.size or _SIZE))
     look = Shown(options.show, options.percent, options.protect)
@@ -126,15 +134,12 @@ def _edit(
     return code if shot is None else shot.finish()
 
 
-def _read_ahead(path: Path) -> Future[Photo]:
+def _ahead(path: Path) -> Ahead:
     """Begin to read a photo while Qt and the views are loaded, which takes as long."""
-    # Here, not in the thread: the window needs the same modules.
-    from kogao_core.photo import read
+    # A wrong call or --help needs none of it.
+    from .ahead import Ahead
 
-    pool = ThreadPoolExecutor(1, thread_name_prefix="ahead")
-    photo = pool.submit(read, path.absolute())
-    pool.shutdown(wait=False)
-    return photo
+    return Ahead(path)
 
 
 def _options(argv: Sequence[str] | None) -> argparse.Namespace:

@@ -24,7 +24,6 @@ from PySide6.QtWidgets import (
 )
 
 from kogao_core import __version__
-from kogao_core.cli import licences
 
 from ..actions import Spec, first_key
 from ..i18n import tr
@@ -214,6 +213,8 @@ class ShortcutsDialog(QDialog):
 
 def about_box(parent: QWidget) -> QMessageBox:
     """Return the box; `open` shows it without stopping the program."""
+    from kogao_core.cli import licences  # no start waits for the command line's libraries
+
     text = tr("Kogao {version}, an exact small-face editor", version=__version__)
     box = question(parent, text, QMessageBox.Icon.NoIcon)
     box.setWindowTitle(tr("About Kogao"))

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from itertools import zip_longest
 
 import numpy as np
@@ -15,15 +13,15 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from kogao_core import doubt
 from kogao_core.doubt import Doubt
-from kogao_core.face import Face, LandmarkSource, OnFace
+from kogao_core.face import Face, LandmarkSource
 from kogao_core.geometry import Box
 from kogao_core.landmarks import template_face
-from kogao_core.photo import Photo
 
 from ..actions import Spec
 from ..document import State
 from ..i18n import reason, sentence, tr
 from ..render.pyramid import PicturePyramid
+from ..search import FaceSearch
 from ..widgets.controls import column_of, heading
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction
@@ -35,25 +33,6 @@ _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
 _THUMBNAIL_PX = 48
 _WIDTH_PX = 168
 _ALL_ROWS = 1  # the row of all faces comes before those of single ones
-
-
-@dataclass(eq=False)
-class FaceSearch:
-    """A search under way.
-
-    Parameters
-    ----------
-    first : bool
-        False for one that was asked for in place of what is there.
-    found : list of Face
-        What it has found so far; its thread adds to it.
-    shown : tuple of Face
-        Those of them that went into the document.
-    """
-
-    first: bool
-    found: list[Face] = field(default_factory=list)
-    shown: tuple[Face, ...] = ()
 
 
 class Faces(Feature):
@@ -78,7 +57,7 @@ class Faces(Feature):
         # What table 2 calls the setting time of the automatic method.
         self.finding_s: float | None = None
         self._finding = self.lane(self._take, self._not_found)
-        self._search = FaceSearch(first=True)
+        self._search = FaceSearch(source)
         self._came.connect(self._show_found)
         self.document.changed.connect(self._make_way)
         self.add_actions(
@@ -115,25 +94,38 @@ class Faces(Feature):
     def find(self) -> None:
         """Look for faces again."""
         self.window.bar.clear()
-        self.look(first=False)
+        self.look(FaceSearch(self._source, first=False))
 
-    def look(self, *, first: bool = True) -> None:
-        """Look for faces in the open photo; what is done to the first ones meanwhile stays."""
-        photo, source = self.document.photo, self._source
+    def look(self, search: FaceSearch | None = None) -> None:
+        """Look for faces in the open photo; what is done to the first ones meanwhile stays.
+
+        Parameters
+        ----------
+        search : FaceSearch, optional
+            Under way already, perhaps; a new one by the source in use when absent.
+        """
+        photo = self.document.photo
         if photo is None:
             return
-        # What an earlier search still finds is nobody's.
-        self._search = search = FaceSearch(first)
-        self._finding.drop()
+        self._give_up()
+        self._search = search = search or FaceSearch(self._source)
         if not self._touched:
             self.live.hold()
         self.working.emit(tr("Looking for faces…"))
+        search.came = lambda: self._came.emit(search)
+        # Those that came before anyone listened.
+        self._show_found(search)
+        self._finding.submit(lambda: search.run(photo))
 
-        def take(face: Face) -> None:
-            search.found.append(face)
-            self._came.emit(search)
+    def stop(self) -> None:
+        """End the search, too."""
+        self._give_up()
+        super().stop()
 
-        self._finding.submit(lambda: _found(source, photo, take))
+    def _give_up(self) -> None:
+        """Forget the search under way: what it still finds is nobody's."""
+        self._search.stop()
+        self._finding.drop()
 
     def _show_found(self, search: FaceSearch) -> None:
         """Show what has come, as long as there is only what this search has found."""
@@ -154,8 +146,8 @@ class Faces(Feature):
     def _touched(self) -> bool:
         return bool(self.document.undo.count()) or self.document.in_gesture
 
-    def _take(self, found: tuple[list[Face], float]) -> None:
-        faces, self.finding_s = found
+    def _take(self, faces: list[Face]) -> None:
+        self.finding_s = self._search.took_s
         in_hand = self._touched or self.view.face is not None or self.view.selected is not None
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))
@@ -229,19 +221,13 @@ class Faces(Feature):
         self.document.step(dataclasses.replace(state, off=off), tr("Switch a face"))
 
     def _open(self) -> None:
-        self._finding.drop()
+        self._give_up()
         self.finding_s = None
         if self.document.pyramid is not None:
             self.panel.open(self.document.pyramid)
 
     def _show(self) -> None:
         self.panel.show_state(self.document.state, self.view.face)
-
-
-def _found(source: LandmarkSource, photo: Photo, on_face: OnFace) -> tuple[list[Face], float]:
-    """Look for faces; return them and how long that took, s."""
-    start = time.perf_counter()
-    return source.find(photo.pixels, on_face), time.perf_counter() - start
 
 
 class FacesPanel(QWidget):

@@ -12,10 +12,11 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageCms
 
+from kogao_core.display import rgba8
 from kogao_core.photo import Photo
 from kogao_core.threads import default_threads, share_out
 
-from .pyramid import Rgb8, Show
+from .pyramid import PicturePyramid, Rgb8, Show
 
 # Few rows at a time: Pillow copies them with the interpreter held, and the window must go on.
 _STRIP_PX: Final = 2**17
@@ -52,6 +53,11 @@ def screen_colours(photo: Photo) -> ScreenColours:
         return ScreenColours()
     channels = 1 if photo.pixels.ndim == 2 else photo.pixels.shape[2]
     return _known_colours(photo.icc_profile, "L" if channels < 3 else "RGB")
+
+
+def pyramid_of(photo: Photo) -> PicturePyramid:
+    """Return what a photo is rendered and painted from."""
+    return PicturePyramid(rgba8(photo.pixels), screen_colours(photo).show)
 
 
 @lru_cache(maxsize=8)

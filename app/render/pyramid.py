@@ -45,17 +45,17 @@ class PicturePyramid:
 
     def part(self, level: int, box: Box) -> PicturePyramid:
         """Return a part of a level, with no halvings of its own; nothing is copied."""
-        return self._with([self.levels[level][box.slices]], [self.shown[level][box.slices]])
+        levels = [self.levels[level][box.slices]]
+        return self._with(levels, levels if self.show is None else [self.shown[level][box.slices]])
 
     def over(self, pixels: Rgb8) -> PicturePyramid:
         """Return a pyramid over a buffer that holds a copy of level 0."""
         levels = [pixels, *(one.copy() for one in self.levels[1:])]
-        return self._with(levels, [one.copy() for one in self.shown])
+        return self._with(levels, levels if self.show is None else [it.copy() for it in self.shown])
 
     def _with(self, levels: list[Rgb8], shown: list[Rgb8]) -> PicturePyramid:
         other = PicturePyramid.__new__(PicturePyramid)
-        other.levels, other.show = levels, self.show
-        other.shown = levels if self.show is None else shown
+        other.levels, other.show, other.shown = levels, self.show, shown
         return other
 
     def refresh(self, boxes: Iterable[Box]) -> None:

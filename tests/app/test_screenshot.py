@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+import threading
 
 import cv2
 import pytest
 from kogao_app.__main__ import main
+from kogao_app.editor import Editor
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -30,12 +32,28 @@ def test_a_picture_of_the_window_with_the_overlays_asked_for(source, photo, shot
         assert (abs(picture.astype(int) - colour).max(axis=2) < 24).any()
 
 
-def test_a_photo_that_is_named_is_read_ahead_of_the_window_and_only_once(
+def test_a_photo_that_is_named_is_read_and_searched_ahead_of_the_window_and_only_once(
     source, photo, shot, monkeypatch
 ):
     monkeypatch.setattr("kogao_app.features.files.opening.read", fail)
+    monkeypatch.setattr("kogao_app.features.files.opening.pyramid_of", fail)
+    searched, begun = [], threading.Event()
+
+    def find(*given):
+        searched.append(given)
+        begun.set()
+        return type(source).find(source, *given)
+
+    class Late(Editor):
+        def __init__(self, *given):
+            assert begun.wait(20)
+            super().__init__(*given)
+
+    monkeypatch.setattr(source, "find", find)
+    monkeypatch.setattr("kogao_app.editor.Editor", Late)
     assert run(source, photo, "--screenshot", shot) == 0
     assert shot.is_file()
+    assert len(searched) == 1
 
 
 def test_a_picture_shows_what_is_asked_for(source, photo, tmp_path):

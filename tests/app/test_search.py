@@ -11,6 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face
 
 from kogao_core.face import ignored
+from kogao_core.threads import share_out
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 FACES = [oval_face(center=(x, 170), size=size) for x, size in ((90, 0.3), (240, 0.4), (390, 0.35))]
@@ -173,3 +174,56 @@ def test_what_an_earlier_search_still_finds_is_nobodys(search, source):
     search.ends()
     assert driver.state.faces == tuple(FACES[k] for k in BY_SIZE)
     assert driver.editor.document.undo.count() == 0
+
+
+class Long(KnownFaces):
+    """Takes a look whenever it is let go on, and never comes to an end."""
+
+    def __init__(self):
+        super().__init__()
+        self.looks, self.goes_on = threading.Semaphore(0), threading.Semaphore(0)
+        self.over = threading.Event()
+
+    def find(self, rgb, on_face=ignored):  # noqa: ARG002
+        try:
+            share_out(range(1000), lambda: self.look, 1)
+        finally:
+            self.over.set()
+
+    def look(self, _):
+        self.looks.release()
+        assert self.goes_on.acquire(timeout=20)
+
+
+@pytest.fixture
+def long(empty, photo):
+    """A search that doesn't end by itself; a look of it is under way."""
+    source = Long()
+    empty.editor.faces.use(source)
+    empty.editor.files.open(photo)
+    empty.qtbot.waitUntil(lambda: source.looks.acquire(blocking=False))
+    yield source
+    source.goes_on.release(1000)
+
+
+def test_another_source_stops_the_search_under_way(empty, long):
+    empty.editor.faces.use(KnownFaces(*FACES))
+    long.goes_on.release()
+    empty.qtbot.waitUntil(lambda: set(empty.state.faces) == set(FACES))
+    assert not empty.say()
+
+
+def test_another_photo_stops_the_search_under_way(empty, long, photo):
+    photo.with_name("other.png").write_bytes(photo.read_bytes())
+    empty.editor.files.open(photo.with_name("other.png"))
+    empty.qtbot.waitUntil(lambda: empty.editor.document.path.name == "other.png")
+    long.goes_on.release()
+    empty.qtbot.waitUntil(long.over.is_set)
+
+
+def test_a_window_that_closes_stops_the_search_under_way(empty, long, monkeypatch):
+    # Workers are waited for after this.
+    monkeypatch.setattr(empty.window, "really_close", long.goes_on.release)
+    empty.editor.close()
+    assert long.over.is_set()
+    assert not long.looks.acquire(blocking=False)

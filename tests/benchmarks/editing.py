@@ -24,10 +24,12 @@ from kogao_app.storage import Storage
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.landmarks import source
+from kogao_core.threads import take_short_turns
 
 
 def main(photo: str, rounds: str, out: str) -> None:
     """Write the times of every save and of its floor."""
+    take_short_turns()  # as the program does
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

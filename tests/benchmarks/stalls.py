@@ -34,6 +34,7 @@ from scenes import KnownFaces, oval_face, textured_photo
 
 from kogao_core.face import Face, OnFace, ignored
 from kogao_core.recipe import Recipe
+from kogao_core.threads import take_short_turns
 
 LONGEST_MS = 100.0
 ATTEMPTS = 6
@@ -127,6 +128,7 @@ def main() -> None:
     parser.add_argument("--megapixels", type=float, default=24.0)
     parser.add_argument("--json", type=Path, metavar="OUT")
     options = parser.parse_args()
+    take_short_turns()  # as the program does
     app = QApplication([])
     seen = stall_ms(lambda: time.sleep(BLOCK_S), lambda: False)
     if seen < 1e3 * BLOCK_S:

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from scenes import oval_face
+from scenes import oval_face, textured_photo
 from shortly import few_of
 
 from kogao_core import assets
@@ -16,6 +16,7 @@ from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource, search
 from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.threads import Stopped, default_threads, stoppable
 
 
 def ramp(rows: int, columns: int) -> np.ndarray:
@@ -147,6 +148,24 @@ def test_one_source_serves_several_threads() -> None:
     for thread in threads:
         thread.join()
     assert results == [[]] * 4
+
+
+@pytest.mark.usefixtures("weights")
+def test_a_search_that_nobody_wants_any_more_ends_between_two_looks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looks: list[object] = []
+
+    def look(*given: object) -> list[object]:
+        looks.append(given)
+        return []
+
+    monkeypatch.setattr(BlazeFace, "look", look)
+    source = MeshSource()
+    with pytest.raises(Stopped), stoppable(lambda: len(looks) >= 5):
+        source.find(textured_photo())
+    assert 5 <= len(looks) < 5 + default_threads()
+    assert source.find(textured_photo()) == [], "the next search isn't stopped, nor kept waiting"
 
 
 @pytest.mark.usefixtures("weights")

@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from kogao_core import threads
-from kogao_core.threads import Spares, beside, share_in_order, share_out
+from kogao_core.threads import Spares, Stopped, beside, share_in_order, share_out, stoppable
 
 PATIENCE_S = 20.0
 
@@ -58,6 +58,17 @@ def test_an_exception_comes_out_when_everyone_has_stopped(gate, failing):
     with pytest.raises(MemoryError):
         share_out(range(1000), lambda: do, 2)
     assert len(ended) == 1, "nobody begins another task"
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_nothing_is_begun_any_more_once_nobody_wants_it(count):
+    done = []
+    with pytest.raises(Stopped), stoppable(lambda: len(done) >= 3):
+        share_out(range(1000), lambda: done.append, count)
+    assert 3 <= len(done) < 3 + count
+    done.clear()
+    share_out(range(10), lambda: done.append, count)
+    assert sorted(done) == list(range(10)), "what comes later is wanted"
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])

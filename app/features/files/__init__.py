@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -16,8 +15,10 @@ from kogao_core.sidecar import SUFFIX
 from kogao_core.threads import beside
 
 from ...actions import Spec
+from ...ahead import Ahead
 from ...document import State
 from ...i18n import reason, sentence, tr
+from ...search import FaceSearch
 from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
 from ..faces import Faces
@@ -63,6 +64,8 @@ class Files(Feature):
         self._saver, self._faces, self._options = saver, faces, options
         self._preferences = preferences
         self._left = self.document.state
+        # The search for the faces of a photo that is still being read.
+        self._sought: FaceSearch | None = None
         self._reading = self.lane(self._opened, self._not_opened)
         self.add_actions(
             Spec("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self.ask_open),
@@ -98,14 +101,14 @@ class Files(Feature):
             return preferred
         return None if path is None or is_sample(path) else path.parent
 
-    def open(self, path: Path, ahead: Future[Photo] | None = None) -> None:
+    def open(self, path: Path, ahead: Ahead | None = None) -> None:
         """Open a photo or a project once unsaved changes are dealt with.
 
         Parameters
         ----------
         path : Path
             The file.
-        ahead : Future, optional
+        ahead : Ahead, optional
             The photo itself, if it is being read already.
         """
         # Recent files and recovery outlive the folder that this program was started in.
@@ -128,12 +131,14 @@ class Files(Feature):
         work: EarlierWork | None = None,
         *,
         afresh: bool = False,
-        ahead: Future[Photo] | None = None,
+        ahead: Ahead | None = None,
     ) -> None:
         """Read a photo without a question, see `open_photo`, or look for faces in it."""
         self.window.bar.clear()
         self.began.emit()
         self._reading.drop()
+        self._give_up_search()
+        self._sought = None if ahead is None else ahead.search
         self._left = self.document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
         self._reading.submit(lambda: open_photo(path, work, afresh, ahead))
@@ -163,6 +168,7 @@ class Files(Feature):
     def _show(self, opened: Opened) -> None:
         self.document.open(opened.photo, opened.pyramid)
         if opened.work is not None and opened.state is not None:
+            self._give_up_search()
             self._go_on(opened.work, opened.state, opened.note)
             return
         if opened.note:
@@ -170,7 +176,17 @@ class Files(Feature):
                 "The photo starts afresh, its project can't be used: {problem}", problem=opened.note
             )
             self.say(sentence(text))
-        self._faces.look()
+        search, self._sought = self._sought, None
+        self._faces.look(search)
+
+    def stop(self) -> None:
+        """End the search that was begun ahead, too."""
+        self._give_up_search()
+        super().stop()
+
+    def _give_up_search(self) -> None:
+        if self._sought is not None:
+            self._sought.stop()
 
     def _go_on(self, work: EarlierWork, state: State, note: str) -> None:
         if work.file is None:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
 from kogao_core import assets, sidecar
-from kogao_core.display import rgba8
 from kogao_core.photo import Photo, read
 from kogao_core.strict import BadFile
 
+from ...ahead import Ahead
 from ...document import State
-from ...render.colour import screen_colours
+from ...render.colour import pyramid_of
 from ...render.pyramid import PicturePyramid
 from .project_file import EarlierWork, beside, hash_of, is_project, photo_of, state_of
 
@@ -62,7 +61,7 @@ def open_photo(
     path: Path,
     work: EarlierWork | None = None,
     afresh: bool = False,
-    ahead: Future[Photo] | None = None,
+    ahead: Ahead | None = None,
 ) -> Opened:
     """Read a photo, with its levels and what to go on with.
 
@@ -74,7 +73,7 @@ def open_photo(
         What to go on with; what the project beside the photo holds when absent.
     afresh : bool
         Leave that project alone.
-    ahead : Future, optional
+    ahead : Ahead, optional
         The photo at `path`, if it is being read already; of no use for a project.
 
     Raises
@@ -89,8 +88,8 @@ def open_photo(
         if found is None:
             raise PhotoNotBeside(work, path)
         path, ahead = found, None
-    photo = read(path) if ahead is None else ahead.result()
-    pyramid = PicturePyramid(rgba8(photo.pixels), screen_colours(photo).show)
+    photo = read(path) if ahead is None else ahead.photo.result()
+    pyramid = pyramid_of(photo) if ahead is None else ahead.pyramid.result()
     try:
         work = work or (None if afresh else beside(photo))
         if work is None:
