@@ -19,12 +19,13 @@ from kogao_core.geometry import Box, Image
 from kogao_core.lattice import Lattice
 from kogao_core.resample import CALL_PX, Job, block_height_px, spread
 from kogao_core.settings import Interpolation
-from kogao_core.threads import default_threads
+from kogao_core.threads import default_threads, share_out
 
 BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 # Where the displacement changes by less, few pixels are read elsewhere, and only those are
 # resampled. To find them costs as much as to resample all of them bilinearly.
 _FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
+_COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another thread
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
 
@@ -63,7 +64,7 @@ class Canvas:
         _check(source)
         self.source = source
         self.image = Box.of(source)
-        self.pixels = np.array(source, order="C")
+        self.pixels = _copied(source)
         self._block_px = block_height_px(self.image)
         shape = -(-self.image.height // self._block_px), -(-self.image.width // BLOCK_WIDTH_PX)
         self._warped: Mask = np.zeros(shape, bool)
@@ -128,6 +129,18 @@ class Canvas:
         top = row[run] * self._block_px
         bottom = np.minimum(top + self._block_px, self.image.bottom)
         return [Box(*edge) for edge in np.stack([left, top, right, bottom], axis=1).tolist()]
+
+
+def _copied(source: Image) -> Image:
+    """Return a copy in the order of its rows; fresh memory is what takes time, so threads share."""
+    copy = np.empty(source.shape, source.dtype)
+    rows = max(1, _COPY_PX // max(1, source.shape[1]))
+
+    def fill(top: int) -> None:
+        copy[top : top + rows] = source[top : top + rows]
+
+    share_out(range(0, len(source), rows), lambda: fill, default_threads())
+    return copy
 
 
 def _flag(interpolation: Interpolation) -> int:
