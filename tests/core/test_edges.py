@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from kogao_resources.training.edges import learn as training
+from kogao_resources.training.edges import report
 from kogao_resources.training.edges.backward import backward, forward
 
 from kogao_core.face import Face
@@ -75,7 +76,7 @@ def test_gradients_are_those_of_differences() -> None:
 
 
 def test_a_mirrored_strip_gets_the_mirrored_answer() -> None:
-    strips = np.random.default_rng(2).normal(size=(1, 5, 41, 53)).astype(np.float32)
+    strips = np.random.default_rng(2).normal(size=(1, 5, 41, 63)).astype(np.float32)
     there = network.forward(some_parameters(), strips)
     back = network.forward(some_parameters(), np.ascontiguousarray(strips[:, :, ::-1]))
     np.testing.assert_allclose(back[:, :, ::-1], there, atol=1e-4)
@@ -98,6 +99,13 @@ def test_hidden_lines_follow_their_neighbours() -> None:
     moves, confidence = refine.settle(seen, unseen)
     np.testing.assert_allclose(moves[18:22], 3.0, atol=0.7)
     assert confidence[19:21].max() < 0.5 < confidence[[5, 35]].min()
+
+
+def test_a_long_beard_is_within_reach_and_the_cheeks_stay() -> None:
+    beard = np.round(12.0 + 12.0 * np.cos(np.linspace(-np.pi, np.pi, 41)))
+    seen = np.where(beard[:, None] == MOVES, 9.0, 0.0)
+    moves, _ = refine.settle(seen, np.full(41, -9.0))
+    np.testing.assert_allclose(moves, beard, atol=1.5)
 
 
 @pytest.mark.parametrize("grown", [-2.0, 0.0, 3.0])
@@ -138,6 +146,31 @@ def test_a_cut_is_upright_and_of_one_size(degrees: float) -> None:
     assert strip[8:-8, 4, 0].min() > 190
     assert strip[8:-8, -4, 0].max() < 90
     assert planes(strip).shape == (5, 41, len(ACROSS))
+
+
+def test_a_beard_stands_out_against_the_skin_of_the_cheeks() -> None:
+    strip = np.full((41, len(ACROSS), 3), (205, 160, 130), np.uint8)
+    strip[13:28] = 40
+    skin = planes(strip)[:3, [2, 9, 31, 38]]
+    np.testing.assert_allclose(skin, 0.0, atol=0.05)
+
+
+def test_labels_of_long_beards_are_learnt_from() -> None:
+    image, face, edge = drawn_face(20.0)
+    one = training.labelled_cut("face", Pyramid(image), face, edge, (), 1.0)
+    np.testing.assert_allclose(one.moves[10:31], 20.0, atol=0.5)
+
+
+def test_a_report_tells_how_far_off_unseen_faces_are_and_whether_it_was_known() -> None:
+    apart, sure = np.array([1.0, 1.0, 9.0, 1.0]), np.array([0.95, 0.95, 0.1, 0.1])
+    seen = np.array([True, True, True, False])
+    face = report.Unseen(("wild",), 2.0, 1.0, apart, sure, seen)
+    assert list(report.errors([face])) == ["wild           1   2.00 ->  1.00 % (p95 1.00)"]
+    assert list(report.reliability([face], "wild")) == [
+        "wild 0.0 to 0.2: 2 say 0.10, 0.00 are",
+        "wild 0.9 to 1.0: 2 say 0.95, 1.00 are",
+        "wild: off by 0.075 on average; area under the curve 0.83 for hidden",
+    ]
 
 
 @pytest.fixture

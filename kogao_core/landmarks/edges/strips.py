@@ -14,10 +14,14 @@ from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
 
 ALONG: Final = 41
-ACROSS: Final = np.arange(-24, 29)  # steps from inside to outside
-MOVES: Final = np.arange(-14, 19)  # the part of them where the edge may be
+ACROSS: Final = np.arange(-24, 39)  # steps from inside to outside
+MOVES: Final = np.arange(-14, 29)  # the part of them where the edge may be: beards are long
 UNIT: Final = 100  # steps per outer inter-ocular distance
-_SIDE: Final = 352  # of the picture that strips are cut from, steps
+# Where a beard seldom grows, so that one stands out against it: the lines from the chin (0) to the
+# ends (1), and how far inside.
+_CHEEKS: Final = (0.35, 0.8)
+_DEEP: Final = -6
+_SIDE: Final = 384  # of the picture that strips are cut from, steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +48,7 @@ class Cut:
 
     Parameters
     ----------
-    picture : uint8 array of shape (352, 352, 3)
+    picture : uint8 array of shape (384, 384, 3)
         RGB.
     to_image : Affine
         Maps its pixels to the image.
@@ -66,7 +70,7 @@ class Cut:
         return Cut(image.sample(to_image, _SIDE, cv2.BORDER_REPLICATE), to_image)
 
     def strip(self, lines: Lines) -> Image:
-        """Return the picture across these lines, shape (41, 53, 3)."""
+        """Return the picture across these lines, shape (41, 63, 3)."""
         grid = lines.points[:, None] + ACROSS[None, :, None] * lines.normals[:, None]
         x, y = np.moveaxis(grid.astype(np.float32), -1, 0)
         strip = cv2.remap(self.picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -92,9 +96,11 @@ def smooth(outline: Array) -> Array:
 
 
 def planes(strip: Image) -> Floats:
-    """Return what the network sees of a strip, shape (5, 41, 53): Lab of the skin, places."""
+    """Return what the network sees of a strip, shape (5, 41, 63): Lab against the skin, places."""
     lab = cv2.cvtColor(np.ascontiguousarray(strip), cv2.COLOR_RGB2LAB).astype(np.float32)
-    skin = lab[:, ACROSS < 0].reshape(-1, 3).mean(axis=0)
+    away = np.abs(np.linspace(-1.0, 1.0, ALONG))
+    cheeks = lab[(away > _CHEEKS[0]) & (away < _CHEEKS[1])][:, ACROSS < _DEEP]
+    skin = np.median(cheeks.reshape(-1, 3), axis=0)
     spread = np.array([lab[..., 0].std() + 8.0, 12.0, 12.0], np.float32)
-    away, across = np.meshgrid(np.abs(np.linspace(-1.0, 1.0, ALONG)), ACROSS / 10.0, indexing="ij")
-    return np.stack([*np.moveaxis((lab - skin) / spread, -1, 0), away, across]).astype(np.float32)
+    places = np.meshgrid(away, ACROSS / 10.0, indexing="ij")
+    return np.stack([*np.moveaxis((lab - skin) / spread, -1, 0), *places]).astype(np.float32)

@@ -11,16 +11,12 @@ import cv2
 import numpy as np
 
 from kogao_core.atomic import put
-from kogao_core.geometry import Array
-from kogao_core.landmarks.edges import network, refine
-from kogao_core.landmarks.edges.network import Floats
-from kogao_core.landmarks.edges.strips import planes
-from kogao_core.landmarks.outline import resampled
 from kogao_core.threads import one_blas_thread
 
-from ..evaluate import Labels, distance_to_line
+from ..evaluate import Labels
 from .examples import studio, wild
 from .learn import LabelledCut, learn
+from .report import Unseen, errors, reliability, unseen
 
 Pair = tuple[LabelledCut, Labels]
 
@@ -37,7 +33,7 @@ def main(data: Path, labels: Path, model: Path, folds: int) -> None:
         pairs = [*studio(data), *wild(data, labels)]
         click.echo(f"{len(pairs)} labelled outlines")
         if folds:
-            _cross_validate(pairs, folds, data)
+            _cross_validate(pairs, folds)
         parameters = learn([one for one, _ in pairs])
     names = [f"{index:02}" for index in range(len(parameters))]
     with io.BytesIO() as stream:
@@ -45,34 +41,16 @@ def main(data: Path, labels: Path, model: Path, folds: int) -> None:
         put(stream.getvalue(), model)
 
 
-def _cross_validate(pairs: Sequence[Pair], folds: int, data: Path) -> None:
+def _cross_validate(pairs: Sequence[Pair], folds: int) -> None:
     names = sorted({one.name for one, _ in pairs})
     order = np.random.default_rng(1).permutation(len(names))
     fold_of = {names[at]: place % folds for place, at in enumerate(order)}
-    before: dict[str, list[float]] = {}
-    after: dict[str, list[float]] = {}
+    faces: list[Unseen] = []
     for fold in range(folds):
         parameters = learn([one for one, _ in pairs if fold_of[one.name] != fold])
-        for one, labels in pairs:
-            if fold_of[one.name] == fold:
-                group = Path(one.name).relative_to(data).parts[0]
-                still = np.zeros(len(one.moves))
-                before.setdefault(group, []).append(_error(one, labels, still))
-                after.setdefault(group, []).append(_error(one, labels, _moves(parameters, one)))
-    for group, errors in before.items():
-        click.echo(f"{group:12}{np.mean(errors):6.2f} ->{np.mean(after[group]):6.2f} %")
-
-
-def _moves(parameters: list[Floats], one: LabelledCut) -> Array:
-    outputs = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
-    return refine.settle(*refine.split(outputs[0]))[0]
-
-
-def _error(one: LabelledCut, labels: Labels, moves: Array) -> float:
-    outline = one.cut.to_image(resampled(one.lines.moved(moves), 21))
-    seen = np.ones(6 + len(labels.jaw), bool) if labels.seen is None else labels.seen
-    apart = distance_to_line(labels.jaw[seen[6:]], outline)
-    return float(apart.mean() / labels.unit_px)
+        faces += [unseen(parameters, *pair) for pair in pairs if fold_of[pair[0].name] == fold]
+    for line in (*errors(faces), *reliability(faces, "studio"), *reliability(faces, "wild")):
+        click.echo(line)
 
 
 if __name__ == "__main__":

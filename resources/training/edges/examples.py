@@ -23,6 +23,7 @@ STUDIO: Final = ("canada", "composites", "frll")
 _MOUTH: Final = [87, 93]
 _JAW: Final = slice(125, 134)
 _WILD_WEIGHT: Final = 2.0
+_BEARD_WEIGHT: Final = 4.0
 
 
 def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
@@ -34,7 +35,9 @@ def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
                 points = np.loadtxt(picture.with_suffix(".csv"), delimiter=",", skiprows=1)
                 labels = Labels(points[list(EYE_LABELS)], points[_MOUTH], points[_JAW])
                 line = smooth(smooth(points[list(OUTLINE_LABELS)]))
-                yield from _example(source, picture, _read(picture), labels, line, 1.0)
+                yield from _example(
+                    source, picture, _read(picture), labels, line, 1.0, (folder, "studio")
+                )
 
 
 def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
@@ -46,11 +49,13 @@ def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
             left, top, width, height = face["crop"]
             image = np.ascontiguousarray(image[top : top + height, left : left + width])
         passes = [face[name] for name in ("first", "second") if name in face]
+        bearded = "beard" in face["tags"]
+        weight = (_BEARD_WEIGHT if bearded else _WILD_WEIGHT) / len(passes)
+        name = data / face["file"] / face["id"]
+        tags = (face["file"].split("/")[0], "wild", "beard" if bearded else "no beard")
         for one in passes:
             labels = _labels(one)
-            weight = _WILD_WEIGHT / len(passes)
-            name = data / face["file"] / face["id"]
-            yield from _example(source, name, image, labels, labels.jaw, weight)
+            yield from _example(source, name, image, labels, labels.jaw, weight, tags)
 
 
 def _labels(one: dict[str, Any]) -> Labels:
@@ -65,13 +70,20 @@ def _labels(one: dict[str, Any]) -> Labels:
 
 
 def _example(
-    source: MeshSource, name: Path, image: Image, labels: Labels, line: Array, weight: float
+    source: MeshSource,
+    name: Path,
+    image: Image,
+    labels: Labels,
+    line: Array,
+    weight: float,
+    tags: tuple[str, ...],
 ) -> Iterator[tuple[LabelledCut, Labels]]:
     face = nearest(source.find(image), labels)
     if face is not None:
         seen = np.ones(6 + len(line), bool) if labels.seen is None else labels.seen
         hidden = np.flatnonzero(~seen[6:]).tolist()
-        yield labelled_cut(str(name), Pyramid(image), face, line, hidden, weight), labels
+        cut = labelled_cut(str(name), Pyramid(image), face, line, hidden, weight, tags)
+        yield cut, labels
 
 
 def _read(picture: Path) -> Image:

@@ -18,7 +18,7 @@ from kogao_core.landmarks.pixels import Pyramid
 
 from .backward import backward, forward
 
-_REACH: Final = 13.0  # steps; a label further off belongs to another part of the outline
+_REACH: Final = 26.0  # steps; a label further off belongs to another part of the outline
 _SOFT: Final = 1.2
 _SPREADS: Final = 1.6 * np.array([1.0, 0.8, 0.8, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1])
 _STEPS: Final = 1100
@@ -46,6 +46,8 @@ class LabelledCut:
         Where the label is a guess because something covers the edge.
     weight : float
         How often it is drawn.
+    tags : tuple of str
+        Rows of a report that it belongs to.
     """
 
     name: str
@@ -54,10 +56,17 @@ class LabelledCut:
     moves: Array
     unseen: np.ndarray
     weight: float
+    tags: tuple[str, ...] = ()
 
 
 def labelled_cut(
-    name: str, image: Pyramid, face: Face, label: Array, hidden: Sequence[int], weight: float
+    name: str,
+    image: Pyramid,
+    face: Face,
+    label: Array,
+    hidden: Sequence[int],
+    weight: float,
+    tags: tuple[str, ...] = (),
 ) -> LabelledCut:
     """Return a face cut out with its labelled outline.
 
@@ -75,6 +84,8 @@ def labelled_cut(
         Points of the label that are guesses.
     weight : float
         How often it is drawn.
+    tags : tuple of str
+        Rows of a report that it belongs to.
     """
     cut = Cut.of(image, face.eyes, face.outline)
     lines = lines_of(cut.to_image.inverse(face.outline))
@@ -83,7 +94,7 @@ def labelled_cut(
     reached = lines.moved(np.nan_to_num(moves))
     nearest = np.linalg.norm(reached[:, None] - line, axis=-1).argmin(axis=1)
     unseen = np.isin(nearest, list(hidden)) & np.isfinite(moves)
-    return LabelledCut(name, cut, lines, moves, unseen, weight)
+    return LabelledCut(name, cut, lines, moves, unseen, weight, tags)
 
 
 def _moves(lines: Lines, label: Array) -> Array:
