@@ -98,7 +98,7 @@ def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
     >>> recipe = kogao.Recipe(percent=6)
     >>> pairs = aim(face, recipe)
     >>> round(spacing_px(pairs, face.anchor, recipe), 2)
-    18.07
+    21.65
     """
     match recipe.lattice_unit:
         case "spacing":

@@ -100,7 +100,7 @@ def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
     >>> for kept in (Held(), door):
     ...     rendering = kogao.render(photo, [face], recipe, held=kept)
     ...     print(round(bends(rendering.field, door.lines)[0].bend_px, 1))
-    1.6
+    1.8
     0.0
     """
     lattices = list(field.lattices)

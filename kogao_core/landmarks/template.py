@@ -10,16 +10,17 @@ import numpy.typing as npt
 from kogao_core.face import OUTLINE_POINTS, Face
 from kogao_core.geometry import Affine
 
-# Mean of 118 hand-labelled frontal faces, made symmetric; origin in the middle of the points' box,
-# unit its width. Averaged from the labels of two sets under CC BY 4.0: Face Research Lab London Set
-# (DeBruine & Jones 2017, figshare 5047666), Young Adult White Faces (the same, figshare 4220517).
+# Mean of 118 hand-labelled frontal faces, made symmetric, its outline ended where every outline is
+# (`outline.ended`); origin in the middle of the points' box, unit from end to end. Averaged
+# from the labels of two sets under CC BY 4.0: Face Research Lab London Set (DeBruine & Jones 2017,
+# figshare 5047666), Young Adult White Faces (the same, figshare 4220517).
 _LEFT_OUTLINE: Final = (
-    *((-0.500, -0.230), (-0.485, -0.141), (-0.472, -0.051), (-0.454, 0.038), (-0.425, 0.123)),
-    *((-0.381, 0.202), (-0.323, 0.271), (-0.253, 0.329), (-0.175, 0.374), (-0.090, 0.403)),
+    *((-0.500, -0.412), (-0.503, -0.303), (-0.494, -0.195), (-0.477, -0.088), (-0.457, 0.018)),
+    *((-0.425, 0.122), (-0.369, 0.214), (-0.295, 0.293), (-0.207, 0.356), (-0.107, 0.397)),
 )
-_CHIN: Final = (0.0, 0.413)
-_LEFT_EYE: Final = ((-0.315, -0.413), (-0.121, -0.400))
-_LEFT_MOUTH: Final = ((-0.179, 0.076),)
+_CHIN: Final = (0.0, 0.412)
+_LEFT_EYE: Final = ((-0.314, -0.412), (-0.120, -0.399))
+_LEFT_MOUTH: Final = ((-0.178, 0.076),)
 
 
 def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: float = 0.0) -> Face:
@@ -49,7 +50,7 @@ def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: floa
     >>> import kogao_core as kogao
     >>> face = kogao.template_face((240, 180), 200)
     >>> face.outline[0], face.outline[20]
-    (array([140., 134.]), array([340., 134.]))
+    (array([140. ,  97.6]), array([340. ,  97.6]))
     """
     if not width_px > 0.0:
         raise ValueError(f"width_px must be above 0, got {width_px!r}")

@@ -129,3 +129,9 @@ def test_template_turns_and_grows() -> None:
 def test_template_refuses_a_width_of_nothing(width: float) -> None:
     with pytest.raises(ValueError, match="width_px"):
         template_face((0.0, 0.0), width)
+
+
+def test_a_face_placed_by_hand_ends_where_a_found_one_does() -> None:
+    face = template_face((300.0, 200.0), 160.0, 20.0)
+    ends = below_eyes(face.outline[[0, 20]], face.eyes)
+    np.testing.assert_allclose(ends, outline.END_BELOW_EYES, atol=0.01)
