@@ -39,6 +39,7 @@ from .features.recipe import RecipeEditing
 from .features.recovery import Recovery
 from .features.screen import Hints, Screen
 from .features.soft import SoftSelection
+from .features.speech import Speech
 from .features.strip import Strip
 from .features.surroundings import Surroundings
 from .features.workspaces import Workspaces
@@ -135,6 +136,7 @@ class Editor(QObject):
         self.rating = Rating(context)
         self.readings = Readings(context)
         self.hints = Hints(context, self.points, self.recipe, self.protect, self.manual)
+        self.speech = Speech(context, self.points, self.recipe)
         self.screen = Screen(context)
         self.workspaces = Workspaces(context)
         self.history = History(context)

@@ -119,6 +119,9 @@ def _sheet(theme: Theme) -> str:
     }}
     QToolButton:focus, QPushButton:focus {{ border-color: {theme.accent}; }}
     QToolButton:disabled {{ color: {theme.muted}; }}
+    QToolButton:checked:disabled {{
+        background: {theme.muted}; color: {theme.on_accent}; border-color: {theme.muted};
+    }}
     QToolButton[fold="true"], QToolButton[fold="true"]:checked {{
         background: transparent; color: {theme.text}; border: none; padding: 4px 0;
         margin-left: -8px; font-weight: 600;
@@ -132,11 +135,19 @@ def _sheet(theme: Theme) -> str:
     }}
     QLineEdit[value="true"] {{
         background: transparent; border: 1px solid transparent;
-        border-bottom-color: {theme.line};
+        border-bottom-color: {theme.muted};
     }}
-    QLineEdit[value="true"]:hover {{ border-color: {theme.line}; }}
+    QLineEdit[value="true"]:hover {{ border-color: {theme.muted}; }}
     QLineEdit[value="true"]:focus {{
         background: {theme.raised}; border-color: {theme.accent};
+    }}
+    QCheckBox::indicator:unchecked, QRadioButton::indicator:unchecked {{
+        width: 12px; height: 12px; background: {theme.raised}; border: 1px solid {theme.muted};
+    }}
+    QCheckBox::indicator:unchecked {{ border-radius: 2px; }}
+    QRadioButton::indicator:unchecked {{ border-radius: 7px; }}
+    QCheckBox::indicator:unchecked:focus, QRadioButton::indicator:unchecked:focus {{
+        border: 2px solid {theme.accent}; width: 10px; height: 10px;
     }}
     QSlider {{ min-height: 20px; }}
     QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
@@ -173,8 +184,8 @@ def _sheet(theme: Theme) -> str:
     QScrollBar {{ background: {theme.window}; }}
     QScrollBar:vertical {{ width: 10px; }}
     QScrollBar:horizontal {{ height: 10px; }}
-    QScrollBar::handle {{ background: {theme.line}; border-radius: 4px; margin: 1px; }}
-    QScrollBar::handle:hover {{ background: {theme.muted}; }}
+    QScrollBar::handle {{ background: {theme.muted}; border-radius: 4px; margin: 1px; }}
+    QScrollBar::handle:hover {{ background: {theme.text}; }}
     QScrollBar::handle:vertical {{ min-height: 24px; }}
     QScrollBar::handle:horizontal {{ min-width: 24px; }}
     QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; }}
@@ -190,10 +201,10 @@ DARK: Final = Theme(
     raised="#454545",
     line="#565656",
     text="#e6e6e6",
-    muted="#a8a8a8",
-    accent="#4a9eda",
+    muted="#b4b4b4",
+    accent="#6cb4ea",
     on_accent="#101010",
-    warning="#e69f00",
+    warning="#f0aa1e",
 )
 LIGHT: Final = Theme(
     canvas="#b8b8b8",

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from ..theme import GRID_PX
+from .spoken import speak_values
 from .typed import SliderScale, ValueField
 
 # Notches of a wheel that follow each other faster are one gesture, and so is a double click.
@@ -27,6 +28,11 @@ _REST_MS = 400
 
 class GestureSlider(QSlider):
     """A slider that tells a gesture from its end.
+
+    Parameters
+    ----------
+    scale : SliderScale
+        Its steps and what they stand for.
 
     Signals
     -------
@@ -45,8 +51,13 @@ class GestureSlider(QSlider):
     reset = Signal()
     entered = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, scale: SliderScale) -> None:
         super().__init__(Qt.Orientation.Horizontal)
+        speak_values()
+        self.scale = scale
+        self.setRange(scale.low, scale.high)
+        self.setPageStep(scale.page)
+        self._exact = scale.value(self.value())
         self._aborted = False
         pause = max(_REST_MS, QApplication.doubleClickInterval())
         self._rest = QTimer(self, singleShot=True, interval=pause)
@@ -57,6 +68,37 @@ class GestureSlider(QSlider):
     def abort(self) -> None:
         """Ignore the mouse until its button is let go."""
         self._aborted = self.isSliderDown()
+
+    def show_amount(self, value: float) -> None:
+        """Stand on the step nearest to a value, without telling anyone."""
+        self._exact = value
+        with QSignalBlocker(self):
+            self.setValue(self.scale.step(value))
+
+    def amount(self) -> float:
+        """Return the value shown: one that was typed may lie between two steps."""
+        step = self.value()
+        return self._exact if self.scale.step(self._exact) == step else self.scale.value(step)
+
+    def amount_text(self) -> str:
+        """Return how the value shown reads."""
+        return self.scale.text(self.amount())
+
+    def take_figure(self, figure: float) -> None:
+        """Go where a figure is asked for, as a gesture of its own; one out of range is brought in.
+
+        Parameters
+        ----------
+        figure : float
+            What the number in `amount_text` is to be.
+        """
+        ends = self.scale.value(self.minimum()), self.scale.value(self.maximum())
+        self.take_step(self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1])))
+
+    def take_step(self, step: int) -> None:
+        """Go to a step, as a gesture of its own."""
+        self.setValue(step)
+        self.rested.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a gesture; a press beside the handle brings it there, to be dragged on."""
@@ -197,9 +239,7 @@ class ValueSlider(QWidget):
     def __init__(self, title: str, scale: SliderScale, tip: str, note_lines: int) -> None:
         super().__init__()
         self._scale = scale
-        self.slider = GestureSlider()
-        self.slider.setRange(scale.low, scale.high)
-        self.slider.setPageStep(scale.page)
+        self.slider = GestureSlider(scale)
         self.slider.setAccessibleName(title.replace("&", ""))
         self.slider.setAccessibleDescription(tip)
         self.slider.setToolTip(tip)
@@ -223,8 +263,7 @@ class ValueSlider(QWidget):
 
     def show_value(self, value: float) -> None:
         """Show a value without telling anyone."""
-        with QSignalBlocker(self.slider):
-            self.slider.setValue(self._scale.step(value))
+        self.slider.show_amount(value)
         self.field.show_text(self._scale.text(value))
 
     def _tell(self) -> None:

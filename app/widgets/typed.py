@@ -51,11 +51,19 @@ class SliderScale:
 
     def read(self, text: str) -> float | None:
         """Return the value that a user has typed, with or without its unit; None for no value."""
-        known = {word.casefold() for end in self.ends for word in _WORD.findall(end)}
-        number = number_in(text, known)
+        number = number_in(text, self._words(*self.ends))
         value = None if number is None else self.typed(number)
         inside = value is not None and self.value(self.low) <= value <= self.value(self.high)
         return value if inside else None
+
+    def figure(self, value: float) -> float:
+        """Return the number in the text of a value: what is read aloud is what is seen."""
+        text = self.text(value)
+        number = number_in(text, self._words(text))
+        return value if number is None else number
+
+    def _words(self, *texts: str) -> set[str]:
+        return {word.casefold() for text in texts for word in _WORD.findall(text)}
 
 
 def number_in(text: str, words: Collection[str] = ()) -> float | None:

@@ -13,7 +13,8 @@ from ...theme import OKABE_ITO
 
 _HATCH_PX: Final = 64  # a multiple of the 8 px after which Qt's hatches repeat
 SWATCH_PX: Final = 18
-CASE: Final = QColor(0, 0, 0, 110)
+# Dark enough that a point with its light halo and case differs from any grey by 3 : 1 at least.
+CASE: Final = QColor(0, 0, 0, 200)
 HALO: Final = QColor(255, 255, 255, 230)
 LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
@@ -64,11 +65,12 @@ def polyline(
 
 
 def dot(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
-    """Draw a filled dot with a light halo: a landmark."""
+    """Draw a filled dot with a light halo in a dark case: a landmark."""
     radius = 3.5 * size
-    painter.setPen(QPen(HALO, 1.4 * size))
     painter.setBrush(colour)
-    painter.drawEllipse(at, radius, radius)
+    for pen in (QPen(CASE, 4.2 * size), QPen(HALO, 1.4 * size)):
+        painter.setPen(pen)
+        painter.drawEllipse(at, radius, radius)
 
 
 def hollow(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
@@ -82,19 +84,20 @@ def hollow(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) ->
 
 
 def diamond(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
-    """Draw a filled diamond with a light halo: an eye or mouth corner."""
+    """Draw a filled diamond with a light halo in a dark case: an eye or mouth corner."""
     radius = 4.5 * size
     steps = ((0.0, -radius), (radius, 0.0), (0.0, radius), (-radius, 0.0))
-    painter.setPen(QPen(HALO, 1.4 * size))
     painter.setBrush(colour)
-    painter.drawPolygon(QPolygonF([at + QPointF(dx, dy) for dx, dy in steps]))
+    for pen in (QPen(CASE, 4.2 * size), QPen(HALO, 1.4 * size)):
+        painter.setPen(pen)
+        painter.drawPolygon(QPolygonF([at + QPointF(dx, dy) for dx, dy in steps]))
 
 
 def ring(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
     """Draw a ring: a target."""
     radius, width = 4.5 * size, min(1.8, 2.4 * size)
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for pen in (QPen(CASE, 1.8 * width), QPen(colour, width)):
+    for pen in (QPen(CASE, 3.2 * width), QPen(HALO, 2.2 * width), QPen(colour, width)):
         painter.setPen(pen)
         painter.drawEllipse(at, radius, radius)
 

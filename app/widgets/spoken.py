@@ -1,0 +1,156 @@
+"""What a screen reader learns of a slider: its value as it is shown, not the step it stands on."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from PySide6.QtCore import QObject, QRect, Qt
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleActionInterface,
+    QAccessibleAnnouncementEvent,
+    QAccessibleInterface,
+    QAccessibleObject,
+    QAccessibleValueInterface,
+    QWindow,
+)
+from PySide6.QtWidgets import QWidget
+
+if TYPE_CHECKING:
+    from .controls import GestureSlider
+
+Text = QAccessible.Text
+# Names that every platform's bridge knows; Qt translates what is said of them.
+_INCREASE: Final = "Increase"
+_DECREASE: Final = "Decrease"
+_FOCUS: Final = "SetFocus"
+
+
+@cache
+def speak_values() -> None:
+    """Tell Qt how sliders of ours are spoken; it holds for as long as the program runs."""
+    QAccessible.installFactory(_interface)
+
+
+def announce(widget: QWidget, text: str) -> None:
+    """Have a screen reader say something that just happened, after what it is saying now."""
+    QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(widget, text))
+
+
+def _interface(_: str, thing: QObject) -> QAccessibleInterface | None:
+    from .controls import GestureSlider
+
+    return SpokenSlider(thing) if isinstance(thing, GestureSlider) else None
+
+
+class SpokenSlider(QAccessibleObject):
+    """A slider in figures and words."""
+
+    def __init__(self, slider: GestureSlider) -> None:
+        super().__init__(slider)
+        self._slider = slider
+        self._value, self._actions = _Value(slider), _Actions(slider)
+
+    def parent(self) -> QAccessibleInterface:
+        """Return what the slider lies in."""
+        return QAccessible.queryAccessibleInterface(
+            self._slider.parentWidget() or self._slider.window()
+        )
+
+    def child(self, index: int) -> Any:
+        """Return nothing: a slider has no parts."""
+
+    def childCount(self) -> int:
+        """Return that it has no parts."""
+        return 0
+
+    def indexOfChild(self, child: QAccessibleInterface) -> int:  # noqa: ARG002
+        """Return that nothing is a part of it."""
+        return -1
+
+    def role(self) -> QAccessible.Role:
+        """Return that it is a slider."""
+        return QAccessible.Role.Slider
+
+    def rect(self) -> QRect:
+        """Return where it is, px of the screen."""
+        return QRect(self._slider.mapToGlobal(self._slider.rect().topLeft()), self._slider.size())
+
+    def window(self) -> QWindow:
+        """Return the window it is in."""
+        return self._slider.window().windowHandle()
+
+    def state(self) -> QAccessible.State:
+        """Return what holds of it now."""
+        state, slider = QAccessible.State(), self._slider
+        state.focusable = slider.focusPolicy() != Qt.FocusPolicy.NoFocus
+        state.focused = slider.hasFocus()
+        state.disabled = not slider.isEnabled()
+        state.invisible = not slider.isVisible()
+        return state
+
+    def text(self, kind: QAccessible.Text) -> str:
+        """Return its name, its value with the unit, or what it does."""
+        slider = self._slider
+        said = {
+            Text.Name: slider.accessibleName,
+            Text.Value: slider.amount_text,
+            Text.Description: slider.accessibleDescription,
+            Text.Help: slider.toolTip,
+        }
+        return said[kind]() if kind in said else ""
+
+    def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
+        """Return what tells and sets its value, and what it can be told to do."""
+        casts = {
+            QAccessible.InterfaceType.ValueInterface: self._value,
+            QAccessible.InterfaceType.ActionInterface: self._actions,
+        }
+        return casts.get(kind)
+
+
+class _Value(QAccessibleValueInterface):
+    """Its figure, as it is shown."""
+
+    def __init__(self, slider: GestureSlider) -> None:
+        super().__init__()
+        self._slider = slider
+
+    def currentValue(self) -> float:
+        return self._slider.scale.figure(self._slider.amount())
+
+    def setCurrentValue(self, value: object) -> None:
+        self._slider.take_figure(float(str(value)))
+
+    def minimumValue(self) -> float:
+        return self._slider.scale.figure(self._slider.scale.value(self._slider.minimum()))
+
+    def maximumValue(self) -> float:
+        return self._slider.scale.figure(self._slider.scale.value(self._slider.maximum()))
+
+    def minimumStepSize(self) -> float:
+        # Steps of a scale needn't be equal: those at its lower end are the smallest.
+        scale, low = self._slider.scale, self._slider.minimum()
+        return abs(scale.value(low + 1) - scale.value(low))
+
+
+class _Actions(QAccessibleActionInterface):
+    """What it can be told to do."""
+
+    def __init__(self, slider: GestureSlider) -> None:
+        super().__init__()
+        self._slider = slider
+
+    def actionNames(self) -> list[str]:
+        return [_FOCUS, _INCREASE, _DECREASE] if self._slider.isEnabled() else []
+
+    def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
+        return []
+
+    def doAction(self, name: str) -> None:
+        if name == _FOCUS:
+            self._slider.setFocus(Qt.FocusReason.OtherFocusReason)
+        elif name in (_INCREASE, _DECREASE):
+            step = 1 if name == _INCREASE else -1
+            self._slider.take_step(self._slider.value() + step)
