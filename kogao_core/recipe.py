@@ -56,6 +56,14 @@ class Recipe:
     hold_background : bool
         Hold straight lines of the background and other people where they are, if it is known
         where those are (`holding.Held`).
+    zones : bool
+        Let the fields below count.
+    cheeks, jaw, chin : float
+        How far these go, in % of the warp distance, 0 to 200 (`zones`).
+    left, right : float
+        The same for the sides of the face, as one sees them in the picture of an upright head.
+    even_out : float
+        How far the two sides go towards each other's mirror image, 0 to 100 % (`symmetry`).
 
     Raises
     ------
@@ -82,6 +90,13 @@ class Recipe:
     interpolation: Interpolation = "cubic"
     guard: bool = True
     hold_background: bool = True
+    zones: bool = True
+    cheeks: float = 100.0
+    jaw: float = 100.0
+    chin: float = 100.0
+    left: float = 100.0
+    right: float = 100.0
+    even_out: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges."""

@@ -192,6 +192,8 @@ PAPER_CENTERS: Final = tuple(Center(share, "figure 7a") for share in (1.0, 0.8, 
 # What there is to choose from; experiments ask for the paper's, which stay when this grows.
 CENTERS: Final = PAPER_CENTERS
 
+_GAIN: Final = (0.0, 200.0)
+
 # In the order of the recipe's fields.
 _ALL: Final = (
     Setting(
@@ -264,6 +266,37 @@ _ALL: Final = (
         "hold_background",
         "Hold background",
         "Keep straight lines of the background straight, and other people where they are",
+    ),
+    Setting(
+        "zones",
+        "Zones",
+        "Let parts of the face go their own shares, and even out its sides",
+        per_face=True,
+    ),
+    *(
+        Setting(
+            name,
+            title,
+            f"How far {what}, in % of the warp distance",
+            within=_GAIN,
+            unit="%",
+            per_face=True,
+        )
+        for name, title, what in (
+            ("cheeks", "Cheeks", "the cheeks move"),
+            ("jaw", "Jaw", "the jaw moves, between cheeks and chin"),
+            ("chin", "Chin", "the chin moves"),
+            ("left", "Picture's left", "the side moves that is on the left in the picture"),
+            ("right", "Picture's right", "the side moves that is on the right in the picture"),
+        )
+    ),
+    Setting(
+        "even_out",
+        "Even out",
+        "How far left and right move to each other's mirror image; less, the more a head turns",
+        within=(0.0, 100.0),
+        unit="%",
+        per_face=True,
     ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}

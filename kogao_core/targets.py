@@ -10,6 +10,8 @@ from kogao_core.face import Face
 from kogao_core.geometry import Array
 from kogao_core.recipe import Recipe
 from kogao_core.settings import CENTERS
+from kogao_core.symmetry import evened
+from kogao_core.zones import gains
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,14 +75,15 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
     """Place each target ``percent`` of D along the line from its landmark to the centre (figure 6).
 
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
-    of its own (`Face.recipe`) goes by that.
+    of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
+    evened out first (`symmetry`), and each zone then goes its own share of ``percent`` (`zones`).
 
     Parameters
     ----------
     face : Face
         Landmarks, and targets placed by hand where it has some.
     recipe : Recipe
-        Of it, `percent` and `center`.
+        Of it, `percent`, `center` and what it says of zones.
 
     Returns
     -------
@@ -100,7 +103,11 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
     """
     recipe = recipe.of_face(face.recipe)
     center = center_candidates(face)[int(recipe.center) - 1]
-    target = face.outline + recipe.percent / 100.0 * (center - face.outline)
+    start, share = face.outline, np.full((len(face.outline), 1), recipe.percent / 100.0)
+    if recipe.zones:
+        start = evened(face, recipe.even_out)
+        share = share * gains(face, recipe)[:, None]
+    target = start + share * (center - start)
     if face.targets is not None:
         target = np.where(np.isnan(face.targets), target, face.targets)
     return Pairs(face.outline, target, center)

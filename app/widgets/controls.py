@@ -24,6 +24,8 @@ from .typed import SliderScale, ValueField
 
 # Notches of a wheel that follow each other faster are one gesture, and so is a double click.
 _REST_MS = 400
+# What name, slider and value take of their one line, so that lines below each other are aligned.
+_COMPACT = (5, 4, 3)
 
 
 class GestureSlider(QSlider):
@@ -218,6 +220,8 @@ class ValueSlider(QWidget):
         What it does.
     note_lines : int
         Room for the explanation, so that nothing jumps when it comes.
+    compact : bool
+        Whether name, slider and value share one line.
 
     Signals
     -------
@@ -236,7 +240,15 @@ class ValueSlider(QWidget):
     reset = Signal()
     refused = Signal(str)
 
-    def __init__(self, title: str, scale: SliderScale, tip: str, note_lines: int) -> None:
+    def __init__(
+        self,
+        title: str,
+        scale: SliderScale,
+        tip: str,
+        note_lines: int = 0,
+        *,
+        compact: bool = False,
+    ) -> None:
         super().__init__()
         self._scale = scale
         self.slider = GestureSlider(scale)
@@ -244,14 +256,21 @@ class ValueSlider(QWidget):
         self.slider.setAccessibleDescription(tip)
         self.slider.setToolTip(tip)
         name = heading(title)
+        name.setToolTip(tip)
         name.setBuddy(self.slider)
         self.field = ValueField(title.replace("&", ""), scale)
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         column = column_of(self)
-        column.addLayout(row_of(name, None, self.field))
-        column.addWidget(self.slider)
+        if compact:
+            row = row_of(name, self.slider, self.field)
+            for place, share in enumerate(_COMPACT):
+                row.setStretch(place, share)
+            column.addLayout(row)
+        else:
+            column.addLayout(row_of(name, None, self.field))
+            column.addWidget(self.slider)
         column.addWidget(self.note)
         self.slider.edited.connect(self._tell)
         self.slider.rested.connect(self.rested)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from kogao_core.cli import common
+from kogao_core.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from kogao_core.sidecar import Applied
 
 _FROM_PROJECT: Final = (
-    *("percent", "center", "lattice", "lattice_unit", "fit", "domain", "threshold_px"),
-    *("interpolation", "guard", "hold_background", "which", "recipe_file", "landmarks"),
+    *SETTINGS,
+    *("which", "recipe_file", "landmarks"),
     *("lines", "width_px", "feather_px", "points_file", "points_map"),
 )
 

@@ -72,6 +72,41 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     assert not other.window.isWindowModified()
 
 
+def test_zones_are_set_by_key_and_come_back_with_the_project(two, start, photo):
+    two.editor.recipe.choose(1)
+    panel = two.panel("recipe")
+    before = two.shown.copy()
+    two.key(KEYS.Key_J, ALT)
+    two.qtbot.waitUntil(panel.zones.button.isChecked)
+    for field, typed in (("cheeks", "40"), ("left", "150 %"), ("even_out", "75")):
+        QTest.keyClick(panel.sliders[field].slider, KEYS.Key_Return)
+        QTest.keyClicks(panel.sliders[field].field, typed)
+        QTest.keyClick(panel.sliders[field].field, KEYS.Key_Return)
+    two.settle()
+    own = two.state.faces[1].recipe
+    assert (own.cheeks, own.left, own.even_out) == (40.0, 150.0, 75.0)
+    assert two.state.faces[0].recipe is None
+    assert (two.shown != before).any()
+    save_project(two)
+    other = start()
+    other.open(photo)
+    assert other.state.faces[1].recipe == own
+    np.testing.assert_array_equal(other.shown, two.shown)
+
+
+def test_zones_that_are_switched_off_leave_the_picture_of_a_plain_recipe(opened):
+    panel = opened.panel("recipe")
+    plain = opened.shown.copy()
+    panel.sliders["jaw"].edited.emit(20.0)
+    opened.settle()
+    assert (opened.shown != plain).any()
+    panel.switches["zones"].click()
+    opened.settle()
+    np.testing.assert_array_equal(opened.shown, plain)
+    assert not panel.sliders["jaw"].isEnabled()
+    assert opened.state.recipe.jaw == 20.0
+
+
 @pytest.mark.usefixtures("worked")
 def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatch):
     calls = []

@@ -138,11 +138,12 @@ def test_a_brush_is_typed_in_px_across(opened):
 
 
 def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):
-    QTest.mouseClick(opened.panel("recipe").fold.button, LEFT)
+    for fold in (opened.panel("recipe").fold, opened.panel("recipe").zones):
+        QTest.mouseClick(fold.button, LEFT)
     opened.key(KEYS.Key_B)
     sliders = opened.window.findChildren(QSlider)
     fields_ = [one.field for one in opened.window.findChildren(ValueSlider)]
-    assert len(fields_) == len(sliders) == 4
+    assert len(fields_) == len(sliders) == 10
     for field in fields_:
         for text in field._scale.ends:
             field.show_text(text)

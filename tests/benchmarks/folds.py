@@ -12,6 +12,7 @@ A drag follows from its number and the seed, so that ``--first`` goes on where a
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import sys
 import time
@@ -29,12 +30,14 @@ from kogao_core.face import Face
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.guard import hold_back
+from kogao_core.limits import OutOfBounds
 from kogao_core.one_to_one import check_one_to_one
 from kogao_core.recipe import Recipe
 from kogao_core.settings import SETTINGS
 from kogao_core.targets import aim
 from kogao_core.threads import one_blas_thread
 
+ZONES = ("cheeks", "jaw", "chin", "left", "right")
 FITS = SETTINGS["fit"].choices
 SAMPLES_PER_CELL = 11
 MOST_SAMPLES = 250  # along an axis: bounds the time of tiny lattices
@@ -56,13 +59,15 @@ def thrown(rng: np.random.Generator) -> Face:
 
 def any_recipe(rng: np.random.Generator) -> Recipe:
     """Return settings from the whole range of the sliders."""
-    return Recipe(
+    plain = Recipe(
         percent=rng.uniform(0.0, 15.0),
         center=int(rng.integers(1, 5)),
         lattice=float(np.exp(rng.uniform(np.log(0.25), np.log(4.0)))),
         fit=FITS[int(rng.integers(3))],
         threshold_px=float(rng.choice([1 / 64, rng.uniform(0.02, 2.0)])),
     )
+    zones = {name: rng.uniform(0.0, 200.0) for name in ZONES if rng.random() < 0.5}
+    return dataclasses.replace(plain, even_out=float(rng.choice([0.0, 50.0, 100.0])), **zones)
 
 
 def lowest_det(field: Field, rng: np.random.Generator) -> float:
@@ -111,9 +116,11 @@ def judge(rng: np.random.Generator, guard_off: bool) -> list[str]:
     """Return what one drag showed."""
     faces, recipe = [thrown(rng) for _ in range(int(rng.integers(1, 3)))], any_recipe(rng)
     pairs = [aim(face, recipe) for face in faces]
-    field = Field(
-        fit(pairs, [face.anchor for face in faces], [recipe] * len(faces)), fade_of(recipe)
-    )
+    try:
+        lattices = fit(pairs, [face.anchor for face in faces], [recipe] * len(faces))
+    except OutOfBounds:
+        return ["refused: too many control points"]
+    field = Field(lattices, fade_of(recipe))
     guarded = [] if guard_off else see_guarded(field, rng)
     report = check_one_to_one(field)
     if report.folds:

@@ -97,6 +97,25 @@ def test_another_resolution_is_noted_and_kept_at_its_own_size(cli, kept, tmp_pat
     assert json.loads(sidecar_of(large).read_text())["photo"]["width"] == 720
 
 
+def test_zones_are_kept_and_replayed_and_can_be_switched_off(cli, small_portrait, tmp_path):
+    path = tmp_path / "a.jpg"
+    shutil.copy(small_portrait, path)
+    zones = ("--chin", 30, "--left", 160, "--even-out", 50)
+    plain, kept, again, off = (tmp_path / f"{name}.png" for name in "pkao")
+    for out, options in (
+        (plain, ()),
+        (kept, (*zones, "--save-project")),
+        (again, ("--project", sidecar_of(path))),
+        (off, (*zones, "--no-zones")),
+    ):
+        code, _, err = cli("warp", path, "-o", out, *options)
+        assert (code, err) == (0, "")
+    recipe = json.loads(sidecar_of(path).read_text())["automatic"]["recipe"]
+    assert (recipe["chin"], recipe["left"], recipe["even_out"]) == (30, 160, 50)
+    assert again.read_bytes() == kept.read_bytes() != plain.read_bytes()
+    assert off.read_bytes() == plain.read_bytes()
+
+
 def test_projects_that_cannot_be_used_are_one_line(cli, kept, tmp_path):
     out, side = tmp_path / "x.png", sidecar_of(kept)
     Image.open(kept).crop((0, 0, 300, 240)).save(tmp_path / "cut.png")
@@ -107,6 +126,7 @@ def test_projects_that_cannot_be_used_are_one_line(cli, kept, tmp_path):
         ((kept, "--project", bad), "newer Kogao"),
         ((kept, "--project", tmp_path / "none.json"), "can't be read"),
         ((kept, "--project", side, "--percent", "3"), "leave out --percent"),
+        ((kept, "--project", side, "--chin", "80"), "leave out --chin"),
         ((kept, "--project", side, "--face", "all"), "leave out --face"),
         ((kept, "--save-project"), "exists; --force"),
         (("--sample", "--save-project"), "the sample keeps no project"),

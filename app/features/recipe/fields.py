@@ -64,6 +64,20 @@ def threshold() -> SliderScale:
     )
 
 
+def share() -> SliderScale:
+    """Return the slider of what a zone goes of the warp distance."""
+    return _percents(200)
+
+
+def even_out() -> SliderScale:
+    """Return the slider of how far the sides are evened out."""
+    return _percents(100)
+
+
+def _percents(most: int) -> SliderScale:
+    return SliderScale(0, most, 10, float, round, lambda v: tr("{v:.4g} %", v=v))
+
+
 def _threshold_text(value: float) -> str:
     lossless = value <= DEFAULT.threshold_px
     return tr("{v:.2f} px, lossless", v=value) if lossless else tr("{v:.2f} px", v=value)
@@ -137,7 +151,15 @@ def help_of(one: Alternative[str]) -> str:
     return cited(tr(one.help), tr(one.where))
 
 
-_SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
+# Parts of the face, which have a fold of their own: its letter leads to them.
+ZONES: Final = ("zones", "cheeks", "jaw", "chin", "left", "right", "even_out")
+_SCALES: Final = {
+    "percent": percent,
+    "lattice": lattice,
+    "threshold_px": threshold,
+    "even_out": even_out,
+    **dict.fromkeys(("cheeks", "jaw", "chin", "left", "right"), share),
+}
 # The keys that lead to a field's control, together with Alt.
 _LETTERS: Final = {
     "percent": "W",

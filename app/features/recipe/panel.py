@@ -24,10 +24,11 @@ from .gauge import NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
 _ALWAYS_SHOWN: Final = ("percent", "center", "lattice")  # the others fold away
+_ZONE_SLIDERS: Final = tuple(field for field in fields.ZONES if field != "zones")
 
 
 class RecipePanel(QWidget):
-    """Warp distance, centre, lattice; fit, domain, threshold and interpolation folded away.
+    """Warp distance, centre, lattice; zones, and fit, threshold and the like, folded away.
 
     Parameters
     ----------
@@ -58,6 +59,7 @@ class RecipePanel(QWidget):
         for label in (self.one_to_one, self.residual):
             label.setWordWrap(True)
             label.setToolTip(tr("≈: until the picture is there in full"))
+        self.zones = Fold(tr("&Jaw, chin, sides…"), self._zones())
         self.fold = Fold(tr("Fit, thresh&old…"), self._details())
         self.owner = OwnerLine()
         column = column_of(self, spacing=3 * GRID_PX)
@@ -72,6 +74,7 @@ class RecipePanel(QWidget):
         column.addLayout(readings)
         column.addWidget(self.centre)
         column.addWidget(self.lattice)
+        column.addWidget(self.zones)
         column.addWidget(self.fold)
 
     def show_state(self, state: State, chosen: int | None = None) -> None:
@@ -88,6 +91,8 @@ class RecipePanel(QWidget):
         for field, switch in self.switches.items():
             with QSignalBlocker(switch):
                 switch.setChecked(getattr(recipe, field))
+        for field in _ZONE_SLIDERS:
+            self.sliders[field].setEnabled(recipe.zones)
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: RenderedFrame) -> None:
@@ -144,10 +149,9 @@ class RecipePanel(QWidget):
             )
         )
 
-    def _slider(self, field: str, note_lines: int = 0) -> ValueSlider:
-        slider = ValueSlider(
-            fields.label(field), fields.scale(field), fields.tip(field), note_lines
-        )
+    def _slider(self, field: str, note_lines: int = 0, *, compact: bool = False) -> ValueSlider:
+        name, scale, tip = fields.label(field), fields.scale(field), fields.tip(field)
+        slider = ValueSlider(name, scale, tip, note_lines, compact=compact)
         slider.edited.connect(partial(self._edit, field))
         slider.rested.connect(self._commit)
         slider.refused.connect(self._refuse)
@@ -168,8 +172,8 @@ class RecipePanel(QWidget):
         self.choices[field] = box
         return box
 
-    def _switch(self, field: str) -> QCheckBox:
-        switch = QCheckBox(fields.label(field))
+    def _switch(self, field: str, text: str = "") -> QCheckBox:
+        switch = QCheckBox(text or fields.label(field))
         switch.setToolTip(fields.tip(field))
         switch.toggled.connect(lambda on: self._choose(field, on))
         self.switches[field] = switch
@@ -179,11 +183,20 @@ class RecipePanel(QWidget):
         self._edit(field, value)
         self._commit()
 
+    def _zones(self) -> QWidget:
+        zones = QWidget()
+        column = column_of(zones, spacing=GRID_PX)
+        column.addWidget(self._switch("zones", tr(SETTINGS["zones"].title)))
+        for field in _ZONE_SLIDERS:
+            column.addWidget(self._slider(field, compact=True))
+        return zones
+
     def _details(self) -> QWidget:
         details = QWidget()
         form = QFormLayout()
         form.setSpacing(2 * GRID_PX)
-        folded = [one for one in SETTINGS.values() if one.name not in _ALWAYS_SHOWN]
+        shown_elsewhere = (*_ALWAYS_SHOWN, *fields.ZONES)
+        folded = [one for one in SETTINGS.values() if one.name not in shown_elsewhere]
         for setting in (one for one in folded if one.per_face):
             self._add(setting, form)
         form.addRow(muted_label(tr("These hold for the whole photo:")))
