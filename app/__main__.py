@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .storage import Storage
 
 _SIZE: Final = (1280, 800)
+_DESKTOP_ID: Final = "org.kogao.Kogao"
 
 
 def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None) -> int:
@@ -84,7 +85,10 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
 
 def _application(storage: Storage) -> QApplication:
     """Return the application at the preferred size of its text, which Qt reads but once."""
+    from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
+
+    from kogao_core import assets
 
     from .preferences import SCALE, preferred
 
@@ -94,6 +98,9 @@ def _application(storage: Storage) -> QApplication:
         os.environ.setdefault("QT_SCALE_FACTOR", str(int(percent) / 100))
     app = QApplication(sys.argv[:1])
     app.setApplicationName("Kogao")
+    # By this name a desktop knows whose window it is, and which icon that has.
+    app.setDesktopFileName(_DESKTOP_ID)
+    app.setWindowIcon(QIcon(str(assets.path(f"desktop/{_DESKTOP_ID}.svg"))))
     return app
 
 
