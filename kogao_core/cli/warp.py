@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from importlib import import_module
 from math import isfinite
@@ -16,10 +16,11 @@ from kogao_core.cli import json_file as to_json
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from kogao_core.background import BackgroundFinder, Bends
     from kogao_core.face import Face
+    from kogao_core.geometry import Image
     from kogao_core.photo import Photo
     from kogao_core.photo.disclosure import Disclosure
     from kogao_core.pipeline import Rendering
@@ -47,8 +48,12 @@ def _corners(value: str) -> list[list[float]]:
 @click.command("warp")
 @common.takes_photo
 @click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), metavar="FILE",
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
     cls=common.LateHelp, help_text=common.output_help,
+)  # fmt: skip
+@click.option(
+    "--in-place", is_flag=True,
+    help="Write over IN itself, as a file of the same kind; kogao-cli restore brings it back.",
 )  # fmt: skip
 @options.chooses
 @points.takes_points
@@ -80,7 +85,8 @@ def command(
     sample: bool,
     max_megapixels: float,
     landmarks: str | None,
-    output: Path,
+    output: Path | None,
+    in_place: bool,
     which: str,
     recipe_file: Path | None,
     points_file: Path | None,
@@ -97,7 +103,7 @@ def command(
     force: bool,
     **choices: Any,
 ) -> None:
-    """Make the faces in the photo IN smaller and write the result to OUTPUT."""
+    """Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."""
     from kogao_core.background import BackgroundFinder
     from kogao_core.photo import read_ahead
     from kogao_core.threads import beside
@@ -107,7 +113,13 @@ def command(
     recipe = options.recipe_of(recipe_file, choices)
     disclosure = options.disclosure_of(record, label, font)
     path = common.input_path(source, sample)
-    _check_output(path, output, force)
+    if in_place:
+        _check_in_place(sample, output, save_project)
+    elif output is None:
+        raise common.Stop("name an output with -o, or use --in-place", common.USAGE)
+    else:
+        _check_output(path, output, force)
+    output = output or path
     to_json.check(json_file, force)
     if save_project:
         projects.check_free(path, sample, force)
@@ -115,7 +127,7 @@ def command(
     loading = beside(partial(common.loaded_source, landmarks)) if is_searched else nullcontext()
     with beside(_load_modules), loading as loaded:
         photo = common.read_photo(path, max_megapixels, output)
-    _check_holds(output, photo)
+    _check_photo(photo, output, in_place)
     from kogao_core.sidecar import Applied
 
     with beside(lambda: read_ahead(photo, output)) as ahead:
@@ -131,7 +143,8 @@ def command(
         finder = BackgroundFinder()
         rendering = _render(photo, done, finder)
         with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
-            note = _write(photo, rendering, done.what, disclosure, output, force, ahead)
+            write = _write_in_place if in_place else partial(_write_to, output, force)
+            note = _write(photo, rendering, done.what, disclosure, partial(write, ahead=ahead))
     bends = measured()
     notes = list(filter(None, [done.note, note, bends.note]))
     if save_project:
@@ -148,25 +161,38 @@ def _load_modules() -> None:
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:
-    from kogao_core.photo import CannotWrite, RefusedOutput, check_output
+    from kogao_core.photo import check_output
 
     if output.exists() and path.exists() and output.samefile(path) and not force:
         raise common.Stop(
             f"{output} is the photo itself; choose another output, or --force to replace it",
             common.USAGE,
         )
-    with (
-        common.stopping(CannotWrite, common.UNREADABLE),
-        common.stopping(RefusedOutput, common.USAGE),
-    ):
+    with _writing():
         check_output(output, force=force)
 
 
-def _check_holds(output: Path, photo: Photo) -> None:
-    from kogao_core.photo import RefusedOutput, check_holds
+def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> None:
+    if sample:
+        raise common.Stop("the sample isn't written over; copy it to a folder first", common.USAGE)
+    if output is not None:
+        raise common.Stop("--in-place writes over IN; leave out -o", common.USAGE)
+    if save_project:
+        raise common.Stop(
+            "a project is about the photo as it was, which --in-place replaces; leave out "
+            "--save-project",
+            common.USAGE,
+        )
 
-    with common.stopping(RefusedOutput, common.USAGE):
-        check_holds(output, photo.pixels)
+
+def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
+    from kogao_core.photo import check_holds, check_in_place
+
+    with _writing():
+        if in_place:
+            check_in_place(photo)
+        else:
+            check_holds(output, photo.pixels)
 
 
 def _chosen(faces: Sequence[Face], which: str) -> list[Face]:
@@ -214,18 +240,38 @@ def _write(
     rendering: Rendering,
     what: str,
     disclosure: Disclosure,
-    output: Path,
-    force: bool,
-    ahead: Callable[[], object],
+    write: Callable[[Photo, Image], str],
 ) -> str:
-    from kogao_core.photo import CannotWrite, RefusedOutput, write
     from kogao_core.photo.disclosure import disclose, undisclosed
 
     left_out = undisclosed(photo, rendering.pixels, disclosure)
+    with _writing():
+        note = write(*disclose(photo, rendering.pixels, disclosure, what=what))
+    return "; ".join(filter(None, [note, left_out]))
+
+
+def _write_to(
+    output: Path, force: bool, photo: Photo, pixels: Image, ahead: Callable[[], object]
+) -> str:
+    from kogao_core.photo import write
+
+    return write(photo, pixels, output, force=force, ahead=ahead)
+
+
+def _write_in_place(photo: Photo, pixels: Image, ahead: Callable[[], object]) -> str:
+    from kogao_core.originals import Originals
+    from kogao_core.photo import write_in_place
+
+    return write_in_place(photo, pixels, Originals.of_user(), ahead)
+
+
+@contextmanager
+def _writing() -> Iterator[None]:
+    """Stop where a photo can't be written, by what is in the way."""
+    from kogao_core.photo import CannotWrite, RefusedOutput
+
     with (
         common.stopping(CannotWrite, common.UNREADABLE),
         common.stopping(RefusedOutput, common.USAGE),
     ):
-        photo, pixels = disclose(photo, rendering.pixels, disclosure, what=what)
-        note = write(photo, pixels, output, force=force, ahead=ahead)
-    return "; ".join(filter(None, [note, left_out]))
+        yield

@@ -2,6 +2,7 @@
 
 from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, UnreadablePhoto
 from kogao_core.photo.formats import FORMATS, READABLE, Format
+from kogao_core.photo.in_place import check_in_place, write_in_place
 from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
 from kogao_core.photo.writing import bits_of, check_holds, check_output, read_ahead, write
@@ -18,8 +19,10 @@ __all__ = [
     "UnreadablePhoto",
     "bits_of",
     "check_holds",
+    "check_in_place",
     "check_output",
     "read",
     "read_ahead",
     "write",
+    "write_in_place",
 ]

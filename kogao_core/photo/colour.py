@@ -12,6 +12,8 @@ from PIL import ImageCms
 from kogao_core.geometry import Image
 
 _ROWS: Final = 64
+CONVERTED: Final = "converted from"
+"""How the note begins on a photo whose colour model isn't that of its file."""
 _PLAIN: Final = ("L", "LA", "RGB", "RGBA")
 # The palette, transparency and premultiplied modes lose nothing here.
 _WIDER: Final = {"1": "L", "P": "RGB", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
@@ -28,7 +30,7 @@ def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]
     profile = image.info.get("icc_profile") or None
     if image.mode in _PLAIN or image.mode in _WIDER:
         return _pixels(_plain(image)), profile, ()
-    note = f"converted from {image.mode} to RGB"
+    note = f"{CONVERTED} {image.mode} to RGB"
     if image.mode == "CMYK" and profile:
         try:
             return *_managed(image, profile), (f"{note} by its colour profile",)

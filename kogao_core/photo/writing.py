@@ -28,6 +28,7 @@ def write(
     *,
     force: bool = False,
     ahead: Callable[[], object] | None = None,
+    before: Callable[[Pieces], object] | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
@@ -49,6 +50,9 @@ def write(
     ahead : callable, optional
         Called once at most; returns what `read_ahead` returned for the same photo and format,
         where that was called before there were new pixels.
+    before : callable, optional
+        Called with what the file is to hold, just before it is put in place; it keeps what is
+        there, and nothing is kept beside it.
 
     Returns
     -------
@@ -92,7 +96,9 @@ def write(
             ahead = ahead or partial(read_ahead, photo, path)
             pieces, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
             note = _worth_knowing(photo, pixels, form, kept)
-        if path.exists() and photo.path.exists() and path.samefile(photo.path):
+        if before is not None:
+            before(pieces)
+        elif path.exists() and photo.path.exists() and path.samefile(photo.path):
             note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
         # The last look is just before the file appears: someone may have been quicker.
         put(pieces, path, lambda: check_output(path, force=force))

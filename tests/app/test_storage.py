@@ -8,6 +8,7 @@ from kogao_app.features.files import options as saving
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 
+from kogao_core import originals
 from kogao_core.recipe import Recipe
 
 
@@ -98,3 +99,7 @@ def test_presets_of_a_newer_program_outlive_changes(tmp_path):
     assert '"nnn' in kept.value("presets")
     presets.remove(kept, "n" * 60)
     assert '"nnn' not in kept.value("presets")
+
+
+def test_originals_lie_where_the_editor_keeps_what_is_the_users():
+    assert Storage.of_user().data == originals.data_folder()

@@ -484,7 +484,7 @@ def test_a_source_whose_landmarks_are_no_numbers_gives_a_sentence(
 def test_missing_words_are_usage(fails, tmp_path):
     fails(2, "Missing command", *[])
     fails(2, "No such command 'wrap'", "wrap")
-    fails(2, "Missing option '-o'", "warp", tmp_path / "in.jpg")
+    fails(2, "name an output with -o", "warp", tmp_path / "in.jpg")
     fails(2, "name one photo", "warp", "-o", tmp_path / "out.jpg")
     fails(2, "name one photo", "detect")
 

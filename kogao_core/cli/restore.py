@@ -1,0 +1,30 @@
+"""``kogao-cli restore``: a photo that was written over in place, as it was before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from kogao_core.cli import common
+
+
+@click.command("restore")
+@click.argument("file", metavar="PHOTO", type=common.PHOTO)
+@click.option("--force", is_flag=True, help="Bring it back though the file has changed since.")
+def command(file: Path, force: bool) -> None:
+    """Bring back, byte for byte, a photo that was changed in place.
+
+    The original is the file as it was before Kogao wrote there for the first time.
+    """
+    from kogao_core.originals import NoOriginal, Originals
+
+    common.check_free(file, force=True)
+    with common.stopping(NoOriginal, common.USAGE):
+        try:
+            there_was = Originals.of_user().restore(file, force=force)
+        except OSError as error:
+            raise common.Stop(
+                f"{file} can't be brought back ({error.strerror or error})", common.UNREADABLE
+            ) from error
+    click.echo(f"{file} is as it was" + (" again" if there_was else ""))

@@ -1,0 +1,203 @@
+"""The user's store of originals: photos as they were before they were written over in place."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from kogao_core.atomic import Pieces, put
+from kogao_core.strict import BadFile, parse
+
+MOST_BYTES: Final = 4 << 30
+"""How much the store holds; the oldest originals go first, but never the newest."""
+_RECORD: Final = ".json"
+_HEX: Final = 64
+_LONGEST_RECORD: Final = 1 << 12
+
+
+class NoOriginal(Exception):
+    """A file's original isn't kept, or the file has changed since; the message says what to do."""
+
+
+def data_folder() -> Path:
+    """Return where the system keeps this user's data of this program, as Qt would say."""
+    home = Path.home()
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = home / "Library" / "Application Support"
+    else:
+        named = Path(os.environ.get("XDG_DATA_HOME", ""))
+        base = named if named.is_absolute() else home / ".local" / "share"
+    return base / "kogao"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What is known of an original.
+
+    Parameters
+    ----------
+    path : str
+        SHA-256 of where it lay, at the end of all links: paths may hold any bytes.
+    original, result : str
+        SHA-256 of its bytes, and of those it was written over with.
+    """
+
+    path: str
+    original: str
+    result: str
+
+
+@dataclass(frozen=True, slots=True)
+class Originals:
+    """Originals in a folder, each a file ``TIME-HASH.jpg`` with a record beside it.
+
+    Parameters
+    ----------
+    folder : Path
+        Made when the first original is kept; nobody else may look into it.
+    most_bytes : int
+        How much it holds; the newest original stays even where it is larger.
+    """
+
+    folder: Path
+    most_bytes: int = MOST_BYTES
+
+    @staticmethod
+    def of_user() -> Originals:
+        """Return the store of this user."""
+        return Originals(data_folder() / "originals")
+
+    def keep(self, path: Path, pieces: Pieces) -> None:
+        """Keep a file that is about to be written over with `pieces`.
+
+        What this program itself had written there is no original: the first one is kept, and the
+        new result is noted beside it.
+
+        Raises
+        ------
+        OSError
+            If the file can't be read, or the store can't be written.
+        """
+        place = Path(os.path.realpath(path))
+        data = place.read_bytes()
+        present, result = _sha256([data]), _sha256(pieces)
+        for kept, record in self._of(place):
+            if record.result == present:
+                _note(kept, replace(record, result=result))
+                return
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        seconds, rest = divmod(time.time_ns(), 10**9)
+        moment = time.strftime("%Y%m%dT%H%M%S", time.gmtime(seconds))
+        kept = self.folder / f"{moment}.{rest:09}-{present[:16]}{place.suffix}"
+        put(data, kept, like=place)
+        shutil.copystat(place, kept)
+        _note(kept, Entry(_of_path(place), present, result))
+        self._shed(kept)
+
+    def behind(self, path: Path) -> Path | None:
+        """Return the original of a file that is just as it was written in place, if it is kept."""
+        place = Path(os.path.realpath(path))
+        found = list(self._of(place))
+        if not found:
+            return None
+        present = _sha256([place.read_bytes()])
+        return next((kept for kept, record in found if record.result == present), None)
+
+    def restore(self, path: Path, *, force: bool = False) -> bool:
+        """Bring a file's original back, byte for byte; tell whether there was anything to do.
+
+        Parameters
+        ----------
+        path : Path
+            The file as it was named when it was written over.
+        force : bool
+            Whether to replace what was written there by others since.
+
+        Raises
+        ------
+        NoOriginal
+            If none is kept, or the file has changed since and `force` isn't set.
+        OSError
+            If a file can't be read or written.
+        """
+        place = Path(os.path.realpath(path))
+        found = list(self._of(place))
+        if not found:
+            raise NoOriginal(
+                f"no original of {path} is kept in {self.folder}; name a file that was changed in "
+                "place"
+            )
+        present = _sha256([place.read_bytes()]) if place.exists() else ""
+        last = found[0]
+        kept, record = next((one for one in found if present == one[1].result), last)
+        if present == record.original:
+            return False
+        if present not in ("", record.result) and not force:
+            raise NoOriginal(
+                f"{path} has changed since it was written in place; --force brings the original "
+                "back all the same"
+            )
+        data = kept.read_bytes()
+        if _sha256([data]) != record.original:
+            raise NoOriginal(f"the original of {path} is damaged ({kept}); take it from a backup")
+        put(data, place, like=None if place.exists() else kept)
+        shutil.copystat(kept, place)
+        return True
+
+    def _of(self, place: Path) -> Iterator[tuple[Path, Entry]]:
+        """Yield what is kept of a file, the newest first."""
+        for note in sorted(self.folder.glob(f"*{_RECORD}"), reverse=True):
+            kept = note.with_suffix("")
+            record = _read(note)
+            if record is not None and record.path == _of_path(place) and kept.is_file():
+                yield kept, record
+
+    def _shed(self, newest: Path) -> None:
+        """Remove the oldest while there is too much; another program may be doing the same."""
+        room = self.most_bytes - newest.stat().st_size
+        kept = (note.with_suffix("") for note in self.folder.glob(f"*{_RECORD}"))
+        for one in sorted((file for file in kept if file != newest), reverse=True):
+            with suppress(OSError):
+                room -= one.stat().st_size
+                if room < 0:
+                    one.unlink()
+                    _beside(one).unlink()
+
+
+def _beside(kept: Path) -> Path:
+    return kept.with_name(kept.name + _RECORD)
+
+
+def _note(kept: Path, record: Entry) -> None:
+    put((json.dumps(asdict(record)) + "\n").encode(), _beside(kept))
+
+
+def _read(file: Path) -> Entry | None:
+    """Return a record, or None where it is gone or isn't one."""
+    try:
+        node = parse(file.read_bytes(), _LONGEST_RECORD).only(Entry.__slots__)
+        return Entry(*(node.field(name).text(_HEX) for name in Entry.__slots__))
+    except (BadFile, OSError):
+        return None
+
+
+def _sha256(pieces: Pieces) -> str:
+    digest = hashlib.sha256()
+    for piece in pieces:
+        digest.update(piece)
+    return digest.hexdigest()
+
+
+def _of_path(place: Path) -> str:
+    return _sha256([os.fsencode(place)])

@@ -1,0 +1,128 @@
+"""Write a photo over its own file, as a file of the same kind; the original goes into a store."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable
+from typing import Final
+
+from kogao_core.atomic import Pieces
+from kogao_core.geometry import Image
+from kogao_core.originals import Originals
+from kogao_core.photo import formats, kinds
+from kogao_core.photo.colour import CONVERTED
+from kogao_core.photo.errors import CannotWrite, RefusedOutput
+from kogao_core.photo.formats import FORMATS
+from kogao_core.photo.model import Photo, Stamp, is_same
+from kogao_core.photo.writing import check_output, write
+
+_PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
+
+
+def check_in_place(photo: Photo) -> None:
+    """Check that a changed photo can go over its own file without making less of it.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo as it was read.
+
+    Raises
+    ------
+    RefusedOutput
+        If its format can't be written or isn't the one of its name, its colours were converted, or
+        it holds more pictures (pages, frames, layers, channels), which would be lost. Those behind
+        a JPEG, which phones put there, are named in the note of `write_in_place` instead.
+    CannotWrite
+        If the file or its folder isn't writable.
+    """
+    path, form = photo.path, formats.BY_NAME[photo.format]
+    if form.encode is None:
+        raise RefusedOutput(
+            f"{path} is a {form.title} photo, which can't be written in place; write the result "
+            "as .jpg or .tif with -o"
+        )
+    if FORMATS.get(path.suffix.lower()) != photo.format:
+        raise RefusedOutput(
+            f"{path} is a {form.title} photo by its content; name it {path.stem}{form.suffixes[0]}"
+        )
+    check_output(path, force=True)
+    if not os.access(path, os.W_OK):
+        raise CannotWrite(f"{path} may not be written; change its permissions, or write to another")
+    if any(note.startswith(CONVERTED) for note in photo.notes):
+        raise RefusedOutput(
+            f"{path} isn't grey or RGB and wouldn't come back as it is; write the result to "
+            "another file with -o"
+        )
+    more = [extra.name for extra in photo.extras if extra.kind in _PICTURES]
+    if more and photo.format != "JPEG":
+        raise RefusedOutput(
+            f"{path} would lose what else it holds ({', '.join(dict.fromkeys(more))}); write the "
+            "result to another file with -o"
+        )
+
+
+def write_in_place(
+    photo: Photo,
+    pixels: Image,
+    originals: Originals,
+    ahead: Callable[[], object] | None = None,
+) -> str:
+    """Write new pixels over the photo's own file; see `write` for what stays as it was.
+
+    A photo may be written several times: what is kept of its file comes from the original.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo as it was read.
+    pixels : array of shape (H, W) or (H, W, C)
+        Of the photo's own shape and type.
+    originals : Originals
+        Where the file is kept before it is written over.
+    ahead : callable, optional
+        See `write`.
+
+    Returns
+    -------
+    str
+        What is worth knowing, in one line.
+
+    Raises
+    ------
+    RefusedOutput, CannotWrite
+        As `check_in_place` does; also if another program has changed the file since it was read,
+        or the store can't be written.
+    """
+    check_in_place(photo)
+    source = _as_read(photo, originals)
+    if source is photo and is_same(photo.pixels, pixels):
+        return "nothing changed: the file is as it was"
+
+    def keep(pieces: Pieces) -> None:
+        _as_read(photo, originals)
+        try:
+            originals.keep(photo.path, pieces)
+        except OSError as error:
+            raise CannotWrite(
+                f"the original of {photo.path} can't be kept in {originals.folder} "
+                f"({error.strerror or error}); make room, or write to another file"
+            ) from error
+
+    return write(source, pixels, photo.path, force=True, ahead=ahead, before=keep)
+
+
+def _as_read(photo: Photo, originals: Originals) -> Photo:
+    """Return the photo with the file that its metadata came from: its own, or the original."""
+    if photo.is_as_read:
+        return photo
+    try:
+        kept = originals.behind(photo.path)
+        if kept is not None and photo.stamp == Stamp.of(kept.stat()):
+            return dataclasses.replace(photo, path=kept)
+    except OSError:
+        pass
+    raise CannotWrite(
+        f"{photo.path} has been changed by another program since it was read; open it again"
+    )

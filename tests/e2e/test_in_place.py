@@ -1,0 +1,253 @@
+"""Photos written over in place: files of the same kind, whose originals come back."""
+
+import io
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import beside
+import cv2
+import files
+import jpeglib
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import originals, photo
+from kogao_core.originals import Originals
+
+
+@pytest.fixture(autouse=True)
+def store(monkeypatch, tmp_path):
+    """The user's store, in a folder of the test's own."""
+    monkeypatch.setattr(originals, "data_folder", lambda: tmp_path / "data")
+    return tmp_path / "data" / "originals"
+
+
+@pytest.fixture
+def jpeg(small_portrait, tmp_path):
+    return Path(shutil.copy(small_portrait, tmp_path / "photo.jpg"))
+
+
+def pixels_of(path, depth=np.uint8):
+    return cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB).astype(depth)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir() if path.is_file())
+
+
+def test_a_photo_is_written_over_and_comes_back_byte_for_byte(cli, jpeg, tmp_path, store):
+    before = jpeg.read_bytes()
+    code, said, err = cli("warp", "--in-place", jpeg)
+    assert (code, err) == (0, "")
+    assert "of the JPEG's blocks are the source's own" in said
+    assert jpeg.read_bytes() != before
+    assert names(tmp_path) == ["photo.jpg"]
+    then, now = (jpeglib.read_dct(str(path)) for path in (next(store.glob("*.jpg")), jpeg))
+    np.testing.assert_array_equal(now.qt, then.qt)
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was again\n")
+    assert jpeg.read_bytes() == before
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was\n")
+
+
+def test_the_same_pixels_come_as_in_a_copy(cli, small_portrait, tmp_path):
+    for suffix, make in files.MAKERS.items():
+        source = tmp_path / f"in{suffix}"
+        source.write_bytes(make(pixels_of(small_portrait)))
+        assert cli("warp", source, "-o", tmp_path / f"out{suffix}")[0] == 0
+        assert cli("warp", "--in-place", source)[0] == 0
+        assert source.read_bytes() == (tmp_path / f"out{suffix}").read_bytes()
+
+
+def test_a_deep_tiff_stays_what_it_was(cli, small_portrait, tmp_path):
+    path = tmp_path / "deep.tif"
+    path.write_bytes(files.tiff(pixels_of(small_portrait, np.uint16) * 257))
+    before = photo.read(path)
+    assert cli("warp", "--in-place", path)[0] == 0
+    after = photo.read(path)
+    assert after.bits == 16
+    assert after.icc_profile == before.icc_profile
+    assert after.tiff_compression == before.tiff_compression
+    assert (after.pixels != before.pixels).any()
+
+
+@pytest.mark.skipif(not shutil.which("exiftool"), reason="needs ExifTool")
+def test_exiftool_finds_the_same_metadata(cli, small_portrait, tmp_path):
+    # Strips are the writer's own; orientation 1 and whole numbers are meant where nothing is said.
+    def told(path):
+        groups = ("-EXIF:all", "-GPS:all", "-IPTC:all", "-XMP:all", "-ICC_Profile:all", "-File:all")
+        left_out = ("--IFD1:all", "--File:System:all", "--ThumbnailImage", "--Orientation")
+        layout = ("--StripOffsets", "--RowsPerStrip", "--StripByteCounts", "--SampleFormat")
+        command = ["exiftool", "-j", "-G1", *groups, *left_out, *layout, str(path)]
+        (tags,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+        return tags
+
+    for path, make in ((tmp_path / "a.jpg", files.jpeg), (tmp_path / "a.tif", files.tiff)):
+        path.write_bytes(make(pixels_of(small_portrait)))
+        before = told(path)
+        assert "GPS:GPSLatitude" in before
+        assert cli("warp", "--in-place", path)[0] == 0
+        assert told(path) == before
+
+
+def test_the_first_original_is_kept_through_several_changes(cli, jpeg, store):
+    before = jpeg.read_bytes()
+    for _ in range(3):
+        assert cli("warp", "--in-place", jpeg)[0] == 0
+    assert len(names(store)) == 2
+    assert cli("restore", jpeg)[0] == 0
+    assert jpeg.read_bytes() == before
+
+
+def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
+    before = jpeg.read_bytes()
+    assert cli("warp", "--in-place", jpeg)[0] == 0
+    Image.new("RGB", (8, 8)).save(jpeg)
+    theirs = jpeg.read_bytes()
+    code, _, err = cli("restore", jpeg)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "has changed since it was written in place; --force" in err
+    assert jpeg.read_bytes() == theirs
+    assert cli("restore", jpeg, "--force")[0] == 0
+    assert jpeg.read_bytes() == before
+
+
+def test_without_a_face_the_photo_stays_untouched(cli, tmp_path, weights, store):
+    assert weights
+    path = tmp_path / "faceless.png"
+    Image.new("RGB", (160, 120), "teal").save(path)
+    before = path.read_bytes(), path.stat().st_mtime_ns
+    assert cli("warp", "--in-place", path)[0] == 4
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == before
+    assert not store.exists()
+
+
+def test_nothing_is_written_where_nothing_changes(cli, jpeg, store):
+    before = jpeg.stat().st_mtime_ns
+    code, said, _ = cli("warp", "--in-place", jpeg, "--percent", 0)
+    assert code == 0
+    assert "nothing changed: the file is as it was" in said
+    assert jpeg.stat().st_mtime_ns == before
+    assert not store.exists()
+
+
+def two_pages(picture):
+    with io.BytesIO() as out:
+        picture.save(out, "TIFF", save_all=True, append_images=[picture])
+        return out.getvalue()
+
+
+def saved(picture, form):
+    with io.BytesIO() as out:
+        picture.save(out, form)
+        return out.getvalue()
+
+
+REFUSED = [
+    ("pages.tif", two_pages, r"would lose what else it holds \(further pictures\)"),
+    ("moving.png", lambda _: beside.animated("PNG"), "would lose what else"),
+    ("cmyk.jpg", lambda one: saved(one.convert("CMYK"), "JPEG"), "isn't grey or RGB"),
+    ("really.jpg", lambda one: saved(one, "PNG"), "is a PNG photo by its content; name it really"),
+    (
+        "no-ending",
+        lambda one: saved(one, "PNG"),
+        "is a PNG photo by its content; name it no-ending",
+    ),
+    ("raw.dng", lambda _: files.dng(), "is a raw photo, which can't be written in place"),
+]
+
+
+@pytest.mark.parametrize(("name", "make", "words"), REFUSED, ids=[one[0] for one in REFUSED])
+def test_what_would_come_back_as_less_is_refused(cli, small_portrait, tmp_path, name, make, words):
+    if name.endswith(".dng"):
+        pytest.importorskip("rawpy")
+    path = tmp_path / name
+    path.write_bytes(make(Image.fromarray(pixels_of(small_portrait))))
+    before = path.read_bytes()
+    code, said, err = cli("warp", "--in-place", path)
+    assert (code, said, err.count("\n")) == (2, "", 1)
+    assert re.search(words, err), err
+    assert path.read_bytes() == before
+    assert names(tmp_path) == [name]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--sample"], "the sample isn't written over"),
+        (["x.jpg", "-o", "y.jpg"], "leave out -o"),
+        (["x.jpg", "--save-project"], "leave out --save-project"),
+    ],
+)
+def test_what_goes_against_it_is_refused(cli, arguments, words):
+    code, _, err = cli("warp", "--in-place", *arguments)
+    assert code == 2
+    assert words in err
+
+
+def test_an_output_has_to_be_named(cli):
+    assert cli("warp", "x.jpg")[::2] == (
+        2,
+        "kogao-cli: name an output with -o, or use --in-place\n",
+    )
+
+
+def test_no_original_is_no_restoring(cli, jpeg):
+    code, _, err = cli("restore", jpeg)
+    assert code == 2
+    assert "no original of" in err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a file in the way of a folder")
+def test_an_original_that_cant_be_kept_stops_the_change(cli, jpeg, store):
+    before = jpeg.read_bytes()
+    store.parent.write_text("in the way")
+    code, _, err = cli("warp", "--in-place", jpeg)
+    assert code == 3
+    assert "the original of" in err
+    assert "can't be kept" in err
+    assert jpeg.read_bytes() == before
+
+
+def test_a_file_that_was_written_twice_by_its_editor_keeps_the_first_blocks(jpeg, store):
+    shown, place = photo.read(jpeg), Originals(store)
+    whole = jpeg.read_bytes()
+    for shade in (0, 99):
+        pixels = shown.pixels.copy()
+        pixels[:8, :8] = shade
+        note = photo.write_in_place(shown, pixels, place)
+        assert note.startswith(("99.", "100."))
+    assert photo.write_in_place(shown, shown.pixels, place) == ""
+    assert jpeg.read_bytes() == whole
+
+
+def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):
+    shown = photo.read(jpeg)
+    Image.new("RGB", (8, 8)).save(jpeg)
+    theirs = jpeg.read_bytes()
+    with pytest.raises(photo.CannotWrite, match="changed by another program since"):
+        photo.write_in_place(shown, shown.pixels // 2, Originals(store))
+    assert jpeg.read_bytes() == theirs
+
+
+def test_the_store_sheds_the_oldest_but_never_the_newest(tmp_path):
+    place = Originals(tmp_path / "store", most_bytes=25)
+    paths = [tmp_path / f"{n}.bin" for n in range(4)]
+    for path in paths:
+        path.write_bytes(bytes(10))
+        place.keep(path, [b"new"])
+        path.write_bytes(b"new")
+    assert len(names(place.folder)) == 4
+    for path in paths[:2]:
+        with pytest.raises(originals.NoOriginal, match="no original"):
+            place.restore(path)
+    for path in paths[2:]:
+        assert place.restore(path)
+        assert path.read_bytes() == bytes(10)
+    paths[0].write_bytes(bytes(99))
+    place.keep(paths[0], [b"new"])
+    assert len(names(place.folder)) == 2
