@@ -10,6 +10,7 @@ from typing import Any, Final
 from kogao_core.settings import (
     FACE_FIELDS,
     SETTINGS,
+    ZONES,
     DomainName,
     Fit,
     Interpolation,
@@ -103,6 +104,23 @@ class Recipe:
         for setting in SETTINGS.values():
             setting.check(getattr(self, setting.name))
 
+    @property
+    def amount(self) -> str:
+        """How far faces come towards which centre, and which zones differ from the rest, in words.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> kogao.Recipe(percent=6, chin=50, even_out=20).amount
+        '6 % towards centre 2, chin 50 %, even out 20 %'
+        """
+        said = [f"{self.percent:g} % towards centre {self.center}"]
+        for setting in (SETTINGS[name] for name in ZONES if self.zones):
+            value = getattr(self, setting.name)
+            if value != _DEFAULTS[setting.name]:
+                said.append(f"{setting.title.lower()} {value:g} %")
+        return ", ".join(said)
+
     def of_face(self, own: Recipe | None) -> Recipe:
         """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).
 
@@ -195,6 +213,7 @@ def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
     return fields
 
 
+_DEFAULTS: Final = dataclasses.asdict(Recipe())
 PAPER: Final = Recipe(
     fit="approximation", interpolation="bilinear", guard=False, hold_background=False
 )

@@ -300,5 +300,7 @@ _ALL: Final = (
     ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}
+# What is said of parts of the face; it counts while `zones` is on.
+ZONES: Final = ("cheeks", "jaw", "chin", "left", "right", "even_out")
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)

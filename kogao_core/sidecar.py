@@ -71,9 +71,7 @@ class Applied:
     def what(self) -> str:
         """A few words on what is done, for an edit record."""
         count = f"{len(self.faces)} face" + "s" * (len(self.faces) != 1)
-        return (
-            f"{count} made smaller: {self.recipe.percent:g} % towards centre {self.recipe.center}"
-        )
+        return f"{count} made smaller: {self.recipe.amount}"
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:

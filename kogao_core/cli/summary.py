@@ -64,8 +64,7 @@ def as_text(
     counts = rendering.pixel_counts.items()
     sound = rendering.one_to_one
     lines = [
-        f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.percent:g} % towards centre "
-        f"{recipe.center}, written to {output}",
+        f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.amount}, written to {output}",
         *(
             f"dose      asked for {asked:.2f} % of D, achieved {achieved:.2f} %{_of(number, faces)}"
             for number, (asked, achieved) in enumerate(_doses(rendering), start=1)

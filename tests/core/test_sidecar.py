@@ -110,6 +110,10 @@ def test_the_mode_decides_whose_faces_count():
     applied = sidecar.apply(project(mode="manual"), pixels, HASH)
     assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
     assert applied.what == "1 face made smaller: 3 % towards centre 2"
+    evened = dataclasses.replace(applied, recipe=Recipe(percent=0, jaw=80, even_out=50))
+    assert evened.what.endswith(": 0 % towards centre 2, jaw 80 %, even out 50 %")
+    off = dataclasses.replace(applied, recipe=Recipe(percent=3, jaw=80, zones=False))
+    assert off.what == applied.what
 
 
 def test_names_that_are_no_text_are_written_as_text(tmp_path):

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.settings import CENTERS, SETTINGS, Alternative, cited
+from kogao_core.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
 
 from ...document import DEFAULT, State
 from ...i18n import tr
@@ -151,8 +151,8 @@ def help_of(one: Alternative[str]) -> str:
     return cited(tr(one.help), tr(one.where))
 
 
-# Parts of the face, which have a fold of their own: its letter leads to them.
-ZONES: Final = ("zones", "cheeks", "jaw", "chin", "left", "right", "even_out")
+# They have a fold of their own, whose letter leads to them.
+FOLDED_ZONES: Final = ("zones", *ZONES)
 _SCALES: Final = {
     "percent": percent,
     "lattice": lattice,

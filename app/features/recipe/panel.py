@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QSizePolicy, QVBoxLayout, 
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
-from kogao_core.settings import SETTINGS, Setting
+from kogao_core.settings import SETTINGS, ZONES, Setting
 
 from ...document import DEFAULT, State
 from ...i18n import tr
@@ -24,7 +24,6 @@ from .gauge import NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
 _ALWAYS_SHOWN: Final = ("percent", "center", "lattice")  # the others fold away
-_ZONE_SLIDERS: Final = tuple(field for field in fields.ZONES if field != "zones")
 
 
 class RecipePanel(QWidget):
@@ -91,7 +90,7 @@ class RecipePanel(QWidget):
         for field, switch in self.switches.items():
             with QSignalBlocker(switch):
                 switch.setChecked(getattr(recipe, field))
-        for field in _ZONE_SLIDERS:
+        for field in ZONES:
             self.sliders[field].setEnabled(recipe.zones)
         self._show_distances(state, chosen)
 
@@ -187,7 +186,7 @@ class RecipePanel(QWidget):
         zones = QWidget()
         column = column_of(zones, spacing=GRID_PX)
         column.addWidget(self._switch("zones", tr(SETTINGS["zones"].title)))
-        for field in _ZONE_SLIDERS:
+        for field in ZONES:
             column.addWidget(self._slider(field, compact=True))
         return zones
 
@@ -195,7 +194,7 @@ class RecipePanel(QWidget):
         details = QWidget()
         form = QFormLayout()
         form.setSpacing(2 * GRID_PX)
-        shown_elsewhere = (*_ALWAYS_SHOWN, *fields.ZONES)
+        shown_elsewhere = (*_ALWAYS_SHOWN, *fields.FOLDED_ZONES)
         folded = [one for one in SETTINGS.values() if one.name not in shown_elsewhere]
         for setting in (one for one in folded if one.per_face):
             self._add(setting, form)
