@@ -159,7 +159,36 @@ def problems_of(
     recipes: Sequence[Recipe],
     protection: Protection = NOTHING,
 ) -> list[Problem]:
-    """Return what each face asks of its lattice; see `fit`."""
+    """Return what each face asks of its lattice.
+
+    Parameters
+    ----------
+    pairs, anchors, recipes : sequences of equal length
+        See `fit`.
+    protection : Protection
+        Places whose displacement is to be zero.
+
+    Returns
+    -------
+    list of Problem
+        In the order of the faces.
+
+    Raises
+    ------
+    OutOfBounds
+        See `fit`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import problems_of
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> (problem,) = problems_of([aim(face, recipe)], [face.anchor], [recipe])
+    >>> problem.movers == len(problem.target_px)  # nothing is protected
+    True
+    """
     grids = [
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
@@ -174,7 +203,33 @@ def problems_of(
 
 
 def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
-    """Return the lattice of each problem, by the fit of its recipe; see `fit`."""
+    """Return the lattice of each problem, by the fit of its recipe.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        One for each face of the photo.
+    recipes : sequence of Recipe
+        That of each face, of which `fit` is used.
+
+    Returns
+    -------
+    tuple of Lattice
+        In the order of `problems`, their control points on the `QUANTUM_PX` grid.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.fit import problems_of, solve
+    >>> from kogao_core.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> problems = problems_of([aim(face, recipe)], [face.anchor], [recipe])
+    >>> (lattice,) = solve(problems, [recipe])
+    >>> missed = lattice.at(problems[0].target_px) - problems[0].displacement_px
+    >>> bool(abs(missed).max() < 0.01)
+    True
+    """
     if not any(problem.displacement_px.any() for problem in problems):
         return tuple(problem.support.empty for problem in problems)
     fitted: dict[int, Lattice] = {}
@@ -221,7 +276,27 @@ def _check_together(problems: Sequence[Problem], empty: Sequence[Lattice]) -> No
 
 
 def on_quanta(lattice: Lattice) -> Lattice:
-    """Return the lattice with control points that are multiples of `QUANTUM_PX`."""
+    """Return the lattice with control points that are multiples of `QUANTUM_PX`.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        Any.
+
+    Returns
+    -------
+    Lattice
+        The same with each control point rounded to the nearest multiple.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.fit import QUANTUM_PX, on_quanta
+    >>> from kogao_core.lattice import Grid, Lattice
+    >>> lattice = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.full((1, 1, 2), 1.7 * QUANTUM_PX))
+    >>> (on_quanta(lattice).phi / QUANTUM_PX).tolist()
+    [[[2.0, 2.0]]]
+    """
     phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
     return Lattice(lattice.grid, lattice.first, phi)
 
