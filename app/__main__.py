@@ -47,7 +47,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     int
         0, or with ``--screenshot`` 1 when the picture can't be rendered or the search for faces
         fails, 2 for a line to protect that lies far outside the photo, 3 for a file that can't be
-        read or written and 4 for no face.
+        read or written and 4 for no face; with ``--edit`` 6 when nothing was saved.
     """
     open_standard_streams()
     # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
@@ -126,7 +126,9 @@ def _edit(
     report = editor.admit if shot is None else shot.admit
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
-    if ahead is not None or (options.photos and shot is not None):
+    if options.edit:
+        editor.errand.begin(options.photos, ahead)
+    elif ahead is not None or (options.photos and shot is not None):
         editor.files.open(options.photos[0], ahead)
     elif options.photos:
         editor.strip.show_places(options.photos)
@@ -138,6 +140,8 @@ def _edit(
         editor.recent.begin()
     editor.recovery.look()
     code = app.exec()
+    if options.edit:
+        return code or editor.errand.code
     return code if shot is None else shot.finish()
 
 
@@ -154,6 +158,8 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     options = parser.parse_args(argv)
     if options.screenshot is not None and len(options.photos) > 1:
         parser.error("--screenshot shows one photo; name one")
+    if options.edit and (options.screenshot is not None or not options.photos):
+        parser.error("--edit takes the photos to be written over; name them, and no --screenshot")
     return options
 
 
@@ -174,6 +180,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--screenshot", type=Path, metavar="OUT.png", help="save a picture of the window, and exit"
+    )
+    parser.add_argument(
+        "--edit",
+        action="store_true",
+        help="for other programs: saving writes over PHOTO; ends with 0, or 6 if nothing was saved",
     )
     parser.add_argument(
         "--workspace",

@@ -15,6 +15,7 @@ from .document import Document
 from .features.batch import Batch
 from .features.commands import Commands
 from .features.compare import Compare
+from .features.errand import Errand
 from .features.experiments import Experiments
 from .features.faces import Faces
 from .features.feature import Context
@@ -123,9 +124,10 @@ class Editor(QObject):
         self.preferences = Preferences(context)
         self.files = Files(context, self.saver, self.faces, self.save_options, self.preferences)
         self.projects = Projects(context, self.saver, self.files)
-        self.saver.offer(self.files.ask_save, self.projects.save)
+        self.saver.offer(self.files.keep, self.projects.save)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files)
+        self.errand = Errand(context, self.files, self.strip)
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)
         self.manual = Manual(context, self.points, self.protect)

@@ -50,6 +50,11 @@ class Storage:
         return self.data / "recovery"
 
     @property
+    def originals(self) -> Path:
+        """The folder of photos as they were before they were written over."""
+        return self.data / "originals"
+
+    @property
     def log(self) -> Path:
         """Where tracebacks go."""
         return self.data / "kogao.log"

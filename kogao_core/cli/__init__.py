@@ -34,6 +34,7 @@ Exit codes:
      folder, no permission, disk full)
   4  no face found
   5  some photos of a batch weren't done; its report says why
+  6  nothing was saved: kogao --edit was closed without
   70  an error in the program itself, or too little memory; with
      KOGAO_DEBUG=1 the traceback comes before the line
   130  interrupted; a batch goes on where it stopped when started again

@@ -10,7 +10,7 @@ from kogao_core.cli import common
 
 
 @click.command("restore")
-@click.argument("file", metavar="PHOTO", type=common.PHOTO)
+@click.argument("file", metavar="PHOTO", type=click.Path(path_type=Path, readable=False))
 @click.option("--force", is_flag=True, help="Bring it back though the file has changed since.")
 def command(file: Path, force: bool) -> None:
     """Bring back, byte for byte, a photo that was changed in place.

@@ -110,6 +110,8 @@ def write_in_place(
                 f"({error.strerror or error}); make room, or write to another file"
             ) from error
 
+    if source is not photo:
+        ahead = None  # what lies there now is a result
     return write(source, pixels, photo.path, force=True, ahead=ahead, before=keep)
 
 

@@ -102,4 +102,4 @@ def test_presets_of_a_newer_program_outlive_changes(tmp_path):
 
 
 def test_originals_lie_where_the_editor_keeps_what_is_the_users():
-    assert Storage.of_user().data == originals.data_folder()
+    assert Storage.of_user().originals == originals.Originals.of_user().folder

@@ -8,7 +8,16 @@ from PySide6.QtCore import Signal
 
 from kogao_core import assets
 from kogao_core.background import BackgroundFinder, held_of
-from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, read_ahead, write
+from kogao_core.originals import Originals
+from kogao_core.photo import (
+    FORMATS,
+    READABLE,
+    CannotDisclose,
+    Photo,
+    read_ahead,
+    write,
+    write_in_place,
+)
 from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
 from kogao_core.pipeline import render
 from kogao_core.sidecar import SUFFIX
@@ -42,6 +51,8 @@ class Files(Feature):
         What this holds has been taken over, and how the photo differs from the one it is about.
     unreadable(str)
         The photo that was asked for can't be opened, and why.
+    saved_over
+        The open photo has been written over.
     wants_photo(Path)
         The user has to say which photo this project file is about.
     """
@@ -49,6 +60,7 @@ class Files(Feature):
     began = Signal()
     restored = Signal(object, str)
     unreadable = Signal(str)
+    saved_over = Signal()
     wants_photo = Signal(object)
 
     def __init__(
@@ -64,6 +76,7 @@ class Files(Feature):
         self._saver, self._faces, self._options = saver, faces, options
         self._preferences = preferences
         self._left = self.document.state
+        self._saves_over = False
         # The search for the faces of a photo that is still being read.
         self._sought: FaceSearch | None = None
         self._reading = self.lane(self._opened, self._not_opened)
@@ -81,7 +94,7 @@ class Files(Feature):
                 tr("&Save a copy…"),
                 "Ctrl+S",
                 tr("Save the result under another name; the original is never touched"),
-                self.ask_save,
+                self.keep,
             ),
             Spec("quit", tr("&Quit"), "Ctrl+Q", tr("Close the window"), self.window.close),
         )
@@ -222,6 +235,22 @@ class Files(Feature):
 
     # -- saving ----------------------------------------------------------------------------------
 
+    def save_over(self) -> None:
+        """From now on save over the photo itself; originals go into the user's store."""
+        self._saves_over = True
+        save, tip = self.actions["save"], tr("Write the result over the photo itself")
+        save.setText(tr("&Save"))
+        save.setStatusTip(tip)
+        save.setToolTip(f"{tip} ({save.shortcut().toString()})")
+
+    def keep(self, then: Then | None = None) -> None:
+        """Save what is open, over the photo itself or as a copy; then do what was to follow."""
+        if not self._saves_over:
+            self.ask_save(then)
+        elif self.document.path is not None:
+            self.window.bar.clear()
+            self._write(self.document.path, then, Originals(self.storage.originals))
+
     def ask_save(self, then: Then | None = None) -> None:
         """Ask where the copy goes; a name beside the original is suggested."""
         suggested = self.suggested()
@@ -260,20 +289,25 @@ class Files(Feature):
             What to do once it is written, see `Saver`.
         """
         self.window.bar.clear()
-        original, disclosure = self.document.path, self._options.current
+        original = self.document.path
         there = original is not None and path.exists() and original.exists()
         if original is not None and there and path.samefile(original):
             self._refuse(tr("That is the original; it is never written over."))
             return
+        self._write(path, then)
 
-        finder = self.live.finder
+    def _write(self, path: Path, then: Then | None, originals: Originals | None = None) -> None:
+        finder, disclosure = self.live.finder, self._options.current
 
         def write_copy(photo: Photo, state: State) -> str:
-            return save_copy(photo, state, disclosure, path, finder, self._ahead.of(photo))
+            known = self._ahead.of(photo)
+            return save_copy(photo, state, disclosure, path, finder, known, originals)
 
         self._saver.save(path, write_copy, self._written, self._not_written, then)
 
     def _written(self, request: Request, notes: str) -> None:
+        if request.file == request.photo.path:
+            self.saved_over.emit()
         text = sentence(tr("Saved {name}", name=request.file.name))
         self.say(f"{text} {notes}".strip(), wrong=False)
 
@@ -294,10 +328,12 @@ def save_copy(
     path: Path,
     finder: BackgroundFinder,
     known: object | None,
+    originals: Originals | None = None,
 ) -> str:
     """Write a copy and return what is worth knowing of it, in sentences.
 
-    What `read_ahead` returned of the photo may be `known` already.
+    What `read_ahead` returned of the photo may be `known` already. With `originals` the photo
+    itself is written over, and kept there.
     """
     done = state.done
     with beside(lambda: read_ahead(photo, path) if known is None else known) as ahead:
@@ -307,6 +343,8 @@ def save_copy(
         )
         left_out = undisclosed(photo, rendering.pixels, disclosure)
         copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
-        # The dialog has asked before replacing a file.
-        kept = write(copy, pixels, path, force=True, ahead=ahead)
+        if originals is not None:
+            kept = write_in_place(copy, pixels, originals, ahead)
+        else:  # the dialog has asked before replacing a file
+            kept = write(copy, pixels, path, force=True, ahead=ahead)
     return " ".join(sentence(note) for note in (kept, left_out) if note)

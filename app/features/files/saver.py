@@ -94,16 +94,17 @@ class Saver(Feature):
         box = question(self.window, tr("Save before the changes are lost?"))
         lines = [
             tr("A copy is the finished picture; a project keeps points and settings to go on with.")
-        ]
+        ] * self.actions["save-project"].isVisible()
         if self.document.state.draft:
             lines.append(tr("Points of a face that isn't complete yet are in neither."))
         box.setInformativeText("\n".join(lines))
         box.setStandardButtons(buttons.Save | buttons.Discard | buttons.Cancel)
-        box.button(buttons.Save).setText(tr("&Save a copy…"))
+        box.button(buttons.Save).setText(self.actions["save"].text())
         box.button(buttons.Save).clicked.connect(lambda: self._save_copy(then))
         box.button(buttons.Discard).clicked.connect(lambda: then())
-        project = box.addButton(tr("Save &project"), QMessageBox.ButtonRole.AcceptRole)
-        project.clicked.connect(lambda: self._save_project(then))
+        if self.actions["save-project"].isVisible():
+            project = box.addButton(tr("Save &project"), QMessageBox.ButtonRole.AcceptRole)
+            project.clicked.connect(lambda: self._save_project(then))
         box.setDefaultButton(buttons.Save)
         # It was asked about the photo that was open.
         self.document.opened.connect(box.reject)

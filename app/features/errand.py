@@ -1,0 +1,82 @@
+"""Another program asks for photos: they are written over, and its answer is the exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from kogao_core.photo import CannotWrite, check_in_place
+
+from ..actions import Spec
+from ..ahead import Ahead
+from ..i18n import sentence, tr
+from ..widgets.messages import BarAction
+from .feature import Context, Feature
+from .files import Files
+from .strip import Strip
+
+CANCELLED: Final = 6
+
+
+class Errand(Feature):
+    """What ``kogao --edit`` does: saves in place, tells who asked, and goes back there."""
+
+    def __init__(self, context: Context, files: Files, strip: Strip) -> None:
+        super().__init__(context)
+        self._files, self._strip = files, strip
+        self._asked, self._saved = False, False
+        self.add_actions(
+            Spec(
+                "done",
+                tr("&Done"),
+                "Ctrl+Shift+Return",
+                tr("Save, close, and go back to the program that asked"),
+                lambda: files.keep(self.window.close),
+            )
+        )
+        self.actions["done"].setVisible(False)
+        files.saved_over.connect(self._remember)
+        self.document.opened.connect(self._check)
+
+    @property
+    def code(self) -> int:
+        """The exit code: 0 where a photo was saved, else `CANCELLED`."""
+        return 0 if self._saved else CANCELLED
+
+    def begin(self, photos: Sequence[Path], ahead: Ahead | None = None) -> None:
+        """Open the photos that another program asks for; several make a film strip.
+
+        Parameters
+        ----------
+        photos : sequence of Path
+            At least one.
+        ahead : Ahead, optional
+            The only photo, if it is being read already.
+        """
+        self._asked = True
+        self.actions["done"].setVisible(True)
+        # A project would be a second file in that program's folder, about a photo that is gone.
+        self.actions["save-project"].setVisible(False)
+        self._files.save_over()
+        if ahead is not None:
+            self._files.open(photos[0], ahead)
+        else:
+            self._strip.show_places(list(photos))
+
+    def _remember(self) -> None:
+        self._saved = True
+
+    def _check(self) -> None:
+        """Say who asked, and at once whether the photo that was opened can be written over."""
+        photo = self.document.photo
+        if not self._asked or photo is None:
+            return
+        try:
+            check_in_place(photo)
+        except CannotWrite as problem:
+            self.say(sentence(problem), holds=lambda: self.document.photo is photo)
+            return
+        text = tr("Another program asked for this photo: saving writes over it.")
+        done = BarAction(tr("Done"), self.actions["done"].trigger)
+        self.say(text, done, wrong=False, holds=lambda: self.document.photo is photo)

@@ -1,0 +1,140 @@
+"""Other programs ask for photos: saving writes over them, and the exit code tells."""
+
+import cv2
+import numpy as np
+import pytest
+from kogao_app.__main__ import main
+from kogao_app.features import errand
+from kogao_app.window import Window
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QMessageBox
+from scenes import textured_photo
+
+from kogao_core.originals import Originals
+from kogao_core.photo import read
+
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def asked(empty, photo):
+    """An editor that another program has started with a photo."""
+    empty.editor.errand.begin([photo])
+    empty.settle()
+    return empty
+
+
+def test_saving_writes_over_the_photo_and_puts_nothing_beside_it(asked, photo, storage):
+    before, beside = photo.read_bytes(), set(photo.parent.iterdir())
+    shown = asked.shown.copy()
+    asked.key(Qt.Key.Key_S, CONTROL)
+    asked.settle()
+    np.testing.assert_array_equal(read(photo).pixels, shown)
+    assert set(photo.parent.iterdir()) - beside <= {storage.data.parent}
+    assert asked.say().startswith("Saved portrait.png.")
+    assert asked.editor.errand.code == 0
+    assert Originals(storage.originals).restore(photo)
+    assert photo.read_bytes() == before
+
+
+def test_a_second_save_starts_from_the_original_again(asked, photo, storage):
+    before = photo.read_bytes()
+    for _ in range(2):
+        asked.change_something()
+        asked.settle()
+        asked.key(Qt.Key.Key_S, CONTROL)
+        asked.settle()
+        np.testing.assert_array_equal(read(photo).pixels, asked.shown)
+    assert Originals(storage.originals).restore(photo)
+    assert photo.read_bytes() == before
+
+
+def test_done_saves_and_closes(asked, photo):
+    before = photo.read_bytes()
+    asked.change_something()
+    asked.settle()
+    asked.key(Qt.Key.Key_Return, CONTROL, SHIFT)
+    asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
+    assert photo.read_bytes() != before
+    assert asked.editor.errand.code == 0
+
+
+def test_the_bar_says_who_asked_and_offers_to_be_done(asked):
+    assert asked.say().startswith("Another program asked for this photo")
+    asked.take_step("Done")
+    asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
+    assert asked.editor.errand.code == 0
+
+
+def test_leaving_changes_asks_for_no_copy_and_no_project(asked, photo):
+    before = photo.read_bytes()
+    asked.change_something()
+    asked.settle()
+    asked.window.close()
+    box = asked.dialog(QMessageBox)
+    offered = {button.text().replace("&", "") for button in box.buttons()}
+    assert "Save" in offered
+    assert not offered & {"Save a copy…", "Save project"}
+    box.button(QMessageBox.StandardButton.Discard).click()
+    assert not asked.window.isVisible()
+    assert photo.read_bytes() == before
+    assert asked.editor.errand.code == errand.CANCELLED
+
+
+def test_what_cant_be_written_over_is_said_when_it_is_opened(empty, photo):
+    other = photo.with_suffix(".jpg")
+    photo.rename(other)
+    empty.editor.errand.begin([other])
+    empty.settle()
+    assert "is a PNG photo by its content" in empty.say()
+    before = other.read_bytes()
+    empty.key(Qt.Key.Key_S, CONTROL)
+    empty.settle()
+    assert "is a PNG photo by its content" in empty.say()
+    assert other.read_bytes() == before
+    assert empty.editor.errand.code == errand.CANCELLED
+
+
+def test_several_photos_make_a_film_strip(empty, photo, tmp_path):
+    other = tmp_path / "other.png"
+    assert cv2.imwrite(str(other), textured_photo(seed=5))
+    empty.editor.errand.begin([photo, other])
+    empty.settle()
+    assert empty.panel("strip").count() == 2
+    assert empty.editor.document.path == photo
+
+
+def test_elsewhere_a_photo_stays_as_it_is(opened, photo):
+    before = photo.read_bytes()
+    opened.key(Qt.Key.Key_Return, CONTROL, SHIFT)
+    opened.editor.files.save(photo)
+    opened.settle()
+    assert opened.window.isVisible()
+    assert photo.read_bytes() == before
+
+
+@pytest.mark.parametrize(("saves", "code"), [(True, 0), (False, 6)])
+def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, saves, code):
+    assert storage
+    before = photo.read_bytes()
+
+    def act(patience):
+        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
+        if "portrait" not in window.windowTitle() and patience:
+            QTimer.singleShot(50, lambda: act(patience - 1))
+        elif saves:
+            window.actions_by_name["done"].trigger()
+        else:
+            window.close()
+
+    QTimer.singleShot(100, lambda: act(200))
+    assert main(["--edit", str(photo)], source) == code
+    assert (photo.read_bytes() != before) == saves
+
+
+@pytest.mark.parametrize("words", [["--edit"], ["--edit", "a.jpg", "--screenshot", "b.png"]])
+def test_an_errand_without_a_photo_is_a_wrong_call(words, source, capsys):
+    with pytest.raises(SystemExit) as ending:
+        main(words, source)
+    assert ending.value.code == 2
+    assert "--edit takes the photos" in capsys.readouterr().err
