@@ -90,7 +90,12 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *("compare-wipe", "compare-side", "compare-difference", None),
             *("wipe-left", "wipe-right", "loupe"),
         ),
-        tr("Pro&tect"): (*every("tool-"), *("hard", None), *("smaller", "larger", "unprotect")),
+        tr("Pro&tect"): (
+            *every("tool-"),
+            *("hard", None),
+            *("smaller", "larger", "unprotect"),
+            *(None, "lines-go", "lines-hold"),
+        ),
         tr("E&xperiments"): (*every("experiment-"), *(None, "rate")),
         tr("&Help"): ("palette", "about"),
     }

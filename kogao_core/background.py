@@ -26,8 +26,9 @@ _APART: Final = 0.03
 _CUTS: Final = 256  # steps along a line at which it can be cut
 _HALF: Final = 0.5
 _HAIR_COUNTS: Final = "lines of hair and clothes count as lines of the background"
-# Two finds of the same line differ by so much at most, in the shortest line that counts.
-_SAME: Final = 0.15
+# Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
+# shortest line that counts.
+_SAME: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +67,20 @@ class Background:
             return NOTHING_HELD
         free = [self.is_loose(line, loose) for line in self.lines]
         return Held(self.lines[~np.array(free, bool)], self.neighbours)
+
+    def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
+        """Return the lines let go, with one more, or without it where it is one of them.
+
+        Parameters
+        ----------
+        line : Line
+            One of `lines`.
+        loose : sequence of Line
+            See `held`.
+        """
+        ends, reach = np.array(line), _SAME * self.shortest_px
+        others = [one for one in loose if not _is_part_of(ends, np.array(one), reach)]
+        return tuple(others) if len(others) < len(loose) else (*loose, line)
 
     def is_loose(self, line: Array, loose: Sequence[Line]) -> bool:
         """Return whether a line is one of those that the user lets go.

@@ -9,6 +9,9 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from kogao_core.bend import BentLine
+from kogao_core.geometry import Array
+
 from ..i18n import tr
 from ..view_state import ViewState
 from .handles import Handle, apart, corners, face_at, handles
@@ -40,6 +43,8 @@ class PhotoCanvas(Viewport):
     -------
     picked(int)
         A face is clicked.
+    line_clicked(BentLine)
+        A straight line of the background is clicked that is held or let go.
     menu_wanted(int, QPoint)
         The menu of a face is asked for, by a right click or by key, at a place of the screen.
     grabbed(Handle, float, float), dragged(float, float), released
@@ -60,6 +65,7 @@ class PhotoCanvas(Viewport):
     """
 
     picked = Signal(int)
+    line_clicked = Signal(object)
     menu_wanted = Signal(int, QPoint)
     grabbed = Signal(object, float, float)
     dragged = Signal(float, float)
@@ -157,6 +163,18 @@ class PhotoCanvas(Viewport):
                 return badge.face
         return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
 
+    def line_at(self, at: QPointF) -> BentLine | None:
+        """Return the nearest line under a point of the viewport that a click lets go or holds."""
+        view = self.shown
+        if view.original or view.busy_hands or "straight" not in view.visible:
+            return None
+        here, nearest, least = self.to_photo(at), None, self._in_photo(_MARK_PX)
+        for line in view.lines:
+            distance = _from_line(here, line)
+            if line.holding and distance < least:
+                nearest, least = line, distance
+        return nearest
+
     def _in_photo(self, screen_px: float) -> float:
         return screen_px * float(self.devicePixelRatioF()) / self.zoom
 
@@ -225,10 +243,13 @@ class PhotoCanvas(Viewport):
             self._point_at(handle)
             if self.on_knob(at):
                 self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
-            elif handle is None and self.face_at(at) not in (None, self.shown.face):
+            elif handle is None and self._answers_a_click(at):
                 self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
             self.hovered.emit(handle, *self.to_photo(at).tolist())
         event.accept()
+
+    def _answers_a_click(self, at: QPointF) -> bool:
+        return self.line_at(at) is not None or self.face_at(at) not in (None, self.shown.face)
 
     def _pan_once_dragged(self, start: QPointF, at: QPointF) -> None:
         if (at - start).manhattanLength() >= QApplication.startDragDistance():
@@ -250,8 +271,12 @@ class PhotoCanvas(Viewport):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go, or select the face that was clicked."""
         self._wiping = False
-        face = None if self._clicked is None else self.face_at(self._clicked)
-        if face is not None:
+        clicked = self._clicked
+        line = None if clicked is None else self.line_at(clicked)
+        face = None if clicked is None else self.face_at(clicked)
+        if line is not None:
+            self.line_clicked.emit(line)
+        elif face is not None:
             self.picked.emit(face)
         self._lift()
         self.end_pan()
@@ -344,3 +369,10 @@ class PhotoCanvas(Viewport):
             if not handle.movable:
                 shape = Qt.CursorShape.PointingHandCursor
         self.viewport().setCursor(shape)
+
+
+def _from_line(point: Array, line: BentLine) -> float:
+    """Return how far a point is from a line between its ends, px."""
+    start, along = np.array(line.start_px), np.subtract(line.end_px, line.start_px)
+    t = np.clip((point - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
+    return float(np.linalg.norm(point - start - t * along))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,11 +10,14 @@ from PySide6.QtCore import Signal
 
 from kogao_core.assets import AssetMissing
 from kogao_core.background import BackgroundFinder, Bends, measure
+from kogao_core.bend import BentLine
 from kogao_core.display import Rgb8
-from kogao_core.geometry import Affine, Image
+from kogao_core.geometry import Affine, Image, Line
 from kogao_core.landmarks import ModelRefused
 from kogao_core.person import PersonFinder, PersonMask
+from kogao_core.project_json import as_line
 
+from ..actions import Spec
 from ..i18n import reason, sentence, tr
 from ..render.live import RenderedFrame
 from .feature import Context, Feature
@@ -59,10 +63,53 @@ class Surroundings(Feature):
         self._frame: RenderedFrame | None = None
         self._note = ""
         self._lane = self.lane(self._show, self._fail)
+        self.add_actions(
+            Spec(
+                "lines-go",
+                tr("Let all lines &go"),
+                "Shift+S",
+                tr("Let the warp bend every straight line of the background"),
+                self.let_all_go,
+            ),
+            Spec(
+                "lines-hold",
+                tr("H&old all lines"),
+                "Shift+H",
+                tr("Keep every straight line of the background straight where it can be"),
+                self.hold_all,
+            ),
+        )
+        self.window.canvas.line_clicked.connect(self.toggle)
         self.live.drawn.connect(self._follow)
         self.document.opened.connect(self._forget)
         for name in ("straight", "people"):
             self.actions[f"overlay-{name}"].toggled.connect(self._look)
+
+    def toggle(self, line: BentLine) -> None:
+        """Let a line go that is held, or hold one that was let go; it is one undo step."""
+        seen = self.live.background
+        if seen is None:
+            return
+        text = tr("Let a line go") if line.holding == "held" else tr("Hold a line")
+        self._step(seen.toggled((line.start_px, line.end_px), self.document.state.loose), text)
+
+    def let_all_go(self) -> None:
+        """Hold no line, neither those seen now nor those let go before."""
+        seen, loose = self.live.background, self.document.state.loose
+        if seen is not None:
+            more = (as_line(line) for line in seen.lines if not seen.is_loose(line, loose))
+            self._step((*loose, *more), tr("Let all lines go"))
+
+    def hold_all(self) -> None:
+        """Hold every line, and hold them at all."""
+        before = self.document.state
+        if before.loose or not before.recipe.hold_background:
+            state = before.with_choices(None, hold_background=True)
+            self.document.step(dataclasses.replace(state, loose=()), tr("Hold all lines"))
+
+    def _step(self, loose: tuple[Line, ...], text: str) -> None:
+        if loose != self.document.state.loose:
+            self.document.step(dataclasses.replace(self.document.state, loose=loose), text)
 
     def _follow(self, frame: RenderedFrame) -> None:
         if frame.whole:

@@ -26,6 +26,11 @@ class Holding:
         self._photo, self._finder = photo, finder
         self._last: Background | None = None
 
+    @property
+    def background(self) -> Background | None:
+        """What was last seen of the background, if anyone looked."""
+        return self._last
+
     def whole(self, state: State) -> Held:
         """Return what the whole photo's rendering holds, px of the photo."""
         done = state.done

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
-from kogao_core.background import BackgroundFinder
+from kogao_core.background import Background, BackgroundFinder
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Box
 from kogao_core.holding import NOTHING_HELD, Held
@@ -202,6 +202,7 @@ class Live(QObject):
         self._followed: State | None = None
         self._held = False
         self.finder = BackgroundFinder()
+        self._holding: Holding | None = None
         self._whole: Surface | None = None
         self._preview: Surface | None = None
         self._lanes = tuple(Lane(pool, self.failed.emit, self) for _ in range(3))
@@ -218,6 +219,11 @@ class Live(QObject):
     def busy(self) -> bool:
         """True while the canvas doesn't yet show the newest state at full resolution."""
         return self._rest.isActive() or any(lane.busy for lane in self._lanes)
+
+    @property
+    def background(self) -> Background | None:
+        """What was last seen of the photo's background, if anyone looked."""
+        return None if self._holding is None else self._holding.background
 
     def is_final(self, frame: RenderedFrame | None) -> bool:
         """Return whether a picture stays as it is unless the document changes."""
@@ -250,8 +256,8 @@ class Live(QObject):
         self._held = True
         photo = self._document.pyramid
         if photo is not None and self._document.photo is not None:
-            holding = Holding(self._document.photo.pixels, self.finder)
-            self._whole, self._preview = Surface(photo, holding), Surface(photo, holding)
+            self._holding = Holding(self._document.photo.pixels, self.finder)
+            self._whole, self._preview = (Surface(photo, self._holding) for _ in range(2))
             self._canvas.open(photo)
 
     def _follow(self) -> None:

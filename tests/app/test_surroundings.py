@@ -16,6 +16,7 @@ from kogao_core import background, cli
 from kogao_core.assets import AssetMissing
 from kogao_core.geometry import Affine
 from kogao_core.person import PersonLook, PersonMask
+from kogao_core.project import load
 from kogao_core.sidecar import sidecar_of
 
 KEYS = Qt.Key
@@ -129,3 +130,67 @@ def test_a_picture_is_taken_without_the_network(finder, source, door, tmp_path):
     arguments = [str(path), "--screenshot", str(shot), "--show", "straight,people"]
     assert main(arguments, source) == 0
     assert shot.is_file()
+
+
+def held_line(driver):
+    return max(driver.editor.view.lines, key=lambda line: line.unheld_px)
+
+
+@pytest.mark.usefixtures("finder")
+def test_a_click_lets_a_line_go_and_another_holds_it_again(empty, door):
+    path, _ = door
+    empty.open(path)
+    hide_marks(empty)
+    empty.key(KEYS.Key_S)
+    make_smaller(empty, 9.0)
+    line = held_line(empty)
+    assert (line.holding, line.bend_px < 0.5) == ("held", True)
+    middle = np.mean([line.start_px, line.end_px], axis=0)
+    for holding, bends, text in (("let go", True, "Let a line go"), ("held", False, "Hold a line")):
+        empty.click(empty.canvas.to_screen(middle).toPoint())
+        empty.settle()
+        clicked = min(
+            empty.editor.view.lines, key=lambda one: abs(one.start_px[0] - line.start_px[0])
+        )
+        assert (clicked.holding, clicked.bend_px > 1.0) == (holding, bends)
+        assert empty.editor.document.undo.undoText() == text
+
+
+@pytest.mark.usefixtures("finder")
+def test_all_lines_are_let_go_and_held_and_the_project_carries_it(empty, door):
+    path, _ = door
+    empty.open(path)
+    hide_marks(empty)
+    empty.key(KEYS.Key_S)
+    make_smaller(empty, 9.0)
+    empty.editor.window.actions_by_name["lines-go"].trigger()
+    empty.settle()
+    assert {line.holding for line in empty.editor.view.lines} == {"let go"}
+    assert held_line(empty).bend_px == held_line(empty).unheld_px > 1.0
+    save_project(empty)
+    loose = empty.state.loose
+    assert np.array(load(sidecar_of(path)).loose) == pytest.approx(np.array(loose))
+    empty.editor.window.actions_by_name["lines-hold"].trigger()
+    empty.settle()
+    assert {line.holding for line in empty.editor.view.lines} == {"held"}
+    assert held_line(empty).bend_px < 0.5
+
+
+@pytest.mark.usefixtures("finder")
+def test_a_preview_holds_what_the_whole_photo_does(empty, door):
+    path, x = door
+    empty.open(path)
+    make_smaller(empty, 9.0)
+    whole = empty.editor.view.frame
+    recipe = dataclasses.replace(empty.state.recipe, percent=8.9)
+    drawn = []
+    empty.editor.live.drawn.connect(drawn.append)
+    empty.editor.document.preview(dataclasses.replace(empty.state, recipe=recipe), "Warp")
+    empty.qtbot.waitUntil(lambda: bool(drawn))
+    assert not drawn[0].whole
+    rows = np.linspace(100.0, SHOULDERS - 40.0, 40)
+    points = np.column_stack([np.full(40, float(x)), rows])
+    to_photo = drawn[0].to_photo
+    across = np.abs(drawn[0].rendering.field.at(to_photo.inverse(points))[:, 0]) * to_photo.scale
+    assert np.abs(whole.rendering.unheld.at(points)[:, 0]).max() > 1.0
+    assert across.max() < 0.3

@@ -9,20 +9,24 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QPainter, QPainterPath
 
-from kogao_core.bend import SEEN_PX
+from kogao_core.bend import SEEN_PX, BentLine
 from kogao_core.display import Rgb8
 
 from ...i18n import tr
 from . import glyphs
 from .overlay import Overlay, Place
 
+_DASHED: Final = Qt.PenStyle.DashLine
 _TICK_PX: Final = 5.0
 _BESIDE: Final = QPointF(8.0, 0.0)
 _OPACITY: Final = 0.45
 
 
 class BentLines(Overlay):
-    """Thin lines with ticks at their ends; bent ones thick, in another colour, with their px."""
+    """Thin lines with ticks at their ends; bent ones thick, in another colour, with their px.
+
+    Lines that would bend but for being held are thick, too; those that are let go are dashed.
+    """
 
     name = "straight"
     height = 70
@@ -47,13 +51,23 @@ class BentLines(Overlay):
             across = chord.normalVector().unitVector()
             tick = QPointF(across.dx(), across.dy()) * _TICK_PX
             ticks = [QLineF(at - tick, at + tick) for at in (start, end)]
-            if line.bend_px < SEEN_PX:
-                glyphs.lines(painter, [chord, *ticks], glyphs.STRAIGHT, 1.0)
+            is_bent, would_bend = line.bend_px >= SEEN_PX, line.unheld_px >= SEEN_PX
+            colour = glyphs.BENT if is_bent else glyphs.STRAIGHT
+            style = _DASHED if line.holding == "let go" else Qt.PenStyle.SolidLine
+            width = 2.4 if would_bend or is_bent else 1.0
+            glyphs.lines(painter, [chord, *ticks], colour, width, style=style)
+            if not is_bent:
                 continue
-            glyphs.lines(painter, [chord, *ticks], glyphs.BENT, 2.4)
-            middle, text = chord.center(), tr("{px:.1f} px", px=line.bend_px)
+            middle, text = chord.center(), _words(line)
             within = place.viewport if place.viewport.contains(middle) else None
             glyphs.label(painter, middle + _BESIDE, text, bold=True, within=within)
+
+
+def _words(line: BentLine) -> str:
+    """Return how far a line bends, and what it would be if none were held."""
+    if line.holding == "held" and line.unheld_px > line.bend_px:
+        return tr("{px:.1f} of {all:.1f} px", px=line.bend_px, all=line.unheld_px)
+    return tr("{px:.1f} px", px=line.bend_px)
 
 
 class People(Overlay):

@@ -44,9 +44,10 @@ def lines(
     width: float = 1.2,
     *,
     case: bool = True,
+    style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
     """Draw segments in `colour`, inside a dark case unless they are many."""
-    pens = (QPen(CASE, width + 1.6), QPen(colour, width))
+    pens = (QPen(CASE, width + 1.6), QPen(colour, width, style))
     for pen in pens if case else pens[1:]:
         pen.setCapStyle(Qt.PenCapStyle.FlatCap)
         painter.setPen(pen)
