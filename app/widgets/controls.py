@@ -55,7 +55,7 @@ class GestureSlider(QSlider):
 
     def __init__(self, scale: SliderScale) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        speak_values()
+        speak_values(GestureSlider)
         self.scale = scale
         self.setRange(scale.low, scale.high)
         self.setPageStep(scale.page)

@@ -28,20 +28,18 @@ _FOCUS: Final = "SetFocus"
 
 
 @cache
-def speak_values() -> None:
-    """Tell Qt how sliders of ours are spoken; it holds for as long as the program runs."""
-    QAccessible.installFactory(_interface)
+def speak_values(kind: type[GestureSlider]) -> None:
+    """Tell Qt how sliders of a kind are spoken; it holds for as long as the program runs."""
+
+    def interface(_: str, thing: QObject) -> QAccessibleInterface | None:
+        return SpokenSlider(thing) if isinstance(thing, kind) else None
+
+    QAccessible.installFactory(interface)
 
 
 def announce(widget: QWidget, text: str) -> None:
     """Have a screen reader say something that just happened, after what it is saying now."""
     QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(widget, text))
-
-
-def _interface(_: str, thing: QObject) -> QAccessibleInterface | None:
-    from .controls import GestureSlider
-
-    return SpokenSlider(thing) if isinstance(thing, GestureSlider) else None
 
 
 class SpokenSlider(QAccessibleObject):
