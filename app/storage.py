@@ -25,7 +25,7 @@ class Storage:
     config : Path
         For settings.
     data : Path
-        For recovery files, and a log of what went wrong.
+        For recovery files, presets, and a log of what went wrong.
     """
 
     config: Path
@@ -53,6 +53,11 @@ class Storage:
     def originals(self) -> Path:
         """The folder of photos as they were before they were written over."""
         return self.data / "originals"
+
+    @property
+    def presets(self) -> Path:
+        """The folder of the user's presets, which the command line knows, too."""
+        return self.data / "presets"
 
     @property
     def log(self) -> Path:

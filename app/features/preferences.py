@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from kogao_core.presets import listed
 from kogao_core.recipe import Recipe
 
 from .. import preferences, theme
@@ -38,6 +40,8 @@ class PreferencesDialog(QDialog):
     ----------
     settings : QSettings
         Where they are kept.
+    recipes : mapping of str to Recipe
+        Presets, by name.
     parent : QWidget
         The window.
 
@@ -49,11 +53,11 @@ class PreferencesDialog(QDialog):
 
     changed = Signal()
 
-    def __init__(self, settings: QSettings, parent: QWidget) -> None:
+    def __init__(self, settings: QSettings, recipes: Mapping[str, Recipe], parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Preferences"))
-        self._settings = settings
+        self._settings, self._recipes = settings, recipes
         self.controls: dict[str, ChoiceBox | QLineEdit] = {}
         rows = QGridLayout()
         rows.setHorizontalSpacing(3 * GRID_PX)
@@ -88,7 +92,7 @@ class PreferencesDialog(QDialog):
     def _choice(self, what: Preference) -> ChoiceBox:
         box = ChoiceBox()
         now = preferences.preferred(self._settings, what)
-        known = what.choices() if what.kind == "choice" else _recipes(self._settings, now)
+        known = what.choices() if what.kind == "choice" else _texts(self._recipes, now)
         for text, words in known.items():
             box.addItem(words, text)
         box.setCurrentIndex(max(0, box.findData(now)))
@@ -119,11 +123,10 @@ class PreferencesDialog(QDialog):
         self.changed.emit()
 
 
-def _recipes(settings: QSettings, now: str) -> dict[str, str]:
+def _texts(recipes: Mapping[str, Recipe], now: str) -> dict[str, str]:
     """Return the recipes there are, by their texts; one kept that has no name any more, too."""
     first = preferences.recipe_text(Recipe())
-    named = {**presets.built_in(), **presets.own(settings)}
-    texts = {preferences.recipe_text(recipe): name for name, recipe in named.items()}
+    texts = {preferences.recipe_text(recipe): name for name, recipe in recipes.items()}
     found = {"": texts.pop(first, tr("Kogao's own")), **texts}
     kept = preferences.recipe_in(now)
     if kept is not None and now not in found:
@@ -158,7 +161,8 @@ class Preferences(Feature):
 
     def ask(self) -> None:
         """Show the dialog."""
-        dialog = PreferencesDialog(self.settings, self.window)
+        recipes = presets.built_in() | listed(self.storage.presets)
+        dialog = PreferencesDialog(self.settings, recipes, self.window)
         dialog.changed.connect(self.changed)
         dialog.open()
 

@@ -1,71 +1,26 @@
-"""Recipes with names: those that come with the program, and the user's own."""
+"""Recipes with names: those that come with the program, and the user's own, a file each."""
 
 from __future__ import annotations
 
-import json
-from typing import Any, Final
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
-from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
-from kogao_core.recipe import PAPER, Recipe
+from kogao_core import presets
+from kogao_core.recipe import Recipe
 
 from ..actions import Spec
-from ..i18n import tr
+from ..i18n import sentence, tr
+from ..widgets.dialogs import ask_path, confirm
 from .feature import Context, Feature
 from .recipe import RecipeEditing
-
-_KEY: Final = "presets"
-LONGEST_NAME: Final = 60
 
 
 def built_in() -> dict[str, Recipe]:
     """Return the recipes that come with the program, by name."""
-    return {
-        tr("Retoucher's, 4 %"): Recipe(),
-        tr("Gentle, 2 %"): Recipe(percent=2.0),
-        tr("Clear, 6 %"): Recipe(percent=6.0),
-        tr("The paper's"): PAPER,
-    }
-
-
-def own(settings: QSettings) -> dict[str, Recipe]:
-    """Return the user's recipes by name; what this program can't read is left out."""
-    found = {}
-    for name, values in _stored(settings).items():
-        try:
-            found[name[:LONGEST_NAME]] = Recipe.from_dict(values)
-        except (ValueError, TypeError):  # written by a newer program, or by hand
-            continue
-    return found
-
-
-def add(settings: QSettings, name: str, recipe: Recipe) -> None:
-    """Keep a recipe under a name, in place of any other of that name."""
-    _store(settings, {**_without(settings, name), name[:LONGEST_NAME]: recipe.to_dict()})
-
-
-def remove(settings: QSettings, name: str) -> None:
-    """Forget a recipe of the user's."""
-    _store(settings, _without(settings, name))
-
-
-def _stored(settings: QSettings) -> dict[str, Any]:
-    try:
-        stored = json.loads(str(settings.value(_KEY, "{}")))
-    except (ValueError, RecursionError):
-        return {}
-    return stored if isinstance(stored, dict) else {}
-
-
-def _without(settings: QSettings, name: str) -> dict[str, Any]:
-    # Those that can't be read stay: a newer program can.
-    stored = _stored(settings)
-    return {n: values for n, values in stored.items() if n[:LONGEST_NAME] != name[:LONGEST_NAME]}
-
-
-def _store(settings: QSettings, stored: dict[str, Any]) -> None:
-    settings.setValue(_KEY, json.dumps(stored))
+    return {tr(name): recipe for name, recipe in presets.BUILT_IN.items()}
 
 
 class Presets(Feature):
@@ -81,7 +36,21 @@ class Presets(Feature):
                 "Ctrl+Alt+S",
                 tr("Keep these settings under a name"),
                 self._ask_name,
-            )
+            ),
+            Spec(
+                "import-preset",
+                tr("&Import presets…"),
+                "Ctrl+Alt+I",
+                tr("Take settings in files as presets of your own"),
+                self._ask_files,
+            ),
+            Spec(
+                "export-preset",
+                tr("&Export settings…"),
+                "Ctrl+Alt+E",
+                tr("Write the settings of the photo or of the selected face as a file"),
+                self._ask_target,
+            ),
         )
         self.menu = self.window.menus["presets"] = QMenu(tr("Prese&ts"), self.window)
         self.menu.aboutToShow.connect(self.fill)
@@ -89,7 +58,7 @@ class Presets(Feature):
 
     def fill(self) -> None:
         """List what there is now."""
-        mine = own(self.settings)
+        mine = presets.listed(self.storage.presets)
         self.menu.clear()
         for name, recipe in (*built_in().items(), *mine.items()):
             use = self.menu.addAction(name.replace("&", "&&"))
@@ -98,7 +67,8 @@ class Presets(Feature):
             if recipe is list(built_in().values())[-1] and mine:
                 self.menu.addSeparator()
         self.menu.addSeparator()
-        self.menu.addAction(self.actions["save-preset"])
+        for name in ("save-preset", "import-preset", "export-preset"):
+            self.menu.addAction(self.actions[name])
         self._add_removal(list(mine))
 
     def _add_removal(self, names: list[str]) -> None:
@@ -106,7 +76,7 @@ class Presets(Feature):
         menu.setEnabled(bool(names))
         for name in names:
             gone = menu.addAction(name.replace("&", "&&"))
-            gone.triggered.connect(lambda _=False, n=name: remove(self.settings, n))
+            gone.triggered.connect(lambda _=False, n=name: self._remove(n))
         self.menu.addMenu(menu)
 
     def _use(self, name: str, recipe: Recipe) -> None:
@@ -123,5 +93,60 @@ class Presets(Feature):
 
     def _save(self, name: str) -> None:
         if name.strip():
-            recipe = self.document.state.recipe_of(self.view.face)
-            add(self.settings, name.strip(), recipe)
+            self._keep(name.strip(), self.document.state.recipe_of(self.view.face))
+
+    def _ask_files(self) -> None:
+        ask_path(self.window, tr("Import presets"), self._import, "files", filters=[_json_filter()])
+
+    def _import(self, file: Path) -> None:
+        name = presets.name_of(file)
+        try:
+            keep = partial(self._keep, name, presets.read(file))
+        except ValueError as error:
+            self.say(sentence(error))
+            return
+        if name in presets.listed(self.storage.presets):
+            text = tr("There is a preset {name} already. Replace it?", name=name)
+            confirm(self.window, text, tr("&Replace"), keep)
+        else:
+            keep()
+
+    def _keep(self, name: str, recipe: Recipe) -> None:
+        try:
+            done = self._try(lambda: presets.add(self.storage.presets, name, recipe))
+        except ValueError as error:
+            self.say(sentence(error))
+            return
+        if done:
+            self.say(tr("{name} is among your presets now.", name=name), wrong=False)
+
+    def _ask_target(self) -> None:
+        ask_path(
+            self.window,
+            tr("Export settings"),
+            self._export,
+            "new",
+            filters=[_json_filter()],
+            endings=[presets.ENDING],
+        )
+
+    def _export(self, file: Path) -> None:
+        recipe = self.document.state.recipe_of(self.view.face)
+        self._try(lambda: presets.write(recipe, file))
+
+    def _remove(self, name: str) -> None:
+        self._try(lambda: presets.remove(self.storage.presets, name))
+
+    def _try(self, act: Callable[[], object]) -> bool:
+        """Do something with a file, or say why it can't be done; return whether it was."""
+        try:
+            act()
+        except OSError as error:
+            why, file = error.strerror or str(error), error.filename or self.storage.presets
+            self.say(tr("{file} can't be written ({why}).", file=file, why=why))
+            return False
+        return True
+
+
+def _json_filter() -> str:
+    return tr("Settings ({patterns})", patterns=f"*{presets.ENDING}")

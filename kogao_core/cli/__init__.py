@@ -12,7 +12,17 @@ from collections.abc import Sequence
 import click
 
 import kogao_core
-from kogao_core.cli import batch, detect, doctor, experiment, landmarks, licences, restore, warp
+from kogao_core.cli import (
+    batch,
+    detect,
+    doctor,
+    experiment,
+    landmarks,
+    licences,
+    presets,
+    restore,
+    warp,
+)
 from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
 from kogao_core.memory import keep_freed
 from kogao_core.stderr import open_standard_streams
@@ -49,7 +59,7 @@ def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
 
 
-for module in (warp, restore, batch, detect, landmarks, experiment, doctor, licences):
+for module in (warp, restore, batch, detect, landmarks, presets, experiment, doctor, licences):
     program.add_command(module.command)
 for command in (*program.commands.values(), *experiment.command.commands.values()):
     command.epilog = EPILOG

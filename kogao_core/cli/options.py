@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core import strict
+from kogao_core import presets
 from kogao_core.cli import common
 from kogao_core.recipe import PAPER, Recipe
 from kogao_core.settings import SETTINGS, Setting
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
-_MOST_BYTES: Final = 2**20  # of a recipe file
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
@@ -179,15 +178,4 @@ def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:
     """Return the recipe in `file`, or the default one, with the choices that were given."""
     given = {name: value for name, value in choices.items() if value is not None}
     with common.stopping(ValueError, common.USAGE):
-        return dataclasses.replace(_saved_recipe(file) if file else _DEFAULTS, **given)
-
-
-def _saved_recipe(file: Path) -> Recipe:
-    try:
-        with file.open("rb") as opened:
-            data = opened.read(_MOST_BYTES + 1)
-        return Recipe.from_dict(strict.parse(data, _MOST_BYTES).value)
-    except OSError as error:
-        raise ValueError(f"the recipe {file} can't be read ({error.strerror})") from error
-    except ValueError as error:
-        raise ValueError(f"the recipe {file} can't be used: {error}") from error
+        return dataclasses.replace(presets.read(file) if file else _DEFAULTS, **given)

@@ -9,7 +9,7 @@ import cv2
 import pytest
 from kogao_app import theme
 from kogao_app.__main__ import main
-from kogao_app.features import presets, recent
+from kogao_app.features import recent
 from kogao_app.features.commands import Palette, ShortcutsDialog
 from kogao_app.features.recent import EmptyState
 from kogao_app.features.strip import FilmStrip, photos_in, thumbnail
@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 )
 from scenes import textured_photo
 
+from kogao_core import presets
 from kogao_core.recipe import PAPER, Recipe
 
 KEYS, CONTROL, SHIFT = (
@@ -123,14 +124,53 @@ def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
     assert opened.state.recipe.percent == 4.0
 
 
-@pytest.mark.parametrize(
-    "stored", ["nonsense", "[]", '{"a": 3}', '{"a": {"percent": 99}}', "[" * 9999]
-)
-def test_presets_that_cannot_be_read_are_left_out(opened, storage, stored):
-    storage.settings().setValue("presets", stored)
-    assert presets.own(storage.settings()) == {}
-    choose(opened.window.menus["presets"], "Gentle")
-    assert opened.state.recipe.percent == 2.0
+def test_a_file_that_is_no_preset_is_left_out_of_the_menu(opened, storage):
+    storage.presets.mkdir(parents=True)
+    (storage.presets / "Broken.json").write_text("[" * 9999)
+    (storage.presets / "Newer.json").write_text('{"version": 9}')
+    (storage.presets / "Laid here.json").write_text('{"percent": 7}')
+    menu = opened.window.menus["presets"]
+    menu.aboutToShow.emit()
+    names = [action.text() for action in menu.actions()]
+    assert "Laid here" in names
+    assert not {"Broken", "Newer"} & set(names)
+    choose(menu, "Laid here")
+    assert opened.state.recipe.percent == 7.0
+
+
+def test_settings_go_out_as_a_file_and_come_in_as_a_preset(opened, tmp_path, storage):
+    opened.change_something()
+    opened.key(KEYS.Key_E, CONTROL, ALT)
+    opened.choose_path(tmp_path / "Soft.json")
+    opened.key(KEYS.Key_I, CONTROL, ALT)
+    opened.choose_path(tmp_path / "Soft.json")
+    assert opened.say() == "Soft is among your presets now."
+    assert presets.listed(storage.presets) == {"Soft": opened.state.recipe}
+    (tmp_path / "Soft.json").write_text('{"percent": 2}')
+    opened.key(KEYS.Key_I, CONTROL, ALT)
+    opened.choose_path(tmp_path / "Soft.json")
+    box = opened.dialog(QMessageBox)
+    assert presets.listed(storage.presets)["Soft"].percent == 5.0, "not before it is agreed to"
+    next(button for button in box.buttons() if "Replace" in button.text()).click()
+    assert presets.listed(storage.presets)["Soft"].percent == 2.0
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"percent": 99}', "[" * 99999, "\0", '{"version": 9}'])
+def test_a_file_that_is_no_preset_gets_a_sentence_and_nothing_is_kept(
+    opened, tmp_path, storage, text
+):
+    (tmp_path / "odd.json").write_text(text)
+    opened.key(KEYS.Key_I, CONTROL, ALT)
+    opened.choose_path(tmp_path / "odd.json")
+    assert "odd.json can't be used: " in opened.say()
+    assert not storage.presets.exists()
+
+
+def test_a_preset_that_cannot_be_written_gets_a_sentence(opened, storage):
+    storage.data.mkdir(parents=True, exist_ok=True)
+    storage.presets.write_text("a file where the folder should be")
+    opened.editor.presets._save("Mine")
+    assert "can't be written" in opened.say()
 
 
 # -- recent photos, the film strip -----------------------------------------------------------------

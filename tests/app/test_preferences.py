@@ -14,6 +14,7 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
+from kogao_core.presets import add, listed, remove
 from kogao_core.recipe import Recipe
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -58,11 +59,11 @@ def test_photos_start_with_the_preferred_settings_and_nothing_is_unsaved(empty, 
 
 def test_a_preferred_recipe_outlives_the_preset_it_came_from(empty, storage):
     settings = storage.settings()
-    presets.add(settings, "Mine", Recipe(percent=7.5))
+    add(storage.presets, "Mine", Recipe(percent=7.5))
     choose(ask(empty).controls["recipe"], "Mine")
-    presets.remove(settings, "Mine")
+    remove(storage.presets, "Mine")
     assert preferences.recipe(settings).percent == 7.5
-    box = PreferencesDialog(settings, empty.window).controls["recipe"]
+    box = PreferencesDialog(settings, listed(storage.presets), empty.window).controls["recipe"]
     assert box.currentText() == "As chosen before, 7.5 %"
 
 

@@ -3,13 +3,12 @@
 from pathlib import Path
 
 import pytest
-from kogao_app.features import presets, recent
+from kogao_app.features import recent
 from kogao_app.features.files import options as saving
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 
-from kogao_core import originals
-from kogao_core.recipe import Recipe
+from kogao_core import originals, presets
 
 
 class Trap:
@@ -71,35 +70,18 @@ def test_settings_that_are_cut_off_give_way_to_the_first_ones(tmp_path, file, tr
 def test_our_own_settings_are_kept(tmp_path):
     storage = Storage.in_folder(tmp_path)
     kept = storage.settings()
-    name = 'Ann@home\\ "é", (1)\n'
-    presets.add(kept, name, Recipe(percent=6.0))
     recent.add(kept, tmp_path / "@a,b;c=.png")
     saving.remember(kept, record=True, labelled=True, label="@ByteArray(x")
     kept.setValue("window/docks", QByteArray(bytes(range(256))))
     kept.sync()
     del kept
     again = storage.settings()
-    assert presets.own(again) == {name: Recipe(percent=6.0)}
     assert recent.paths(again) == [tmp_path / "@a,b;c=.png"]
     assert saving.disclosure(again).label == "@ByteArray(x"
     assert again.value("window/docks") == QByteArray(bytes(range(256)))
     assert not (tmp_path / "kogao.ini.damaged").exists()
 
 
-def test_presets_of_a_newer_program_outlive_changes(tmp_path):
-    kept = Storage.in_folder(tmp_path).settings()
-    presets.add(kept, "Old", Recipe())
-    newer = '{"Newer": {"version": 9}, "' + "n" * 70 + '": {"version": 9}}'
-    kept.setValue("presets", newer)
-    presets.add(kept, "Mine", Recipe(percent=2.0))
-    presets.add(kept, "Other", Recipe(percent=3.0))
-    presets.remove(kept, "Other")
-    assert presets.own(kept) == {"Mine": Recipe(percent=2.0)}
-    assert '"Newer": {"version": 9}' in kept.value("presets")
-    assert '"nnn' in kept.value("presets")
-    presets.remove(kept, "n" * 60)
-    assert '"nnn' not in kept.value("presets")
-
-
-def test_originals_lie_where_the_editor_keeps_what_is_the_users():
+def test_originals_and_presets_lie_where_the_command_line_looks():
     assert Storage.of_user().originals == originals.Originals.of_user().folder
+    assert Storage.of_user().presets == presets.user_folder()

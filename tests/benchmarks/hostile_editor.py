@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import hostile
 import hostile_texts
 from damaging.trials import Trial, finish, options, run
-from kogao_app.features import presets, recent
+from kogao_app.features import recent
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray
 
@@ -34,7 +34,6 @@ def settings() -> bytes:
     """Return the settings of someone who has used the editor."""
     with tempfile.TemporaryDirectory() as folder:
         kept = Storage.in_folder(Path(folder)).settings()
-        presets.add(kept, "Mine", Recipe(percent=6.0))
         recent.add(kept, Path("photo.png"))
         kept.setValue("shortcuts/open", "Ctrl+7")
         for name in ("record", "label", "labelled", "welcomed"):

@@ -10,6 +10,7 @@ from PySide6.QtCore import QThreadPool, Signal
 from PySide6.QtWidgets import QMessageBox
 
 from kogao_core.batch import Outcome
+from kogao_core.presets import listed
 
 from ...actions import Spec
 from ...i18n import sentence, tr
@@ -59,7 +60,7 @@ class Batch(Feature):
         """Show the dialog with the settings of this moment."""
         now = self.document.state.recipe
         recipes = {tr("The settings of this moment, {p:g} %", p=now.percent): now}
-        recipes |= presets.built_in() | presets.own(self.settings)
+        recipes |= presets.built_in() | listed(self.storage.presets)
         if not self.busy:
             disclosure = words(self._options.current)
             self.dialog.form.offer(recipes, disclosure)

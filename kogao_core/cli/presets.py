@@ -1,0 +1,108 @@
+"""``kogao-cli presets``: the recipes with names that the editor offers, as files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from kogao_core import presets
+from kogao_core.cli import common
+from kogao_core.cli import json_file as to_json
+from kogao_core.recipe import Recipe
+
+_FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.group("presets")
+def command() -> None:
+    """List the recipes with names, and exchange them as files.
+
+    Those of the editor and of this command are the same; --recipe of other commands takes what
+    export writes.
+    """
+
+
+@command.command("list")
+@to_json.writes_json
+@common.forces
+def list_presets(json_file: Path | None, force: bool) -> None:
+    """List presets: those of the program, then your own."""
+    to_json.check(json_file, force)
+    found = _all()
+    to_json.deliver(
+        lambda: {name: recipe.to_dict() for name, recipe in found.items()},
+        lambda: "\n".join(found),
+        json_file,
+    )
+
+
+@command.command("show")
+@click.argument("name")
+def show(name: str) -> None:
+    """Print a preset."""
+    click.echo(json.dumps(_named(name).to_dict(), indent=1))
+
+
+@command.command("export")
+@click.argument("name")
+@click.option(
+    "-o", "--output", required=True, type=_FILE, metavar="OUT.json", help="Where to write."
+)
+@common.forces
+def export(name: str, output: Path, force: bool) -> None:
+    """Write a preset as a file."""
+    recipe = _named(name)
+    common.check_free(output, force)
+    try:
+        presets.write(recipe, output)
+    except OSError as error:
+        raise _unwritten(output, error) from error
+
+
+@command.command("import")
+@click.argument("files", nargs=-1, required=True, type=_FILE, metavar="FILE...")
+@click.option("--name", help="What to call it [the file's name].")
+@common.forces
+def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:
+    """Take recipes in files as presets of your own; none is taken unless all can be."""
+    if name is not None and len(files) > 1:
+        raise common.Stop("--name names one preset; import one file", common.USAGE)
+    folder = presets.user_folder()
+    with common.stopping(ValueError, common.USAGE):
+        named = [
+            (presets.name_of(file) if name is None else name, presets.read(file)) for file in files
+        ]
+        targets = [presets.file_of(folder, one) for one, _ in named]
+    for (one, _), target in zip(named, targets, strict=True):
+        if one in presets.BUILT_IN:
+            raise common.Stop(f"{one} comes with the program; give yours a --name", common.USAGE)
+        if targets.count(target) > 1:
+            raise common.Stop(f"several files are called {one}; rename one", common.USAGE)
+        common.check_free(target, force)
+    for one, recipe in named:
+        try:
+            presets.add(folder, one, recipe)
+        except OSError as error:
+            raise _unwritten(presets.file_of(folder, one), error) from error
+        click.echo(one)
+
+
+def _all() -> dict[str, Recipe]:
+    # A file that was laid there by hand may have any name; the program's own keep theirs.
+    return presets.BUILT_IN | presets.listed(presets.user_folder()) | presets.BUILT_IN
+
+
+def _named(name: str) -> Recipe:
+    found = _all()
+    if name not in found:
+        raise common.Stop(
+            f"there is no preset {name}; kogao-cli presets list tells which there are",
+            common.USAGE,
+        )
+    return found[name]
+
+
+def _unwritten(file: Path, error: OSError) -> common.Stop:
+    return common.Stop(f"{file} can't be written ({error.strerror or error})", common.UNREADABLE)
