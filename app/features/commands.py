@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QSettings, Qt
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtCore import QEvent, QObject, QSettings, QSysInfo, Qt, qVersion
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -253,6 +253,13 @@ class Commands(Feature):
             ),
             Spec("keys", tr("&Keys…"), "Ctrl+K", tr("Choose other keys"), self._show_keys),
             Spec(
+                "copy-report",
+                tr("Copy a &report"),
+                "Shift+F1",
+                tr("What is installed here, for a report of what went wrong"),
+                self._copy_report,
+            ),
+            Spec(
                 "about",
                 tr("&About Kogao"),
                 "F1",
@@ -270,6 +277,14 @@ class Commands(Feature):
         inside = self.window.menus["presets"].actions()
         presets = [a for a in inside if a.text() and not a.menu() and a not in named]
         Palette([*named, *presets], self.window).open()
+
+    def _copy_report(self) -> None:
+        from kogao_core.cli import doctor  # no start waits for the command line's libraries
+
+        system = f"{QSysInfo.prettyProductName()}, {QGuiApplication.platformName()}, {qVersion()}"
+        text = f"{doctor.text(doctor.examine())}\n{tr('Window: {system}', system=system)}\n"
+        QGuiApplication.clipboard().setText(text)
+        self.say(tr("The report is on the clipboard."), wrong=False)
 
     def _show_keys(self) -> None:
         ShortcutsDialog(self.actions, self.settings, self.window).open()

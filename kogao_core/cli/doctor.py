@@ -72,7 +72,7 @@ def command(context: click.Context, json_file: Path | None, force: bool) -> None
     """Check versions, face networks and, on Linux, the libraries that Qt needs."""
     to_json.check(json_file, force)
     findings = examine()
-    to_json.deliver(lambda: findings, lambda: _text(findings), json_file)
+    to_json.deliver(lambda: findings, lambda: text(findings), json_file)
     context.exit(0 if findings["ok"] else common.BROKEN)
 
 
@@ -166,7 +166,8 @@ def _mend(
         yield f"sudo apt-get install {' '.join(sorted(set(missing.values())))}"
 
 
-def _text(findings: dict[str, Any]) -> str:
+def text(findings: dict[str, Any]) -> str:
+    """Return what `examine` found, for people to read."""
     lines = [f"Kogao {findings['kogao']}, Python {findings['python']}, {findings['platform']}"]
     for name, package in findings["packages"].items():
         lines.append(f"  {name} {package['version']}: {package['state']}")

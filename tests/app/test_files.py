@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButto
 from scenes import textured_photo
 
 from kogao_core import assets
+from kogao_core.cli import doctor
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 
@@ -167,7 +168,38 @@ def test_a_first_start_shows_the_sample_and_what_to_try(empty):
     empty.editor.files.welcome()
     empty.settle()
     assert empty.editor.document.path.name == "average.jpg"
-    assert len(empty.say().splitlines()) == 3
+    assert empty.say().startswith("1 of 3: ")
+    empty.take_step("Next")
+    assert empty.say().startswith("2 of 3: ")
+    empty.change_something()
+    assert empty.say().startswith("2 of 3: "), "it waits while it is tried"
+    empty.take_step("Next")
+    assert empty.say().startswith("3 of 3: ")
+    assert "Open a photo" in empty.window.bar.buttons[0].text()
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_the_tour_is_left_at_any_step_and_comes_back_from_the_menu(empty, steps):
+    empty.editor.files.welcome()
+    empty.settle()
+    for _ in range(steps):
+        empty.take_step("Next")
+    empty.key(Qt.Key.Key_Escape)
+    assert empty.say() == ""
+    empty.change_something()
+    assert empty.say() == ""
+    empty.key(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    empty.key(Qt.Key.Key_F1, Qt.KeyboardModifier.ControlModifier)
+    empty.settle()
+    assert empty.say().startswith("1 of 3: ")
+
+
+def test_the_report_is_what_the_command_line_says_and_the_window_system(opened):
+    opened.key(Qt.Key.Key_F1, Qt.KeyboardModifier.ShiftModifier)
+    text = QApplication.clipboard().text()
+    assert text.startswith(doctor.text(doctor.examine()))
+    assert "offscreen" in text.splitlines()[-1]
+    assert opened.say() == "The report is on the clipboard."
 
 
 def test_a_missing_sample_is_said(empty, monkeypatch):

@@ -81,6 +81,13 @@ class Files(Feature):
         self._sought: FaceSearch | None = None
         self._reading = self.lane(self._opened, self._not_opened)
         self.add_actions(
+            Spec(
+                "tour",
+                tr("&Tour"),
+                "Ctrl+F1",
+                tr("Open the sample, and what there is to try in three steps"),
+                self.welcome,
+            ),
             Spec("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self.ask_open),
             Spec(
                 "sample",
@@ -157,14 +164,20 @@ class Files(Feature):
         self._reading.submit(lambda: open_photo(path, work, afresh, ahead))
 
     def welcome(self) -> None:
-        """Open the sample and say what to try."""
+        """Open the sample and say what to try, one thing after the other; Escape ends it."""
         if self.open_sample():
-            lines = (
-                tr("Move the slider “Warp distance”: the face gets smaller."),
-                tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
-                tr("Hold \\ to see the photo as it was."),
-            )
-            self.say("\n".join(lines), self._open_step(), wrong=False, holds=self._on_sample)
+            self._say_stop(0)
+
+    def _say_stop(self, number: int) -> None:
+        stops = (
+            tr("Move the slider “Warp distance”: the face gets smaller."),
+            tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
+            tr("Hold \\ to see the photo as it was. Then open one of yours."),
+        )
+        last = number == len(stops) - 1
+        further = BarAction(tr("Next"), lambda: self._say_stop(number + 1))
+        text = tr("{n} of {count}: {stop}", n=number + 1, count=len(stops), stop=stops[number])
+        self.say(text, self._open_step() if last else further, wrong=False, holds=self._on_sample)
 
     def _on_sample(self) -> bool:
         path = self.document.path
