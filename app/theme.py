@@ -146,9 +146,8 @@ def _sheet(theme: Theme) -> str:
     }}
     QCheckBox::indicator:unchecked {{ border-radius: 2px; }}
     QRadioButton::indicator:unchecked {{ border-radius: 7px; }}
-    QCheckBox::indicator:unchecked:focus, QRadioButton::indicator:unchecked:focus {{
-        border: 2px solid {theme.accent}; width: 10px; height: 10px;
-    }}
+    QCheckBox, QRadioButton {{ border: 1px solid transparent; border-radius: 4px; padding: 1px; }}
+    QCheckBox:focus, QRadioButton:focus {{ border-color: {theme.accent}; }}
     QSlider {{ min-height: 20px; }}
     QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
     QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 2px; }}

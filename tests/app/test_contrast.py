@@ -8,7 +8,7 @@ from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
-from PySide6.QtWidgets import QCheckBox, QRadioButton, QSlider
+from PySide6.QtWidgets import QCheckBox, QPushButton, QRadioButton, QSlider, QVBoxLayout, QWidget
 
 THEMES = {"dark": theme.DARK, "light": theme.LIGHT}
 TEXT, MARK = 4.5, 3.0
@@ -83,6 +83,28 @@ def test_what_is_set_is_seen_without_its_words(qapp, qtbot, name, kind, checked)
         widget.setChecked(checked)
     drawn = pixels_of(widget.grab().toImage())
     assert contrast(drawn, rgb(colours.window)).max() >= MARK
+
+
+@pytest.mark.parametrize("name", THEMES)
+@pytest.mark.parametrize("checked", [False, True])
+@pytest.mark.parametrize("kind", [QCheckBox, QRadioButton])
+def test_a_switch_shows_that_it_has_the_focus(qapp, qtbot, name, checked, kind):
+    theme.apply(qapp, name)
+    widget, other = kind("on"), QPushButton("elsewhere")
+    widget.setChecked(checked)
+    window = QWidget()
+    qtbot.addWidget(window)
+    column = QVBoxLayout(window)
+    column.addWidget(widget)
+    column.addWidget(other)
+    with qtbot.waitActive(window):
+        window.show()
+        window.activateWindow()
+    looks = []
+    for focused in (other, widget):
+        focused.setFocus()
+        looks.append(pixels_of(widget.grab().toImage()))
+    assert contrast(*looks).max() >= MARK
 
 
 @pytest.mark.usefixtures("qapp")
