@@ -17,6 +17,7 @@ from kogao_core.cli import (
     detect,
     doctor,
     experiment,
+    integrate,
     landmarks,
     licences,
     presets,
@@ -59,7 +60,11 @@ def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
 
 
-for module in (warp, restore, batch, detect, landmarks, presets, experiment, doctor, licences):
+_COMMANDS = (
+    *(warp, restore, batch, detect, landmarks, presets),
+    *(experiment, integrate, doctor, licences),
+)
+for module in _COMMANDS:
     program.add_command(module.command)
 for command in (*program.commands.values(), *experiment.command.commands.values()):
     command.epilog = EPILOG

@@ -1,0 +1,161 @@
+"""Other programs get their pictures back: darktable itself, and a stand-in for GIMP 3."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kogao_core import photo
+from kogao_core.cli import integrate
+
+THEIRS = b"-- mine\nrequire 'tools/script_manager'"
+DARKTABLE = """
+local dt, kogao = require "darktable", require "kogao"
+local image = dt.database.import("{photo}")
+image.rating = 3
+local format = dt.new_format("tiff")
+format.bpp = 16
+format:write_image(image, "{exported}")
+kogao.bring_back(kogao.BY_ITSELF, {{[image] = "{exported}"}})
+local told = assert(io.open("{told}", "w"))
+for _, one in ipairs(image:get_group_members()) do
+  told:write(one.filename, " ", one.rating, "\\n")
+end
+told:close()
+os.rename("{told}", "{done}")
+"""
+# What the plug-in calls of GIMP 3's library, on pictures of Pillow.
+STAND_IN = """
+import shutil, sys
+from types import ModuleType, SimpleNamespace as Names
+
+def require_version(name, version):
+    assert (name, version) == ("Gimp", "3.0")
+
+class PlugIn:
+    __gtype__ = None
+
+class Picture:
+    layers = []
+    def duplicate(self): return Picture()
+    def merge_visible_layers(self, kind): assert kind == "clip"
+    def delete(self): pass
+    def undo_group_start(self): pass
+    def undo_group_end(self): pass
+    def insert_layer(self, layer, parent, at): self.layers.insert(at, layer)
+
+def save(mode, image, file, options):
+    shutil.copy(sys.argv[1], file.path)
+
+def load(mode, image, file):
+    shutil.copy(file.path, sys.argv[2])
+    return Names(set_name=lambda name: None)
+
+def main(kind, arguments):
+    plug_in, image = sys.modules["__main__"].Kogao(), Picture()
+    procedure = Names(get_name=lambda: "kogao-by-itself", new_return_values=lambda *it: it)
+    assert "kogao-by-itself" in plug_in.do_query_procedures()
+    status, problem = plug_in.run(procedure, None, image, [], None, None)
+    print(status, problem, len(image.layers))
+
+Gimp = Names(
+    PlugIn=PlugIn, main=main, file_save=save, file_load_layer=load, displays_flush=lambda: None,
+    RunMode=Names(NONINTERACTIVE="n"), MergeType=Names(CLIP_TO_IMAGE="clip"),
+    PDBStatusType=Names(SUCCESS="done", CANCEL="cancelled", EXECUTION_ERROR="failed"),
+)
+Gio = Names(File=Names(new_for_path=lambda path: Names(path=path)))
+GLib = Names(Error=Exception)
+repository = ModuleType("gi.repository")
+repository.Gimp, repository.Gio, repository.GLib = Gimp, Gio, GLib
+sys.modules["gi.repository"] = repository
+"""
+
+
+def test_darktables_settings_keep_what_is_in_them(cli, tmp_path):
+    marks = tmp_path / "luarc"
+    marks.write_bytes(THEIRS)
+    for _ in range(2):
+        assert cli("integrate", "darktable", "--settings", tmp_path)[0] == 0
+    assert marks.read_bytes() == THEIRS + b"\n" + integrate._LINE.encode() + b"\n"
+    assert "@KOGAO" not in (tmp_path / "lua" / "kogao.lua").read_text()
+    assert cli("integrate", "darktable", "--settings", tmp_path, "--remove")[0] == 0
+    assert marks.read_bytes() == THEIRS + b"\n"
+    assert not (tmp_path / "lua" / "kogao.lua").exists()
+
+
+def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(cli, tmp_path):
+    assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
+    plug_in = tmp_path / "plug-ins" / "kogao" / "kogao.py"
+    assert os.access(plug_in, os.X_OK)
+    compile(plug_in.read_text(), plug_in, "exec")
+    assert cli("integrate", "gimp", "--settings", tmp_path, "--remove")[0] == 0
+    assert not plug_in.parent.exists()
+    assert cli("integrate", "gimp", "--settings", tmp_path, "--remove")[0] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("has_face", [True, False])
+def test_gimp_gets_a_layer_back(cli, small_portrait, tmp_path, has_face):
+    (tmp_path / "gi.py").write_text(STAND_IN)
+    sent, back = tmp_path / "sent.tif", tmp_path / "back.tif"
+    with Image.open(small_portrait) as picture:
+        (picture if has_face else Image.new("RGB", (90, 80))).save(sent)
+    assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(sent), str(back)],
+        env=os.environ | {"PYTHONPATH": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data")},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    if has_face:
+        assert done.stdout == "done None 1\n"
+        assert (photo.read(back).pixels != photo.read(sent).pixels).any()
+    else:
+        assert done.stdout.startswith("failed kogao-cli: no face in")
+        assert done.stdout.endswith(" 0\n")
+
+
+@pytest.fixture
+def screen():
+    """A screen of nobody's, as the environment names it."""
+    ours, theirs = os.pipe()
+    command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1024x768x24"]
+    with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:
+        os.close(theirs)
+        with os.fdopen(ours) as told:
+            yield f":{told.readline().strip()}"
+        server.terminate()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not (shutil.which("darktable") and shutil.which("Xvfb")), reason="needs darktable and Xvfb"
+)
+def test_darktable_gets_a_photo_back_beside_its_own(cli, request, small_portrait, tmp_path):
+    settings, done = tmp_path / "settings", tmp_path / "done"
+    mine = Path(shutil.copy(small_portrait, tmp_path / "mine's.jpg"))
+    assert cli("integrate", "darktable", "--settings", settings)[0] == 0
+    places = {"photo": mine, "exported": tmp_path / "out's.tif", "told": tmp_path / "told"}
+    command = ["darktable", "--configdir", settings, "--cachedir", tmp_path / "cache",
+               "--library", ":memory:", "--disable-opencl",
+               "--luacmd", DARKTABLE.format(done=done, **places)]  # fmt: skip
+    named = {"DISPLAY": request.getfixturevalue("screen"), "XDG_DATA_HOME": str(tmp_path / "data")}
+    with subprocess.Popen(
+        [str(word) for word in command], env=os.environ | named,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as darktable:  # fmt: skip
+        ends = time.monotonic() + 90
+        while not done.exists() and darktable.poll() is None and time.monotonic() < ends:
+            time.sleep(0.1)
+        darktable.kill()
+    assert sorted(done.read_text().splitlines()) == ["mine's.jpg 3", "mine's_kogao.tif 3"]
+    result, was = photo.read(tmp_path / "mine's_kogao.tif"), photo.read(mine)
+    assert result.bits == 16
+    moved = np.abs(result.pixels / 257.0 - was.pixels).max(axis=2) > 16
+    assert 0.001 < moved.mean() < 0.5
+    assert not places["exported"].exists()
