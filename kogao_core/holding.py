@@ -32,10 +32,12 @@ _TOUCHING: Final = 1.0
 # Before it comes to a fold rows are softened, the nearer to a landmark the more, by this power.
 _NEARNESS: Final = 3.0
 # A change leaves det J at least so large, and at least this share of what it was without.
-_LEAST_DET: Final = 0.35
+_LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
 # Between landmarks the outline may drift by this share of the largest move.
 _MOST_DRIFT: Final = 0.1
+# No place comes to move farther than this many times the most that any did.
+_MOST_MOVE: Final = 1.25
 _FIRM, _SOFT = 1e-6, 10.0  # of rows, weight 1 being that of a control point's
 _BISECTIONS: Final = 7
 _LEAST_RIDGE: Final = 1e-9
@@ -255,6 +257,7 @@ class _Change:
         outline = problem.target_px[: problem.movers]
         self._between = (outline[1:] + outline[:-1]) / 2.0
         self._drift_px = _MOST_DRIFT * float(np.abs(lattice.at(outline)).max())
+        self._most_px = _MOST_MOVE * _farthest_px(lattice)
 
     def firmest(self) -> Field:
         """Return the field with the firmest change that leaves photo and outline in shape."""
@@ -275,7 +278,7 @@ class _Change:
     def _spares_outline(self, field: Field) -> bool:
         (before,), (after,) = self._before.lattices, field.lattices
         drift = np.abs(after.at(self._between) - before.at(self._between))
-        return float(drift.max()) <= self._drift_px
+        return float(drift.max()) <= self._drift_px and _farthest_px(after) <= self._most_px
 
     def _by(self, softness: float) -> Field:
         soft = np.diag(softness * self._rows.away**-_NEARNESS)
@@ -285,6 +288,15 @@ class _Change:
         phi[self._problem.own_nodes] = self._changes @ strength
         changed = _sum(lattice, on_quanta(support.lattice(phi)))
         return dataclasses.replace(self._before, lattices=(changed,))
+
+
+def _farthest_px(lattice: Lattice) -> float:
+    """Return how far the lattice moves what lies on its control points at most, px."""
+    rows = np.pad(lattice.phi, ((1, 1), (0, 0), (0, 0)))
+    rows = (rows[:-2] + 4.0 * rows[1:-1] + rows[2:]) / 6.0
+    both = np.pad(rows, ((0, 0), (1, 1), (0, 0)))
+    both = (both[:, :-2] + 4.0 * both[:, 1:-1] + both[:, 2:]) / 6.0
+    return float(np.hypot(both[..., 0], both[..., 1]).max())
 
 
 def _still(problem: Problem, landmarks: Array) -> Array:

@@ -19,6 +19,12 @@ RADIUS = 0.25 * HEIGHT
 DOOR = np.array([[(LEFT - 0.15 * RADIUS, 60.0), (LEFT - 0.15 * RADIUS, 660.0)]])
 RAIL = np.array([[(200.0, CHIN + 30.0), (760.0, CHIN + 10.0)]])
 HORIZON = np.array([[(20.0, 400.0), (LEFT - 3.0, 400.0)]])
+PLANKS = np.array(
+    [
+        [(x, CHIN - 60.0), (x, 710.0)]
+        for x in (LEFT - 10.0, LEFT + 10.0, LEFT + 30.0, RIGHT - 30.0, RIGHT + 10.0)
+    ]
+)
 
 
 def bend_px(field, lines):
@@ -44,6 +50,18 @@ def test_a_line_stays_straight_and_landmarks_go_where_they_did(lines, percent, m
     assert made.shares == (1.0,)
 
 
+@pytest.mark.parametrize("lines", [PLANKS, np.vstack([RAIL, RAIL - (0.0, 12.0)])])
+def test_nothing_is_blown_up_so_that_a_line_stays_straight(lines):
+    made = warped(Held(lines), percent=8)
+    places = np.stack(np.meshgrid(np.arange(0, WIDTH, 6), np.arange(0, HEIGHT, 6)), axis=-1)
+    held, free = (
+        np.linalg.norm(field.at(places.reshape(-1, 2).astype(float)), axis=1).max()
+        for field in (made.field, made.unheld)
+    )
+    assert made.field.lattices != made.unheld.lattices
+    assert held < 1.35 * free
+
+
 def test_a_line_may_slide_along_itself():
     made = warped(Held(DOOR), percent=8)
     along = DOOR[0, 0] + np.linspace(0.2, 0.8, 50)[:, None] * (DOOR[0, 1] - DOOR[0, 0])
@@ -60,7 +78,7 @@ def test_a_line_that_meets_the_jaw_gives_way_and_the_face_does_not(percent):
     assert held.shares == free.shares
     assert held.achieved == pytest.approx(free.achieved, abs=0.02)
     assert held.one_to_one.certified == free.one_to_one.certified
-    assert held.one_to_one.min_det >= min(0.35, 0.9 * free.one_to_one.min_det)
+    assert held.one_to_one.min_det >= min(0.5, 0.9 * free.one_to_one.min_det)
     assert held.residual.contour_max_px < free.residual.contour_max_px + 0.02 * RADIUS
 
 
