@@ -26,6 +26,7 @@ from .features.groups import Groups
 from .features.history import History
 from .features.landmarks import Exchange, LandmarkSources
 from .features.manual import Manual
+from .features.marks import Marks
 from .features.modes import Modes
 from .features.overlays import Overlays
 from .features.points import Points
@@ -141,6 +142,7 @@ class Editor(QObject):
         self.speech = Speech(context, self.points, self.recipe)
         self.screen = Screen(context)
         self.workspaces = Workspaces(context)
+        self.marks = Marks(context, self.recipe, self.files)
         self.history = History(context)
         self.commands = Commands(context)
 

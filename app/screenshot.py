@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, get_args
 
-from PySide6.QtCore import QBuffer, QIODevice, QObject, QTimer
+from PySide6.QtCore import QBuffer, QCoreApplication, QIODevice, QObject, QTimer
 from PySide6.QtGui import QPixmap
 
 from kogao_core.atomic import put
@@ -72,6 +72,7 @@ class Screenshot(QObject):
         self._editor, self._path, self._look = editor, path, look
         self._code, self._line = 0, ""
         if look.show is not None:
+            editor.marks.show_all()
             self._show(look.show)
         editor.files.unreadable.connect(self._give_up)
         editor.files.wants_photo.connect(
@@ -138,6 +139,8 @@ class Screenshot(QObject):
     def _shoot(self) -> None:
         if self._over or self._editor.surroundings.busy:
             return  # it takes the picture when that has looked
+        # Layouts that follow the last figures are under way.
+        QCoreApplication.sendPostedEvents()
         try:
             put(_encoded(self._editor.window.grab(), self._path.suffix), self._path)
         except OSError as error:

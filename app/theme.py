@@ -95,11 +95,13 @@ def _sheet(theme: Theme) -> str:
     QToolBar {{ border: none; border-bottom: 1px solid {theme.line}; padding: 4px; spacing: 4px; }}
     QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 4px 8px; }}
     QToolButton, QPushButton {{
-        border: 1px solid transparent; border-radius: 4px; padding: 4px 12px; min-height: 16px;
+        border: 1px solid transparent; border-radius: 4px; padding: 4px 12px;
     }}
     QPushButton, QToolButton[segment="true"] {{
         background: {theme.raised}; border-color: {theme.line};
     }}
+    QToolBar > QToolButton {{ padding: 4px 8px; }}
+    QToolButton#qt_toolbar_ext_button {{ padding: 0; border: none; }}
     QToolButton[part] {{
         background: {theme.raised}; border-color: {theme.line}; border-radius: 0;
     }}
@@ -111,7 +113,7 @@ def _sheet(theme: Theme) -> str:
     }}
     QToolButton[part]:checked {{ background: {theme.accent}; border-color: {theme.accent}; }}
     QToolButton[snug="true"] {{ padding: 4px 2px; }}
-    QFileDialog QToolButton {{ padding: 0; min-height: 0; }}
+    QFileDialog QToolButton {{ padding: 0; }}
     QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
     QToolButton:pressed, QPushButton:pressed {{ background: {theme.line}; }}
     QToolButton:checked {{

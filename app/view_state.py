@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 ToolName = Literal["points", "brush", "line", "eraser"]
 # How much stronger than it is the difference is shown.
 GAIN: Final = 8
+# The overlays that mark the points of faces.
+MARKS: Final = frozenset({"landmarks", "targets", "centre"})
 CompareName = Literal["off", "wipe", "side", "difference"]
 
 
@@ -75,8 +77,12 @@ class ViewState:
         Whose photo and state these are.
     frame : RenderedFrame, optional
         The newest rendering; it may lag behind `state` by one.
-    visible : set of str
+    switched : set of str
         Names of the overlays switched on.
+    pointed : frozenset of int, optional
+        The faces whose marks are shown; None for those of all faces.
+    explained : frozenset of str
+        Overlays that a new user sees beside those switched on, unless all are hidden.
     original : bool
         True while the photo is shown as it was.
     hovered, selected : Handle, optional
@@ -107,7 +113,9 @@ class ViewState:
 
     document: Document
     frame: RenderedFrame | None = None
-    visible: set[str] = field(default_factory=set)
+    switched: set[str] = field(default_factory=set)
+    pointed: frozenset[int] | None = None
+    explained: frozenset[str] = frozenset()
     original: bool = False
     hovered: Handle | None = None
     selected: Handle | None = None
@@ -122,6 +130,16 @@ class ViewState:
     brush: Brush = field(default_factory=Brush)
     following: Following = field(default_factory=Following)
     cursor: Array | None = None
+
+    @property
+    def visible(self) -> set[str]:
+        """Names of the overlays to draw: those switched on, without marks that step back."""
+        shown = self.switched | self.explained if self.switched else set[str]()
+        return shown if self.pointed or self.pointed is None else shown - MARKS
+
+    def marks(self, face: int) -> bool:
+        """Return whether the marks of a face are shown, if they are switched on."""
+        return self.pointed is None or face in self.pointed
 
     @property
     def state(self) -> State:

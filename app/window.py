@@ -6,13 +6,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QByteArray, QEvent, Qt, Signal
+from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
-    QFrame,
+    QAbstractScrollArea,
     QMainWindow,
     QMenu,
-    QScrollArea,
     QToolBar,
     QToolButton,
     QWidget,
@@ -28,7 +27,9 @@ from .theme import GRID_PX, Theme
 from .view_state import ViewState
 from .widgets.controls import column_of
 from .widgets.docks import Dock, Docks
+from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
 from .widgets.messages import MessageBar, StatusLine
+from .widgets.scrolled import Column, Row
 from .widgets.segments import segmented
 from .workspaces import WORKSPACES, Workspace
 
@@ -72,7 +73,7 @@ class Window(QMainWindow):
         self.docks = Docks(self)
         self._closing = False
         self._bar = QToolBar(tr("Tools"))
-        self._holding = QWidgetAction(self)
+        self._holding, self._before = QWidgetAction(self), QToolButton()
         self._beside: dict[str, QWidget] = {}
         self._needed: set[str] = set()
         self._workspace: Workspace | None = None
@@ -112,8 +113,10 @@ class Window(QMainWindow):
         left = [one for one in docked if one[1].area == Qt.DockWidgetArea.LeftDockWidgetArea]
         right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
         below = [one for one in docked if one not in left]
-        for one in (*left, (_SIDE, right, self._scrolled_side()), *below):
-            self.docks.add(*one)
+        for name, dock, panel in (*left, (_SIDE, right, Column(self._side, _SIDE_PX)), *below):
+            scrolls = dock in (right, *(known for _, known, _ in left))
+            scrolls = scrolls or isinstance(panel, QAbstractScrollArea)
+            self.docks.add(name, dock, panel if scrolls else Row(panel))
         for name in _BY_PHOTO:
             self.docks.offer(name, False)
         self.menus["panels"].addActions(self.docks.toggles())
@@ -136,6 +139,11 @@ class Window(QMainWindow):
             self._bar.removeAction(action)
         there = {**self.actions_by_name, "hold-original": self._holding}
         actions.fill_toolbar(self._bar, (None, *workspace.tools), there)
+        for name in WORDLESS & set(workspace.tools):
+            button = self._bar.widgetForAction(there[name])
+            if isinstance(button, QToolButton):
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+                button.setAccessibleName(there[name].iconText())
         self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
         self._show_beside()
         self.arranged.emit(workspace)
@@ -154,6 +162,13 @@ class Window(QMainWindow):
         """Take the canvas grey of a theme."""
         self.canvas.setBackground(theme.canvas)
         self.original.setBackground(theme.canvas)
+        for name in DRAWN.keys() & self.actions_by_name.keys():
+            self.actions_by_name[name].setIcon(icon(name, theme))
+        self._before.setIcon(icon("hold-original", theme))
+        for more in self._bar.findChildren(QToolButton, "qt_toolbar_ext_button"):
+            more.setIcon(icon("more", theme))
+            more.setToolTip(tr("More tools"))
+            more.setAccessibleName(tr("More tools"))
 
     def show_title(self, name: str, *, dirty: bool) -> None:
         """Name the photo, with a star while there are unsaved changes."""
@@ -169,29 +184,24 @@ class Window(QMainWindow):
         self._bar.setObjectName("tools")
         self._bar.setMovable(False)
         self._bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        self._bar.setIconSize(QSize(*SIZE))
+        self._bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
         self._bar.addWidget(segmented(tr("Workspace"), switch))
         self._holding.setDefaultWidget(self._hold_button())
         self.addToolBar(self._bar)
 
     def _hold_button(self) -> QToolButton:
-        hold = QToolButton()
+        hold = self._before
         hold.setText(tr("Hold: before"))
+        hold.setIconSize(QSize(*SIZE))
+        hold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         hold.setToolTip(tr("Show the photo as it was while the button is held (\\)"))
         hold.setAccessibleName(tr("Show the photo as it was"))
         hold.pressed.connect(lambda: self.original_held.emit(True))
         hold.released.connect(lambda: self.original_held.emit(False))
         return hold
 
-    def _scrolled_side(self) -> QWidget:
-        scroll = QScrollArea()
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QFrame.Shape.NoFrame)
-        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        scroll.setWidget(self._side)
-        scroll.setFixedWidth(_SIDE_PX)
-        return scroll
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Hold the original with the backslash, panning with Space."""

@@ -137,7 +137,8 @@ class PhotoCanvas(Viewport):
         return apart(self.shown.state.faces[face], 1.0 / self._in_photo(1.0))
 
     def _shows(self, handle: Handle) -> bool:
-        return handle.kind == "corner" or self.shows_points(handle.face)
+        marked = self.shown.marks(handle.face) and self.shows_points(handle.face)
+        return handle.kind == "corner" or marked
 
     def outline_near(self, at: QPointF) -> Handle | None:
         """Return the landmark of the outline nearest to a point of the viewport, if it is near."""
@@ -145,10 +146,11 @@ class PhotoCanvas(Viewport):
         if view.original or view.busy_hands:
             return None
         nearest, least = None, np.inf
-        for handle, position in handles(view.state, kinds(view.visible) & {"outline"}):
+        for handle, position in handles(view.state, kinds(view.switched) & {"outline"}):
             spacing_px = view.state.faces[handle.face].anchor.spacing_px
             distance = float(np.hypot(*(position - here))) / spacing_px
-            if distance < min(least, NEAR) and view.answers(handle) and self._shows(handle):
+            large = self.shows_points(handle.face)
+            if distance < min(least, NEAR) and view.answers(handle) and large:
                 nearest, least = handle, distance
         return nearest
 

@@ -28,6 +28,11 @@ _FIT_PADDING: Final = 0.02
 # Pixels a little outside the view may be pulled in while a gesture moves.
 _PREVIEW_MARGIN_PX: Final = 48
 _NAME_PX: Final = 12
+# What two views of one photo show alike.
+_ALIKE: Final = (
+    *("frame", "switched", "explained", "pointed", "face", "hovered", "selected"),
+    *("lines", "people", "following"),
+)
 
 
 class Viewport(pg.GraphicsView):
@@ -37,9 +42,12 @@ class Viewport(pg.GraphicsView):
     -------
     view_changed
         Another part or another zoom.
+    redrawn
+        The overlays are drawn again.
     """
 
     view_changed = Signal()
+    redrawn = Signal()
 
     def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
         super().__init__(parent, useOpenGL=False)
@@ -112,18 +120,19 @@ class Viewport(pg.GraphicsView):
         return VisiblePart(level, box) if box.area else None
 
     def show_original(self, original: bool) -> None:
-        """Show the photo as it was, without overlays, or the result again."""
+        """Show the photo as it was, under the same overlays, or the result again."""
         self.shown.original = original
         self.redraw()
 
     def show_overlay(self, name: str, on: bool) -> None:
         """Switch an overlay on or off."""
-        (self.shown.visible.add if on else self.shown.visible.discard)(name)
+        (self.shown.switched.add if on else self.shown.switched.discard)(name)
         self.redraw()
 
     def redraw(self) -> None:
         """Draw the overlays again."""
         self.viewport().update()
+        self.redrawn.emit()
 
     def to_photo(self, at: QPointF) -> Array:
         """Return where a point of the viewport lies in the photo, px, shape (2,)."""
@@ -188,7 +197,7 @@ def notches(event: QWheelEvent) -> float:
 
 
 class OriginalView(Viewport):
-    """A second view that leads and follows the first one.
+    """A second view that leads and follows the first one, under the same overlays.
 
     Parameters
     ----------
@@ -203,6 +212,7 @@ class OriginalView(Viewport):
         self.setAccessibleName(tr("Photo as it was"))
         self._main = main
         main.view_changed.connect(self._follow)
+        main.redrawn.connect(self._look_alike)
         self._steered.connect(lambda: main.look_like(self))
         name = QLabel(tr("before"), self)
         name.setProperty("plate", "true")
@@ -248,3 +258,9 @@ class OriginalView(Viewport):
     def _follow(self) -> None:
         if self.isVisible():
             self.look_like(self._main)
+
+    def _look_alike(self) -> None:
+        if self.isVisible():
+            for name in _ALIKE:
+                setattr(self.shown, name, getattr(self._main.shown, name))
+            self.redraw()

@@ -32,6 +32,8 @@ from .recipe import RecipeEditing
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
 _THUMBNAIL_PX = 48
 _WIDTH_PX = 168
+# Check mark, margins and gaps of a row.
+_ROUND_TEXT_PX = 72
 _ALL_ROWS = 1  # the row of all faces comes before those of single ones
 
 
@@ -260,7 +262,9 @@ class FacesPanel(QWidget):
         column = column_of(self, margin=8)
         column.addWidget(title)
         column.addWidget(self.list)
-        self.setFixedWidth(_WIDTH_PX)
+        words = (tr("Face {n}", n=88), tr("by hand"), *_doubts().values())
+        text = max(map(self.list.fontMetrics().horizontalAdvance, words))
+        self.setFixedWidth(max(_WIDTH_PX, _THUMBNAIL_PX + text + _ROUND_TEXT_PX))
 
     def open(self, photo: PicturePyramid) -> None:
         """Take thumbnails from another photo."""
@@ -319,12 +323,15 @@ class FacesPanel(QWidget):
             self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
 
 
+def _doubts() -> dict[Doubt, str]:
+    return {"unsure": tr("unsure"), "cut": tr("cut off"), "hidden": tr("hidden")}
+
+
 def _caption(index: int, face: Face, why: Doubt | None) -> list[str]:
     """Return the lines beside the thumbnail: name, score, doubt, and whether it has settings."""
     by_hand = face.source == "manual"
     score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
-    words = {"unsure": tr("unsure"), "cut": tr("cut off"), "hidden": tr("hidden")}
-    doubted = [] if why is None else [words[why]]
+    doubted = [] if why is None else [_doubts()[why]]
     own = [] if face.recipe is None else [tr("own")]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 

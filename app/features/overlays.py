@@ -82,6 +82,7 @@ class Overlays(Feature):
                 checked=False,
             ),
         )
+        self.actions["hide-overlays"].setIconText(tr("Hide overlays"))
         self.panel: OverlaysPanel = OverlaysPanel(
             [self.actions[f"overlay-{overlay.name}"] for overlay in LISTED]
         )

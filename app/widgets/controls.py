@@ -255,21 +255,21 @@ class ValueSlider(QWidget):
         self.slider.setAccessibleName(title.replace("&", ""))
         self.slider.setAccessibleDescription(tip)
         self.slider.setToolTip(tip)
-        name = heading(title)
-        name.setToolTip(tip)
-        name.setBuddy(self.slider)
+        self._name = heading(title)
+        self._name.setToolTip(tip)
+        self._name.setBuddy(self.slider)
         self.field = ValueField(title.replace("&", ""), scale)
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         column = column_of(self)
         if compact:
-            row = row_of(name, self.slider, self.field)
+            row = row_of(self._name, self.slider, self.field)
             for place, share in enumerate(_COMPACT):
                 row.setStretch(place, share)
             column.addLayout(row)
         else:
-            column.addLayout(row_of(name, None, self.field))
+            column.addLayout(row_of(self._name, None, self.field))
             column.addWidget(self.slider)
         column.addWidget(self.note)
         self.slider.edited.connect(self._tell)
@@ -284,6 +284,16 @@ class ValueSlider(QWidget):
         """Show a value without telling anyone."""
         self.slider.show_amount(value)
         self.field.show_text(self._scale.text(value))
+
+    def rename(self, title: str, tip: str, scale: SliderScale) -> None:
+        """Take another name, with its mnemonic, another explanation, and texts for the values."""
+        self._scale = self.slider.scale = scale
+        self.field.rename(title.replace("&", ""), scale)
+        self._name.setText(title)
+        for widget in (self._name, self.slider):
+            widget.setToolTip(tip)
+        self.slider.setAccessibleName(title.replace("&", ""))
+        self.slider.setAccessibleDescription(tip)
 
     def _tell(self) -> None:
         self.edited.emit(self._scale.value(self.slider.value()))
@@ -314,6 +324,11 @@ class Fold(QWidget):
         column.addWidget(self.button, alignment=Qt.AlignmentFlag.AlignLeft)
         column.addWidget(content)
         self._show(False)
+
+    def flatten(self, flat: bool) -> None:
+        """Show the content without a title, or fold it under the title again."""
+        self.button.setHidden(flat)
+        self._content.setVisible(flat or self.button.isChecked())
 
     def _show(self, opened: bool) -> None:
         arrow = Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow

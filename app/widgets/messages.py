@@ -14,6 +14,7 @@ from kogao_core.photo import Photo, formats
 from ..i18n import tr
 from ..render.colour import screen_colours
 from ..theme import GRID_PX
+from .elided import Elided
 
 # What is done sooner after a message came was done without having read it.
 UNREAD_MS: Final = 2000
@@ -199,7 +200,8 @@ class StatusLine(QStatusBar):
     def __init__(self) -> None:
         super().__init__()
         self.setSizeGripEnabled(False)
-        self._hint, self._cursor, self._photo, self._speed = (QLabel() for _ in range(4))
+        self._hint = Elided()
+        self._cursor, self._photo, self._speed = (QLabel() for _ in range(3))
         self._zoom = QLabel()
         self._tool = self._lasting = ""
         self._hint.setContentsMargins(8, 0, 0, 0)

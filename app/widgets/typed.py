@@ -108,12 +108,18 @@ class ValueField(QLineEdit):
 
     def __init__(self, name: str, scale: SliderScale) -> None:
         super().__init__()
-        self._name, self._scale, self._shown = name, scale, ""
+        self._shown = ""
+        self.rename(name, scale)
         self.setProperty("value", "true")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.setAccessibleName(tr("{name}, in figures", name=name))
         self.setToolTip(tr("Type a value; Enter takes it, Escape gives it up"))
         self.editingFinished.connect(self._take)
+
+    def rename(self, name: str, scale: SliderScale) -> None:
+        """Take another name and other texts for the values."""
+        self._name, self._scale = name, scale
+        self.setAccessibleName(tr("{name}, in figures", name=name))
+        self.updateGeometry()
 
     def show_text(self, text: str) -> None:
         """Show a value; what is being typed stays until it is taken or given up."""

@@ -98,7 +98,7 @@ def main() -> None:
     usual = {"landmarks", "targets", "centre", "folds"}
     middle = QPointF(SIZE[0] / 2, SIZE[1] / 2)
     for words, visible in (("photo alone", set()), ("usual overlays", usual)):
-        view.visible = visible
+        view.switched = visible
         canvas.fit()
         report(f"{words}, fitted")
         for zoom in (0.33, 0.5, 1.0, 2.0, 8.0):
@@ -106,9 +106,9 @@ def main() -> None:
             report(f"{words}, {zoom:.0%}")
     canvas.fit()
     for name in ("displacement", "lattice", "domains", "heat", "jacobian"):
-        view.visible = {name}
+        view.switched = {name}
         report(f"{name}, fitted")
-    view.visible = usual
+    view.switched = usual
     for way in ("wipe", "difference"):
         view.compare = way
         report(f"{way}, fitted")

@@ -47,6 +47,8 @@ class Landmarks(Overlay):
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw off faces and unsure ones hollow, or dotted."""
         for index, face in enumerate(self.shown.state.faces):
+            if not self.shown.marks(index):
+                continue
             chosen, seen = index == self.shown.face, apart(face, place.zoom)
             off = index in self.shown.state.off or face.score < SURE
             if chosen or not seen:
@@ -99,7 +101,8 @@ class Targets(Overlay):
         """Draw the targets of every active face that is large enough."""
         for index, pairs in enumerate(self.shown.state.pairs):
             face = self.shown.state.faces[index]
-            if index in self.shown.state.off or not apart(face, place.zoom):
+            off = index in self.shown.state.off or not self.shown.marks(index)
+            if off or not apart(face, place.zoom):
                 continue
             sources, targets = place.points(pairs.source_px), place.points(pairs.target_px)
             ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
@@ -130,7 +133,8 @@ class Centre(Overlay):
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the line of every active face that is large enough."""
         for index, face in enumerate(self.shown.state.faces):
-            if index not in self.shown.state.off and apart(face, place.zoom):
+            on = index not in self.shown.state.off and self.shown.marks(index)
+            if on and apart(face, place.zoom):
                 self._draw_line(painter, place, face)
 
     def _draw_line(self, painter: QPainter, place: Place, face: Face) -> None:

@@ -73,7 +73,7 @@ class Overlay(pg.GraphicsObject):
     Attributes
     ----------
     name : str
-        Which entry of `ViewState.visible` switches it on.
+        Which entry of `ViewState.switched` switches it on.
     height : int
         The larger, the nearer to the eye.
     key : str
@@ -113,7 +113,7 @@ class Overlay(pg.GraphicsObject):
     ) -> None:
         """Leave the photo's coordinates for the screen's, and draw."""
         view = self.shown
-        if view.original or not view.image.area or not self.wanted():
+        if not view.image.area or not self.wanted():
             return
         place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
         painter.save()

@@ -47,6 +47,8 @@ class Files(Feature):
     -------
     began
         A photo is being read.
+    welcomed
+        A new user is shown the sample.
     restored(EarlierWork, str)
         What this holds has been taken over, and how the photo differs from the one it is about.
     unreadable(str)
@@ -58,6 +60,7 @@ class Files(Feature):
     """
 
     began = Signal()
+    welcomed = Signal()
     restored = Signal(object, str)
     unreadable = Signal(str)
     saved_over = Signal()
@@ -167,19 +170,21 @@ class Files(Feature):
         """Open the sample and say what to try, one thing after the other; Escape ends it."""
         if self.open_sample():
             self._say_stop(0)
+            self.welcomed.emit()
 
     def _say_stop(self, number: int) -> None:
         stops = (
-            tr("Move the slider “Warp distance”: the face gets smaller."),
+            tr("Move the slider “Amount”: the face gets smaller."),
             tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
             tr("Hold \\ to see the photo as it was. Then open one of yours."),
         )
         last = number == len(stops) - 1
         further = BarAction(tr("Next"), lambda: self._say_stop(number + 1))
         text = tr("{n} of {count}: {stop}", n=number + 1, count=len(stops), stop=stops[number])
-        self.say(text, self._open_step() if last else further, wrong=False, holds=self._on_sample)
+        self.say(text, self._open_step() if last else further, wrong=False, holds=self.on_sample)
 
-    def _on_sample(self) -> bool:
+    def on_sample(self) -> bool:
+        """Return whether the sample is open, or no photo at all."""
         path = self.document.path
         return path is None or is_sample(path)
 

@@ -29,10 +29,13 @@ class RecipeEditing(Feature):
     -------
     chosen
         Another face's settings are edited now, or the photo's.
+    moved
+        A setting is on the move.
     """
 
     name = "recipe"
     chosen = Signal()
+    moved = Signal()
 
     def __init__(self, context: Context, points: Points) -> None:
         super().__init__(context)
@@ -47,6 +50,7 @@ class RecipeEditing(Feature):
         points.center_taken.connect(self._take_center)
         points.escaped.connect(lambda: self.choose(None))
         self.window.canvas.picked.connect(self.choose)
+        self.window.arranged.connect(lambda workspace: self._show_words(workspace.plain))
         self.chosen.connect(self._show)
         self.chosen.connect(self.window.canvas.redraw)
         self.live.drawn.connect(self._show_frame)
@@ -93,6 +97,7 @@ class RecipeEditing(Feature):
         state = self.document.state.with_choices(self.view.face, **{field: value})
         before = getattr(self.document.committed.recipe_of(self.view.face), field)
         self.document.preview(state, gesture_name(field), fields.change(field, before, value))
+        self.moved.emit()
 
     def follow_photo(self) -> None:
         """Let the chosen face, or every one, go by the photo's recipe again."""
@@ -157,6 +162,10 @@ class RecipeEditing(Feature):
         state = self.document.state
         self._shown = (state.faces, state.off, state.recipe)
         self.panel.show_state(state, self.view.face)
+
+    def _show_words(self, plain: bool) -> None:
+        self.panel.show_words(plain=plain)
+        self._show()
 
     def _mark_readings(self) -> None:
         self.panel.mark_readings(final=self.live.is_final(self.view.frame))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
@@ -110,6 +111,13 @@ def label(field: str) -> str:
     return text.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else text
 
 
+def amount() -> tuple[str, str, SliderScale]:
+    """Return what the warp distance is called in everyday words, what it does, and its texts."""
+    words = tr("How much smaller the face gets, in % of D, the face's radius")
+    scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
+    return tr("Am&ount"), cited(words, tr(SETTINGS["percent"].where)), scale
+
+
 def tip(field: str) -> str:
     """Return what a field of the recipe does, and where the paper has it."""
     setting = SETTINGS[field]
@@ -189,6 +197,7 @@ class CenterChoice(QWidget):
     def __init__(self) -> None:
         super().__init__()
         name = heading(label("center"))
+        name.setToolTip(tip("center"))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(GRID_PX)

@@ -25,8 +25,8 @@ class NaturalnessGauge(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Naturalness"))
-        self.setToolTip(_source())
         self.blocks = _Blocks()
+        self._plain = False
         self.text = muted_label()
         self.text.setTextFormat(Qt.TextFormat.PlainText)
         row = QHBoxLayout(self)
@@ -47,11 +47,20 @@ class NaturalnessGauge(QWidget):
         if found is None:
             return
         self.blocks.show_naturalness(found)
-        self.text.setText(_words(found))
+        self._say(found)
         self.setAccessibleDescription(self.text.text())
         if self.text.property("warn") != found.warns:
             self.text.setProperty("warn", found.warns)
             self.text.style().polish(self.text)
+
+    def show_words(self, *, plain: bool) -> None:
+        """Say it in a word, with the survey's figure in the tooltip, or say the figure."""
+        self._plain = plain
+
+    def _say(self, found: Naturalness) -> None:
+        figure = _words(found)
+        self.text.setText(_word(found) if self._plain else figure)
+        self.setToolTip(f"{figure}\n\n{_source()}" if self._plain else _source())
 
 
 class _Blocks(QWidget):
@@ -78,6 +87,14 @@ class _Blocks(QWidget):
             block.setWidth(share * width)
             painter.fillRect(block, _WARNING if self._warns else self.palette().accent())
             before = distance
+
+
+def _word(found: Naturalness) -> str:
+    if found.percent <= 0.0:
+        return tr("nothing moves")
+    if found.percent > DISTANCES[-1]:
+        return tr("⚠ looks unnatural")
+    return tr("⚠ may look unnatural") if found.warns else tr("looks natural")
 
 
 def _words(found: Naturalness) -> str:

@@ -29,6 +29,8 @@ _ALWAYS_SHOWN: Final = ("percent", "center", "lattice")  # the others fold away
 class RecipePanel(QWidget):
     """Warp distance, centre, lattice; zones, and fit, threshold and the like, folded away.
 
+    In plain words there is an amount and whether it looks natural; all else folds away.
+
     Parameters
     ----------
     edit : callable
@@ -59,7 +61,10 @@ class RecipePanel(QWidget):
             label.setWordWrap(True)
             label.setToolTip(tr("≈: until the picture is there in full"))
         self.zones = Fold(tr("&Jaw, chin, sides…"), self._zones())
-        self.fold = Fold(tr("Fit, thresh&old…"), self._details())
+        self.fold = Fold(tr("Fit, qualit&y…"), self._details())
+        self._plain = False
+        self._fine = QWidget()
+        self.more = Fold(tr("More"), self._fine)
         self.owner = OwnerLine()
         column = column_of(self, spacing=3 * GRID_PX)
         column.addWidget(self.owner)
@@ -71,10 +76,24 @@ class RecipePanel(QWidget):
         readings.addWidget(self.one_to_one)
         readings.addWidget(self.residual)
         column.addLayout(readings)
-        column.addWidget(self.centre)
-        column.addWidget(self.lattice)
-        column.addWidget(self.zones)
-        column.addWidget(self.fold)
+        column.addWidget(self.more)
+        fine = column_of(self._fine, spacing=3 * GRID_PX)
+        fine.addWidget(self.centre)
+        fine.addWidget(self.lattice)
+        fine.addWidget(self.zones)
+        fine.addWidget(self.fold)
+        self.show_words(plain=False)
+
+    def show_words(self, *, plain: bool) -> None:
+        """Speak in everyday words, or in the paper's terms and figures."""
+        self._plain = plain
+        exact = fields.label("percent"), fields.tip("percent"), fields.scale("percent")
+        self.percent.rename(*(fields.amount() if plain else exact))
+        self.gauge.show_words(plain=plain)
+        self.more.flatten(not plain)
+        for reading in (self.percent.note, self.lattice.note, self.residual):
+            reading.setHidden(plain)
+        self.clear_readings()
 
     def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show the recipe of the chosen face, or the photo's and what it means for the first."""
@@ -99,7 +118,7 @@ class RecipePanel(QWidget):
         if not frame.rendering.pairs:
             self.clear_readings()
             return
-        verdict, sound = _verdict(frame.rendering)
+        verdict, sound = (_warning if self._plain else _verdict)(frame.rendering)
         if self.one_to_one.property("warn") != (not sound):
             self.one_to_one.setProperty("warn", not sound)
             self.one_to_one.style().polish(self.one_to_one)
@@ -116,6 +135,7 @@ class RecipePanel(QWidget):
         """Show the readings as exact, or as about right while the picture is on its way."""
         for label, text in zip((self.one_to_one, self.residual), self._readings, strict=True):
             label.setText(text if final or not text else f"≈ {text}")
+        self.one_to_one.setVisible(bool(self._readings[0]) or not self._plain)
 
     def clear_readings(self) -> None:
         """Show none: there is no picture to read them from."""
@@ -218,6 +238,18 @@ def _range(percents: Sequence[float]) -> str:
     """Return the smallest and the largest, or the one that they are."""
     low, high = f"{min(percents):.2f}", f"{max(percents):.2f}"
     return low if low == high else f"{low}\N{EN DASH}{high}"
+
+
+def _warning(rendering: Rendering) -> tuple[str, bool]:
+    """Return in everyday words what isn't as asked for, if anything, and whether all is."""
+    if _verdict(rendering)[1]:
+        return "", True
+    if rendering.one_to_one.folds:
+        return tr("⚠ The picture folds over itself; choose a smaller amount."), False
+    kept = min(rendering.shares)
+    if kept < 1.0:
+        return tr("⚠ Held back to {n:.0f} %: more would fold the picture.", n=100 * kept), False
+    return tr("⚠ The picture may fold in small places; choose a smaller amount."), False
 
 
 def _verdict(rendering: Rendering) -> tuple[str, bool]:

@@ -1,0 +1,154 @@
+"""In Retouch the marks of faces step back; words are plain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from kogao_app.canvas.handles import Handle
+from kogao_app.canvas.overlays.listed import LISTED
+from kogao_app.view_state import MARKS
+from kogao_app.workspaces import INSPECT
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QLabel
+from scenes import oval_face
+from test_view import picture
+
+KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
+CHIN = Handle("outline", 0, 10)
+
+
+@pytest.fixture
+def retouch(start, photo):
+    driver = start("retouch")
+    driver.open(photo)
+    return driver
+
+
+def marks(driver):
+    return driver.editor.view.visible & MARKS
+
+
+def middle(driver, face=0):
+    return driver.canvas.to_screen(driver.state.faces[face].mouth_center).toPoint()
+
+
+def test_what_steps_back_is_what_can_be_taken_hold_of():
+    assert {one.name for one in LISTED if one.handles} == MARKS
+
+
+def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
+    assert not marks(retouch)
+    bare = picture(retouch)
+    retouch.move(middle(retouch))
+    assert marks(retouch) == {"landmarks", "targets"}
+    assert (picture(retouch) != bare).any()
+    retouch.press(retouch.on_screen(CHIN))
+    retouch.move(QPoint(4, 4))
+    assert marks(retouch), "the point is still in hand"
+    retouch.key(KEYS.Key_Escape)
+    retouch.release(QPoint(4, 4))
+    retouch.move(QPoint(5, 5))
+    assert not marks(retouch)
+    np.testing.assert_array_equal(picture(retouch), bare)
+
+
+def test_marks_go_while_a_setting_moves(retouch):
+    retouch.move(middle(retouch))
+    slider = retouch.panel("recipe").percent.slider
+    retouch.press_key(slider, KEYS.Key_Right)
+    assert not marks(retouch)
+    retouch.qtbot.waitUntil(lambda: bool(marks(retouch)))
+
+
+def test_a_point_is_found_by_keys_alone(retouch):
+    retouch.key(KEYS.Key_Period, Qt.KeyboardModifier.ControlModifier)
+    assert marks(retouch)
+    retouch.move(QPoint(5, 5))
+    assert not marks(retouch)
+
+
+def test_only_the_face_that_is_pointed_at_shows_its_marks(start, source, photo):
+    source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
+    driver = start("retouch")
+    driver.open(photo)
+    driver.canvas.zoom_to(2.5)
+    driver.move(middle(driver, 1))
+    assert driver.editor.view.pointed == {1}
+    driver.editor.recipe.choose(0)
+    driver.move(middle(driver, 1) + QPoint(1, 1))
+    assert driver.editor.view.pointed == {0, 1}, "and the selected one's"
+
+
+def test_elsewhere_and_by_hand_marks_stay(retouch):
+    retouch.key(KEYS.Key_F3)
+    assert marks(retouch)
+    retouch.key(KEYS.Key_F2)
+    assert not marks(retouch)
+    for key in (KEYS.Key_2, KEYS.Key_3):
+        retouch.key(key, ALT)
+        assert marks(retouch)
+
+
+def test_the_first_start_shows_what_was_found_until_another_photo(start, photo):
+    driver = start("retouch")
+    driver.editor.files.welcome()
+    driver.settle()
+    assert driver.editor.view.visible == set(INSPECT.overlays)
+    driver.key(KEYS.Key_O)
+    assert not driver.editor.view.visible
+    driver.key(KEYS.Key_O)
+    driver.open(photo)
+    assert not marks(driver)
+
+
+def test_before_and_after_show_the_same_marks(opened):
+    def apart():
+        return (picture(opened).astype(int) != bare[0]).any(axis=1).sum()
+
+    percent = opened.panel("recipe").percent.slider
+    opened.press_key(percent, KEYS.Key_Home)
+    opened.settle()
+    bare = [picture(opened)]
+    opened.window.original_held.emit(True)
+    assert apart() == 0, "nothing moves: before and after are one picture, marks included"
+
+
+def words_of(widget):
+    return " ".join(label.text() for label in widget.findChildren(QLabel) if label.isVisible())
+
+
+def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
+    panel = retouch.panel("recipe")
+    plain = words_of(panel)
+    assert "Am&ount" in plain
+    assert "looks natural" in plain
+    assert panel.percent.field.text() == "4.0 %"
+    for science in ("of D", "J ≥", "residual", "R 1", "px"):
+        assert science not in plain
+    assert "% of D, the face's radius" in panel.percent.slider.toolTip()
+    assert "0.0 % found it unnatural" in panel.gauge.toolTip()
+    retouch.key(KEYS.Key_3, ALT)
+    exact = words_of(panel)
+    for science in ("&Warp distance", "J ≥", "residual", "found it unnatural"):
+        assert science in exact
+    assert panel.percent.field.text() == "4.0 % of D"
+
+
+def test_what_goes_wrong_is_said_plainly_too(retouch):
+    panel = retouch.panel("recipe")
+    retouch.press_key(panel.percent.slider, KEYS.Key_End)
+    retouch.settle()
+    assert panel.gauge.text.text() == "⚠ looks unnatural"
+    panel.more.button.setChecked(True)
+    retouch.press_key(panel.lattice.slider, KEYS.Key_Home)
+    retouch.settle()
+    assert panel.one_to_one.text().startswith("⚠")
+    assert "J" not in panel.one_to_one.text()
+
+
+def test_what_is_folded_away_is_one_click_off(retouch):
+    panel = retouch.panel("recipe")
+    assert not panel.lattice.isVisible()
+    panel.more.button.setChecked(True)
+    assert panel.lattice.isVisible()
+    assert panel.centre.isVisible()

@@ -1,0 +1,143 @@
+"""Nothing is cut: every workspace, panel and dialog, in both themes, at three sizes of text."""
+
+from __future__ import annotations
+
+import pytest
+from kogao_app.workspaces import WORKSPACES
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QFont
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractScrollArea,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QCheckBox,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QListView,
+    QPushButton,
+    QScrollBar,
+    QTabBar,
+    QToolButton,
+    QWidget,
+)
+
+LEAST = (1024, 700)
+CONTROLS = (
+    *(QAbstractButton, QAbstractSlider, QAbstractSpinBox),
+    *(QComboBox, QLineEdit, QListView, QTabBar),
+)
+
+
+def visible(root, kinds):
+    return [one for kind in kinds for one in root.findChildren(kind) if one.isVisible()]
+
+
+def controls(window):
+    """What can be pressed, moved or typed in, but for menus."""
+    every = {one for one in visible(window, CONTROLS) if not isinstance(one, QScrollBar)}
+    inner = {one for one in every if one.objectName().startswith("qt_")}
+    bare = {one for one in every if one.visibleRegion().isEmpty()}
+    return every - inner - bare
+
+
+def cut(root):
+    """Labels and buttons whose text needs more room than they have."""
+    found = []
+    for widget in visible(root, (QLabel, QPushButton, QToolButton, QCheckBox)):
+        text = widget.text()
+        if not text or widget.property("elides") or widget.objectName().startswith("qt_"):
+            continue
+        wraps = isinstance(widget, QLabel) and widget.wordWrap()
+        needed = widget.minimumSizeHint() if wraps else widget.sizeHint()
+        high = widget.heightForWidth(widget.width()) if wraps else needed.height()
+        if isinstance(widget, QLabel) and not wraps:
+            needed = widget.minimumSizeHint()
+        if needed.width() > widget.width() + 1 or high > widget.height() + 1:
+            found.append((type(widget).__name__, text, needed.toTuple(), widget.size().toTuple()))
+    return found
+
+
+def overlapping(root):
+    """Neighbours in one parent that lie over each other."""
+    found = []
+    for parent in {one.parentWidget() for one in visible(root, (QLabel, *CONTROLS))}:
+        if parent is None or isinstance(parent, QAbstractScrollArea) or parent.layout() is None:
+            continue
+        near = [
+            one
+            for one in parent.findChildren(
+                QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly
+            )
+            if one.isVisible() and parent.layout().indexOf(one) >= 0
+        ]
+        for place, one in enumerate(near):
+            for other in near[place + 1 :]:
+                if one.geometry().intersects(other.geometry()) and not _stacked(parent, one, other):
+                    found.append((one, other))
+    return found
+
+
+def _stacked(parent, one, other):
+    """What the window lays over its canvas lies there on purpose."""
+    return parent is parent.window().centralWidget() or not (one.width() and other.width())
+
+
+def told(root):
+    return [*cut(root), *overlapping(root)]
+
+
+@pytest.fixture
+def text_size(qapp):
+    """Set the size of all text, in shares of what it is; it is as before at the end."""
+    before = QFont(qapp.font())
+
+    def scale(share):
+        font = QFont(before)
+        font.setPointSizeF(share * before.pointSizeF())
+        qapp.setFont(font)
+
+    yield scale
+    qapp.setFont(before)
+
+
+@pytest.mark.parametrize("share", [1.0, 1.5, 2.0])
+def test_no_text_is_cut_in_the_least_window(start, photo, text_size, share):
+    text_size(share)
+    driver = start("retouch")
+    driver.window.resize(*LEAST)
+    driver.open(photo)
+    for name in WORKSPACES:
+        driver.window.actions_by_name[f"workspace-{name}"].trigger()
+        for folded in driver.window.findChildren(QToolButton):
+            if folded.property("fold") and folded.isVisible():
+                folded.setChecked(True)
+        for mode in ("manual", "automatic"):
+            driver.window.actions_by_name[f"mode-{mode}"].trigger()
+            driver.settle()
+            driver.qtbot.wait(1)
+            assert driver.window.size().toTuple() == LEAST, (name, mode)
+            assert told(driver.window) == [], (name, mode)
+
+
+def test_retouch_has_few_controls(start, photo):
+    driver = start("retouch")
+    driver.window.resize(1280, 800)
+    driver.open(photo)
+    shown = controls(driver.window)
+    assert len(shown) <= 14, sorted(one.accessibleName() or one.text() for one in shown)
+
+
+@pytest.mark.parametrize("workspace", WORKSPACES)
+def test_every_control_and_its_label_have_a_tooltip(start, photo, workspace):
+    driver = start(workspace)
+    driver.open(photo)
+    for folded in driver.window.findChildren(QToolButton):
+        if folded.property("fold"):
+            folded.setChecked(True)
+    driver.key(Qt.Key.Key_F3)
+    labels = [one for one in visible(driver.window, (QLabel,)) if one.buddy() is not None]
+    silent = [one for one in (*labels, *controls(driver.window)) if not one.toolTip()]
+    named = [one.accessibleName() or getattr(one, "text", str)() for one in silent]
+    assert named == []
