@@ -59,7 +59,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *("open", "folder", "recent", "next-photo", "previous-photo", "sample", None),
             *("save", "save-project", "save-options", "done", None),
             *("batch", None),
-            *("import-landmarks", "export-landmarks", None),
+            *("import-landmarks", "export-landmarks", "export-figure", None),
             "quit",
         ),
         tr("&Edit"): (

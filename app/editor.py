@@ -13,12 +13,14 @@ from kogao_core.face import LandmarkSource
 from . import theme
 from .document import Document
 from .features.batch import Batch
+from .features.both import BothModes
 from .features.commands import Commands
 from .features.compare import Compare
 from .features.errand import Errand
 from .features.experiments import Experiments
 from .features.faces import Faces
 from .features.feature import Context
+from .features.figure import Figure
 from .features.files import Files
 from .features.files.options import SaveOptions
 from .features.files.saver import Saver
@@ -136,8 +138,10 @@ class Editor(QObject):
         self.batch = Batch(context, self.landmarks, self.save_options)
         self.exchange = Exchange(context)
         self.experiments = Experiments(context, self.landmarks, self.manual)
+        self.both = BothModes(context, self.faces, self.manual)
         self.rating = Rating(context)
         self.readings = Readings(context)
+        self.figure = Figure(context, self.readings)
         self.hints = Hints(context, self.points, self.recipe, self.protect, self.manual)
         self.speech = Speech(context, self.points, self.recipe)
         self.screen = Screen(context)
@@ -154,7 +158,7 @@ class Editor(QObject):
             feature.working.connect(window.status.hint)
         shown = (
             *(self.manual, self.recipe, self.protect, self.overlays),
-            *(self.faces, self.readings, self.history, self.strip),
+            *(self.faces, self.readings, self.both, self.history, self.strip),
         )
         for changed in (self.document.changed, self.recipe.chosen, self.live.drawn):
             changed.connect(window.bar.refresh)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import errno
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, get_args
 
-from PySide6.QtCore import QBuffer, QCoreApplication, QIODevice, QObject, QTimer
-from PySide6.QtGui import QPixmap
+from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from kogao_core.atomic import put
 from kogao_core.geometry import Box
@@ -21,6 +19,7 @@ from .canvas.overlays.listed import LISTED
 from .editor import Editor
 from .i18n import reason
 from .view_state import CompareName, ToolName
+from .widgets.pictures import encoded
 
 _JAW: Final = 15
 FAILED: Final = 1
@@ -142,7 +141,7 @@ class Screenshot(QObject):
         # Layouts that follow the last figures are under way.
         QCoreApplication.sendPostedEvents()
         try:
-            put(_encoded(self._editor.window.grab(), self._path.suffix), self._path)
+            put(encoded(self._editor.window.grab(), self._path.suffix), self._path)
         except OSError as error:
             why = error.strerror or error
             self._end(
@@ -172,12 +171,3 @@ class Screenshot(QObject):
 
     def _end(self, code: int, line: str) -> None:
         self._code, self._line = code, line
-
-
-def _encoded(picture: QPixmap, suffix: str) -> bytes:
-    """Return a picture as a file of the kind that an ending tells."""
-    buffer = QBuffer()
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    if not picture.save(buffer, suffix.removeprefix(".") or "png"):
-        raise OSError(errno.EINVAL, f"no kind of picture ends in {suffix}")
-    return bytes(buffer.data().data())

@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from .canvas.photo_canvas import PhotoCanvas
-from .canvas.viewport import OriginalView
+from .canvas.viewport import OriginalView, Viewport
 from .theme import GRID_PX
 from .view_state import ViewState
 from .widgets.messages import MessageBar
@@ -23,7 +23,7 @@ _MARGIN_PX: Final = 3 * GRID_PX
 
 
 class Stage(QWidget):
-    """Holds both views side by side, and lays messages where they hide no face.
+    """Holds the views of the photo side by side, and lays messages where they hide no face.
 
     Parameters
     ----------
@@ -41,20 +41,35 @@ class Stage(QWidget):
         self, view: ViewState, canvas: PhotoCanvas, original: OriginalView, bar: MessageBar
     ) -> None:
         super().__init__()
-        self._view, self._views, self._bar = view, (original, canvas), bar
+        self._view, self._bar = view, bar
+        self._views: list[Viewport] = []
         self._place: QRectF | None = None
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
-        row = QHBoxLayout()
-        row.setSpacing(GRID_PX // 2)
-        # Equal shares: the same zoom shows the same piece of the photo in both.
-        for one in self._views:
-            row.addWidget(one, 1)
-        self._grid.addLayout(row, 0, 0)
+        self._row = QHBoxLayout()
+        self._row.setSpacing(GRID_PX // 2)
+        self._grid.addLayout(self._row, 0, 0)
+        for one in (original, canvas):
+            self.add_view(one)
         bar.setParent(self)
         bar.left.connect(canvas.setFocus)
         bar.appeared.connect(self.place_bar)
         canvas.view_changed.connect(self.place_bar)
+
+    def add_view(self, view: Viewport) -> None:
+        """Put a view of the photo to the right of the others."""
+        self._views.append(view)
+        # Equal shares: the same zoom shows the same piece of the photo in all of them.
+        self._row.addWidget(view, 1)
+        self._bar.raise_()
+
+    def show_below(self, widget: QWidget) -> None:
+        """Lay a widget over the lower edge of the views."""
+        edge = QVBoxLayout()
+        edge.setContentsMargins(_MARGIN_PX, 0, _MARGIN_PX, _MARGIN_PX)
+        edge.addWidget(widget)
+        self._grid.addLayout(edge, 0, 0, Qt.AlignmentFlag.AlignBottom)
+        self._bar.raise_()
 
     def show_in_middle(self, widget: QWidget) -> None:
         """Lay a widget over the middle of the views."""

@@ -93,7 +93,7 @@ def _sheet(theme: Theme) -> str:
     return f"""
     QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
     QToolBar {{ border: none; border-bottom: 1px solid {theme.line}; padding: 4px; spacing: 4px; }}
-    QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 4px 8px; }}
+    QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 4px; }}
     QToolButton, QPushButton {{
         border: 1px solid transparent; border-radius: 4px; padding: 4px 12px;
     }}

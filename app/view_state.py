@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
 from kogao_core.bend import BentLine
 from kogao_core.display import Rgb8
 from kogao_core.geometry import Array, Box
+from kogao_core.settings import DomainName
 
 from .document import Document, State
 
@@ -95,6 +97,8 @@ class ViewState:
         Straight lines of the background and their bend, the most bent first.
     people : uint8 array of shape (H, W), optional
         Where people are in the photo, at a size of its own; 255 is a person.
+    counts : mapping of str to int
+        How many pixels each domain of the newest whole result holds; empty for not known.
     marking : bool
         True while a press on the photo marks a landmark.
     compare : {"off", "wipe", "side", "difference"}
@@ -107,6 +111,8 @@ class ViewState:
         The tool in hand.
     following : Following
         What goes along with a dragged landmark.
+    other_mode : bool
+        Whether the state is that of the mode that isn't at work.
     cursor : array of shape (2,), optional
         Where the mouse is, px of the photo; None when it is elsewhere.
     """
@@ -121,6 +127,7 @@ class ViewState:
     selected: Handle | None = None
     placing: int | None = None
     face: int | None = None
+    counts: Mapping[DomainName, int] = field(default_factory=dict)
     marking: bool = False
     lines: tuple[BentLine, ...] = ()
     people: Rgb8 | None = None
@@ -129,7 +136,9 @@ class ViewState:
     loupe: bool = False
     brush: Brush = field(default_factory=Brush)
     following: Following = field(default_factory=Following)
+    other_mode: bool = False
     cursor: Array | None = None
+    _turned: tuple[State, State] | None = None
 
     @property
     def visible(self) -> set[str]:
@@ -144,7 +153,13 @@ class ViewState:
     @property
     def state(self) -> State:
         """Faces and recipe, a gesture's preview included."""
-        return self.document.state
+        state = self.document.state
+        if not self.other_mode:
+            return state
+        if self._turned is None or self._turned[0] is not state:
+            # One and the same until the document changes: it remembers its pairs.
+            self._turned = state, state.in_other_mode()
+        return self._turned[1]
 
     @property
     def image(self) -> Box:

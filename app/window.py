@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from . import actions
 from .canvas.photo_canvas import PhotoCanvas
-from .canvas.viewport import OriginalView
+from .canvas.viewport import OriginalView, Viewport
 from .i18n import tr
 from .stage import Stage
 from .theme import GRID_PX, Theme
@@ -29,7 +29,7 @@ from .widgets.controls import column_of
 from .widgets.docks import Dock, Docks
 from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
 from .widgets.messages import MessageBar, StatusLine
-from .widgets.scrolled import Column, Row
+from .widgets.scrolled import ColumnArea, RowArea
 from .widgets.segments import segmented
 from .workspaces import WORKSPACES, Workspace
 
@@ -113,10 +113,10 @@ class Window(QMainWindow):
         left = [one for one in docked if one[1].area == Qt.DockWidgetArea.LeftDockWidgetArea]
         right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
         below = [one for one in docked if one not in left]
-        for name, dock, panel in (*left, (_SIDE, right, Column(self._side, _SIDE_PX)), *below):
+        for name, dock, panel in (*left, (_SIDE, right, ColumnArea(self._side, _SIDE_PX)), *below):
             scrolls = dock in (right, *(known for _, known, _ in left))
             scrolls = scrolls or isinstance(panel, QAbstractScrollArea)
-            self.docks.add(name, dock, panel if scrolls else Row(panel))
+            self.docks.add(name, dock, panel if scrolls else RowArea(panel))
         for name in _BY_PHOTO:
             self.docks.offer(name, False)
         self.menus["panels"].addActions(self.docks.toggles())
@@ -144,6 +144,10 @@ class Window(QMainWindow):
             if isinstance(button, QToolButton):
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
                 button.setAccessibleName(there[name].iconText())
+        # Where tools are many, the eye alone says it.
+        styles = Qt.ToolButtonStyle
+        few = styles.ToolButtonTextBesideIcon if workspace.plain else styles.ToolButtonIconOnly
+        self._before.setToolButtonStyle(few)
         self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
         self._show_beside()
         self.arranged.emit(workspace)
@@ -160,8 +164,8 @@ class Window(QMainWindow):
 
     def dress(self, theme: Theme) -> None:
         """Take the canvas grey of a theme."""
-        self.canvas.setBackground(theme.canvas)
-        self.original.setBackground(theme.canvas)
+        for view in self.findChildren(Viewport):
+            view.setBackground(theme.canvas)
         for name in DRAWN.keys() & self.actions_by_name.keys():
             self.actions_by_name[name].setIcon(icon(name, theme))
         self._before.setIcon(icon("hold-original", theme))
@@ -184,7 +188,8 @@ class Window(QMainWindow):
         self._bar.setObjectName("tools")
         self._bar.setMovable(False)
         self._bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        self._bar.setIconSize(QSize(*SIZE))
+        grown = max(1.0, self.fontMetrics().height() / SIZE[1])
+        self._bar.setIconSize(QSize(*SIZE) * grown)
         self._bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
         self._bar.addWidget(segmented(tr("Workspace"), switch))
@@ -194,14 +199,12 @@ class Window(QMainWindow):
     def _hold_button(self) -> QToolButton:
         hold = self._before
         hold.setText(tr("Hold: before"))
-        hold.setIconSize(QSize(*SIZE))
-        hold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        hold.setIconSize(self._bar.iconSize())
         hold.setToolTip(tr("Show the photo as it was while the button is held (\\)"))
         hold.setAccessibleName(tr("Show the photo as it was"))
         hold.pressed.connect(lambda: self.original_held.emit(True))
         hold.released.connect(lambda: self.original_held.emit(False))
         return hold
-
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Hold the original with the backslash, panning with Space."""

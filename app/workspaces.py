@@ -61,7 +61,7 @@ COMPARE: Final = Workspace(
     title="Compare",
     key="Alt+2",
     help="Points set by hand beside those found, against the clock",
-    panels=("recipe",),
+    panels=("recipe", "both"),
     overlays=("landmarks", "targets", "folds", "protection"),
     tools=(
         *("open", "save", None),
@@ -77,7 +77,7 @@ INSPECT: Final = Workspace(
     key="Alt+3",
     help="What the machine does and why: every overlay, every figure",
     panels=("recipe", "protect", "overlays", "faces", "readings", "history"),
-    overlays=("landmarks", "targets", "centre", "folds", "protection"),
+    overlays=("landmarks", "targets", "centre", "folds", "protection", "legend"),
     tools=(
         *("open", "save", None),
         *("mode-automatic", "mode-manual", None),

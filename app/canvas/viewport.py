@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QGraphicsView, QLabel, QWidget
 from kogao_core.geometry import Array, Box
 
 from ..i18n import tr
-from ..render.live import VisiblePart
+from ..render.live import RenderedFrame, VisiblePart
 from ..render.pyramid import PicturePyramid
 from ..view_state import ViewState
 from . import overlays
@@ -28,11 +28,6 @@ _FIT_PADDING: Final = 0.02
 # Pixels a little outside the view may be pulled in while a gesture moves.
 _PREVIEW_MARGIN_PX: Final = 48
 _NAME_PX: Final = 12
-# What two views of one photo show alike.
-_ALIKE: Final = (
-    *("frame", "switched", "explained", "pointed", "face", "hovered", "selected"),
-    *("lines", "people", "following"),
-)
 
 
 class Viewport(pg.GraphicsView):
@@ -196,27 +191,33 @@ def notches(event: QWheelEvent) -> float:
     return event.angleDelta().y() / _NOTCH
 
 
-class OriginalView(Viewport):
+class SecondView(Viewport):
     """A second view that leads and follows the first one, under the same overlays.
 
     Parameters
     ----------
     main : Viewport
         The first one.
+    shown : ViewState
+        What it shows; overlays and the like it takes from the first one.
+    name : str
+        What it shows, for screen readers.
     """
 
     _steered = Signal()
+    # What both show alike, fields of `ViewState`.
+    alike: tuple[str, ...] = ("switched", "explained")
 
-    def __init__(self, main: Viewport, parent: QWidget | None = None) -> None:
-        super().__init__(ViewState(main.shown.document, original=True), parent)
-        self.setAccessibleName(tr("Photo as it was"))
+    def __init__(self, main: Viewport, shown: ViewState, name: str) -> None:
+        super().__init__(shown)
+        self.setAccessibleName(name)
+        self.plate = QLabel(self)
+        self.plate.setProperty("plate", "true")
+        self.plate.move(_NAME_PX, _NAME_PX)
         self._main = main
         main.view_changed.connect(self._follow)
         main.redrawn.connect(self._look_alike)
         self._steered.connect(lambda: main.look_like(self))
-        name = QLabel(tr("before"), self)
-        name.setProperty("plate", "true")
-        name.move(_NAME_PX, _NAME_PX)
         self.hide()
 
     def open(self, photo: PicturePyramid) -> None:
@@ -261,6 +262,46 @@ class OriginalView(Viewport):
 
     def _look_alike(self) -> None:
         if self.isVisible():
-            for name in _ALIKE:
+            for name in self.alike:
                 setattr(self.shown, name, getattr(self._main.shown, name))
             self.redraw()
+
+
+class OriginalView(SecondView):
+    """The photo as it was.
+
+    Parameters
+    ----------
+    main : Viewport
+        Shows what becomes of it.
+    """
+
+    alike = (
+        *SecondView.alike,
+        *("frame", "pointed", "face", "hovered", "selected", "lines", "people", "following"),
+    )
+
+    def __init__(self, main: Viewport) -> None:
+        shown = ViewState(main.shown.document, original=True)
+        super().__init__(main, shown, tr("Photo as it was"))
+        self.plate.setText(tr("before"))
+
+
+class OtherModeView(SecondView):
+    """What the mode that isn't at work makes of the photo.
+
+    Parameters
+    ----------
+    main : Viewport
+        Shows the mode at work.
+    """
+
+    def __init__(self, main: Viewport) -> None:
+        shown = ViewState(main.shown.document, other_mode=True)
+        super().__init__(main, shown, tr("The other way to set points"))
+
+    def show_frame(self, frame: RenderedFrame) -> None:
+        """Show a whole result."""
+        self.photo.show_full(frame)
+        self.shown.frame = frame
+        self.redraw()

@@ -259,6 +259,8 @@ class FacesPanel(QWidget):
         self.list.currentRowChanged.connect(self._tell_choice)
         title = heading(tr("Face&s"))
         title.setBuddy(self.list)
+        for widget in (title, self.list):
+            widget.setToolTip(tr("Click a face to set it alone; its box switches it on and off"))
         column = column_of(self, margin=8)
         column.addWidget(title)
         column.addWidget(self.list)

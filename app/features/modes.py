@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -47,6 +47,10 @@ _HEIGHT_PX = 800
 _NONE = "–"  # noqa: RUF001
 
 
+# A face set by hand, the one found there, by their places in their modes, and how they differ.
+FaceCompared = tuple[int, int, Differences]
+
+
 @dataclass(frozen=True, eq=False)
 class Side:
     """One mode's result: the part of it round the faces, and the two times of table 2, s."""
@@ -55,7 +59,7 @@ class Side:
     faces: int
     pixels: Rgb8
     setting_s: float | None
-    computing_s: float
+    computing_s: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ class ModesCompared:
     """Both modes, and how far each face's points lie apart; pairs of face indices first."""
 
     sides: tuple[Side, Side]
-    faces: tuple[tuple[int, int, Differences], ...]
+    faces: tuple[FaceCompared, ...]
 
 
 class Modes(Feature):
@@ -89,8 +93,10 @@ class Modes(Feature):
         pyramid, photo, state = self.document.pyramid, self.document.photo, self.document.state
         if pyramid is None or photo is None:
             return
+        # Time spent without marking anything sets nothing.
+        by_hand = self._clock.elapsed_s if state.sheet("manual").faces else None
         held = partial(held_of, photo.pixels, finder=self.live.finder)
-        times = self._clock.elapsed_s or None, self._faces.finding_s
+        times = by_hand, self._faces.finding_s
         self._lane.submit(lambda: compared(pyramid, held, state, times))
 
     def _show(self, both: ModesCompared) -> None:
@@ -117,6 +123,12 @@ def compared(
         _side("manual", state, held, photo, box, times[0]),
         _side("automatic", state, held, photo, box, times[1]),
     )
+    return ModesCompared(sides, faces_compared(state))
+
+
+def faces_compared(state: State) -> tuple[FaceCompared, ...]:
+    """Return how far the points of each face set by hand lie from those found."""
+    manual, automatic = state.sheet("manual"), state.sheet("automatic")
     faces = []
     for index, face in enumerate(manual.faces):
         other = matching(face, automatic.faces)
@@ -124,7 +136,7 @@ def compared(
             found = automatic.faces[other]
             apart = differences(face, found, (manual.recipe, automatic.recipe))
             faces.append((index, other, apart))
-    return ModesCompared(sides, tuple(faces))
+    return tuple(faces)
 
 
 def _side(
@@ -141,7 +153,7 @@ def _side(
     )
     rows, columns = box.slices
     seen = PicturePyramid(_reduced(rendering.pixels[rows, columns]), photo.show).shown[0]
-    computing_s = sum(rendering.timings_ms.values()) / 1e3
+    computing_s = sum(rendering.timings_ms.values()) / 1e3 if done.faces else None
     return Side(mode, len(done.faces), seen, setting_s, computing_s)
 
 
@@ -192,15 +204,15 @@ class ModesDialog(QDialog):
         rows.addLayout(grid)
         rows.addWidget(self.times)
         rows.addWidget(heading(tr("How far the points lie apart")))
-        rows.addWidget(muted_label(summary(comparison)))
+        rows.addWidget(muted_label(summary(comparison.faces)))
         rows.addWidget(self.points, 1)
         rows.addWidget(buttons)
         self.resize(2 * _PICTURE_PX + 12 * GRID_PX, min(_HEIGHT_PX, room_px(parent)))
 
 
-def summary(comparison: ModesCompared) -> str:
+def summary(faces: Sequence[FaceCompared]) -> str:
     """Return mean and largest difference of landmarks and targets over all faces."""
-    if not comparison.faces:
+    if not faces:
         return tr("No face is marked by hand where one was found.")
     return "\n".join(
         tr(
@@ -212,8 +224,16 @@ def summary(comparison: ModesCompared) -> str:
             t_mean=apart.targets_px.mean(),
             t_most=apart.targets_px.max(),
         )
-        for index, _, apart in comparison.faces
+        for index, _, apart in faces
     )
+
+
+def seconds(setting_s: float | None, computing_s: float | None) -> list[str]:
+    """Return the two times of table 2 and their sum in words; a dash for what there isn't."""
+    known = setting_s is not None and computing_s is not None
+    total = (setting_s or 0.0) + (computing_s or 0.0) if known else None
+    times = (setting_s, computing_s, total)
+    return [_NONE if s is None else tr("{s:.2f} s", s=s) for s in times]
 
 
 def _title(side: Side) -> str:
@@ -233,9 +253,7 @@ def _times_table(sides: tuple[Side, Side]) -> QTableWidget:
     rows = []
     for side in sides:
         mode = tr("Manual") if side.mode == "manual" else tr("Automatic")
-        total = None if side.setting_s is None else side.setting_s + side.computing_s
-        seconds = (side.setting_s, side.computing_s, total)
-        rows.append([mode, *(_NONE if s is None else tr("{s:.2f} s", s=s) for s in seconds)])
+        rows.append([mode, *seconds(side.setting_s, side.computing_s)])
     made = table(tr("Times"), head, rows)
     made.setFixedHeight(
         made.horizontalHeader().sizeHint().height() + len(rows) * made.rowHeight(0) + 4

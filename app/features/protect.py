@@ -250,6 +250,7 @@ class ProtectPanel(QWidget):
         self.count = muted_label()
         self.clear = QPushButton(tr("Remove all"))
         self.clear.setAccessibleName(tr("Remove all protection"))
+        self.clear.setToolTip(tr("Let everything that was painted or drawn move again"))
         self.clear.clicked.connect(clear.trigger)
         body = QWidget()
         self.fold = Fold(tr("Protect"), body)

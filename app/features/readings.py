@@ -190,5 +190,15 @@ class Readings(Feature):
         super().__init__(context)
         self.panel: ReadingsPanel = ReadingsPanel()
         self.dock = Dock(tr("Readings"))
-        self.document.opened.connect(self.panel.forget)
-        self.live.measured.connect(self.panel.show_rendering)
+        self.document.opened.connect(self._forget)
+        self.live.measured.connect(self._show)
+
+    def _forget(self) -> None:
+        self.panel.forget()
+        self.view.counts = {}
+
+    def _show(self, rendering: Rendering) -> None:
+        self.panel.show_rendering(rendering)
+        self.view.counts = rendering.pixel_counts if rendering.pairs else {}
+        if "legend" in self.view.visible:
+            self.window.canvas.redraw()

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ..i18n import tr
 from ..theme import GRID_PX
 from .spoken import speak_values
 from .typed import SliderScale, ValueField
@@ -316,6 +317,7 @@ class Fold(QWidget):
         self.button = QToolButton()
         self.button.setText(title)
         self.button.setAccessibleName(title.replace("&", ""))
+        self.button.setToolTip(tr("Show or hide: {what}", what=title.replace("&", "")))
         self.button.setProperty("fold", "true")
         self.button.setCheckable(True)
         self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

@@ -133,6 +133,7 @@ class Docks(QObject):
             self._docks[name].setHidden(hidden)
         for tabs in self._window.findChildren(QTabBar):
             tabs.setAccessibleName(tr("Panels"))
+            tabs.setToolTip(tr("Which of the panels that share this place is shown"))
 
     def _fix(self, dock: QDockWidget, fixed: bool) -> None:
         # An empty widget in place of the title bar keeps a fixed dock flat.

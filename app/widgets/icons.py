@@ -170,4 +170,9 @@ DRAWN: Final[dict[str, Callable[[QPainter], None]]] = {
     "more": _more,
 }
 # Pictures that need no word beside them.
-WORDLESS: Final = frozenset({"undo", "redo", "fit", "actual"})
+WORDLESS: Final = frozenset(
+    {
+        *("undo", "redo", "fit", "actual"),
+        *("compare-wipe", "compare-side", "compare-difference", "loupe"),
+    }
+)

@@ -1,9 +1,11 @@
-"""Small pictures of faces, cut from the level of the photo that is just large enough."""
+"""Small pictures of faces, cut from the level that is just large enough; pictures as files."""
 
 from __future__ import annotations
 
+import errno
+
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QIcon, QPixmap
 
 from kogao_core.face import Face
@@ -44,3 +46,12 @@ def untinted(picture: QPixmap) -> QIcon:
     icon = QIcon(picture)
     icon.addPixmap(picture, QIcon.Mode.Selected)
     return icon
+
+
+def encoded(picture: QPixmap, suffix: str) -> bytes:
+    """Return a picture as a file of the kind that an ending tells."""
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, suffix.removeprefix(".") or "png"):
+        raise OSError(errno.EINVAL, f"no kind of picture ends in {suffix}")
+    return bytes(buffer.data().data())

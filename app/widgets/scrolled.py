@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QSizePolicy, QWidget
 
 
-class Column(QScrollArea):
+class ColumnArea(QScrollArea):
     """A column that scrolls up and down and is as wide as its content asks.
 
     Parameters
@@ -34,7 +34,7 @@ class Column(QScrollArea):
         return super().eventFilter(watched, event)
 
 
-class Row(QScrollArea):
+class RowArea(QScrollArea):
     """A strip as high as its content that scrolls sideways where the window is narrow."""
 
     def __init__(self, content: QWidget) -> None:
@@ -42,15 +42,19 @@ class Row(QScrollArea):
         self._content = content
         _bare(self, content)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Return the content's."""
-        return self._content.sizeHint()
+        """Return the content's, and room for the scroll bar below it."""
+        return self._content.sizeHint() + QSize(0, self._bar_px)
 
     def minimumSizeHint(self) -> QSize:
         """Return the content's height, and room for the scroll bar below it."""
-        bar = self.horizontalScrollBar().sizeHint().height()
-        return QSize(0, self._content.minimumSizeHint().height() + bar)
+        return QSize(0, self._content.minimumSizeHint().height() + self._bar_px)
+
+    @property
+    def _bar_px(self) -> int:
+        return self.horizontalScrollBar().sizeHint().height()
 
 
 def _bare(area: QScrollArea, content: QWidget) -> None:

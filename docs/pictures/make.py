@@ -24,10 +24,13 @@ from kogao_core.recipe import Recipe
 
 PERCENT: Final = 6.0
 GAP_PX: Final = 12
+_INSPECT: Final = ("--workspace", "inspect")
 WINDOWS: Final = {
     "window": (),
-    "maps": ("--show", "heat,landmarks", "--percent", "7"),
-    "compare": ("--show", "wipe,loupe", "--percent", "8"),
+    "both": ("--workspace", "compare"),
+    "inspect": (*_INSPECT, "--show", "landmarks,targets,centre,lattice,domains,legend"),
+    "maps": (*_INSPECT, "--show", "heat,landmarks", "--percent", "7"),
+    "compare": (*_INSPECT, "--show", "wipe,loupe", "--percent", "8"),
     "protect": (
         *("--show", "protection,line,landmarks", "--theme", "light"),
         *("--protect", "262,230 262,660", "--percent", "5"),

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle, position
 from kogao_app.editor import Editor
+from kogao_app.features.experiments.dialog import ExperimentDialog
 from kogao_app.storage import Storage
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -184,7 +185,13 @@ def empty(start: Callable[[], Driver]) -> Driver:
 def opened(start: Callable[[], Driver], photo: Path) -> Driver:
     driver = start()
     driver.open(photo)
+    without_legend(driver)
     return driver
+
+
+def without_legend(driver: Driver) -> None:
+    """Uncover the corner of the canvas, where tests look at pixels, too."""
+    driver.window.actions_by_name["overlay-legend"].setChecked(False)
 
 
 @pytest.fixture
@@ -194,6 +201,24 @@ def two(start: Callable[[], Driver], source: KnownFaces, photo: Path) -> Driver:
     driver = start()
     driver.open(photo)
     return driver
+
+
+@pytest.fixture
+def dialogs(two: Driver) -> Iterator[list[QWidget]]:
+    """Every dialog, opened as its entry in the menus does; those that ask before work is lost."""
+    two.change_something()
+    for name, action in two.window.actions_by_name.items():
+        # An experiment runs for a while before its window says more than these buttons.
+        if action.text().endswith("…") and not name.startswith("experiment-"):
+            action.trigger()
+    ExperimentDialog("An experiment", two.window).open()
+    two.editor.saver.guard(lambda: None)
+    two.settle()
+    found = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
+    yield [one for one in found if one is not two.window and not isinstance(one, QFileDialog)]
+    for one in found:
+        if one is not two.window:
+            one.close()
 
 
 @pytest.fixture

@@ -262,7 +262,7 @@ def test_the_welcome_stays_with_the_sample(empty, photo):
     empty.editor.files.welcome()
     empty.settle()
     empty.change_something()
-    assert "Warp distance" in empty.say()
+    assert "Amount" in empty.say()
     empty.key(Qt.Key.Key_Z, CONTROL)
     empty.open(photo)
     assert empty.say() == ""

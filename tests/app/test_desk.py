@@ -542,6 +542,8 @@ def test_panels_can_be_moved_when_they_are_set_free(opened):
 def test_without_a_photo_the_window_says_what_to_do(empty, photo):
     state = empty.editor.recent.empty
     assert state.isVisible()
+    middle = state.mapTo(empty.window, state.rect().center())
+    assert state.isAncestorOf(empty.window.childAt(middle)) or empty.window.childAt(middle) is state
     QTest.mouseClick(state.buttons[0], Qt.MouseButton.LeftButton)
     asked = empty.dialog(QFileDialog)
     asked.close()

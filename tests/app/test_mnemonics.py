@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections import defaultdict
 
 import pytest
-from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
-    QFileDialog,
     QLabel,
     QMenu,
     QMenuBar,
@@ -50,24 +48,6 @@ def test_a_letter_leads_to_one_entry_of_a_menu(two):
     assert {"&File", "F&ace", "Face", "Prese&ts"} <= {menu.title() for menu in menus}
     found = {menu.title(): doubled(one.text() for one in menu.actions()) for menu in menus}
     assert {title: those for title, those in found.items() if those} == {}
-
-
-@pytest.fixture
-def dialogs(two):
-    """Every dialog, opened as its entry in the menus does; those that ask before work is lost."""
-    two.change_something()
-    for name, action in two.window.actions_by_name.items():
-        # An experiment runs for a while before its window says more than these buttons.
-        if action.text().endswith("…") and not name.startswith("experiment-"):
-            action.trigger()
-    ExperimentDialog("An experiment", two.window).open()
-    two.editor.saver.guard(lambda: None)
-    two.settle()
-    found = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
-    yield [one for one in found if one is not two.window and not isinstance(one, QFileDialog)]
-    for one in found:
-        if one is not two.window:
-            one.close()
 
 
 def test_a_letter_with_alt_leads_to_one_place_of_a_dialog(two, dialogs):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from kogao_app import theme
 from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont
@@ -102,11 +103,19 @@ def text_size(qapp):
     qapp.setFont(before)
 
 
-@pytest.mark.parametrize("share", [1.0, 1.5, 2.0])
-def test_no_text_is_cut_in_the_least_window(start, photo, text_size, share):
+@pytest.fixture
+def look(monkeypatch):
+    """Dress the window in a theme, whatever the system says."""
+    return lambda wanted: monkeypatch.setattr(theme, "current", lambda *_: wanted)
+
+
+@pytest.mark.parametrize(
+    ("share", "dress"), [(1.0, theme.DARK), (1.5, theme.LIGHT), (2.0, theme.DARK)]
+)
+def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share, dress):
+    look(dress)
     text_size(share)
     driver = start("retouch")
-    driver.window.resize(*LEAST)
     driver.open(photo)
     for name in WORKSPACES:
         driver.window.actions_by_name[f"workspace-{name}"].trigger()
@@ -116,9 +125,18 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, share):
         for mode in ("manual", "automatic"):
             driver.window.actions_by_name[f"mode-{mode}"].trigger()
             driver.settle()
-            driver.qtbot.wait(1)
-            assert driver.window.size().toTuple() == LEAST, (name, mode)
-            assert told(driver.window) == [], (name, mode)
+            for size in ((1280, 800), LEAST):
+                driver.window.resize(*size)
+                driver.qtbot.wait(1)
+                assert driver.window.size().toTuple() == size, (name, mode)
+                assert told(driver.window) == [], (name, mode)
+
+
+@pytest.mark.parametrize("dress", ["light", "dark"])
+def test_no_text_of_a_dialog_is_cut(dress, dialogs, qapp):
+    theme.apply(qapp, dress)
+    for dialog in dialogs:
+        assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
 
 
 def test_retouch_has_few_controls(start, photo):

@@ -46,7 +46,7 @@ def test_a_workspace_follows_from_its_declaration(window, workspace):
     action = window.window.actions_by_name[f"workspace-{workspace.name}"]
     assert action.shortcut().toString() == workspace.key
     action.trigger()
-    assert window.editor.view.visible == set(workspace.overlays)
+    assert window.editor.view.switched == set(workspace.overlays)
     beside = {name for name, it in there.items() if it.dock is None}
     assert {name for name in beside if there[name].panel.isVisible()} == beside & set(
         workspace.panels
@@ -100,7 +100,7 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     window.key(KEYS.Key_L)
     next(one for one in window.docks if one.objectName() == "faces").toggleViewAction().trigger()
     window.key(KEYS.Key_3, ALT)
-    assert "landmarks" in window.editor.view.visible
+    assert "landmarks" in window.editor.view.switched
     assert "faces" in docks_of(window)
     window.key(KEYS.Key_G)
     window.key(KEYS.Key_O)
@@ -108,15 +108,15 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     later = start(None)
     later.docks = later.window.findChildren(QDockWidget)
     assert later.window.actions_by_name["workspace-inspect"].isChecked()
-    assert {"landmarks", "lattice"} <= later.editor.view.visible, "hidden for a moment, not off"
+    assert {"landmarks", "lattice"} <= later.editor.view.switched, "hidden for a moment, not off"
     later.key(KEYS.Key_1, ALT)
-    assert "landmarks" not in later.editor.view.visible
+    assert "landmarks" not in later.editor.view.switched
     assert "faces" not in docks_of(later)
     later.window.actions_by_name["reset-workspace"].trigger()
-    assert later.editor.view.visible == set(WORKSPACES["retouch"].overlays)
+    assert later.editor.view.switched == set(WORKSPACES["retouch"].overlays)
     assert "faces" in docks_of(later)
     later.key(KEYS.Key_3, ALT)
-    assert "lattice" in later.editor.view.visible, "only the one that is shown is reset"
+    assert "lattice" in later.editor.view.switched, "only the one that is shown is reset"
 
 
 @pytest.mark.parametrize("stored", [b"nonsense", "text", ""])
@@ -127,7 +127,7 @@ def test_an_arrangement_that_cannot_be_read_is_the_first_one(start, storage, sto
     driver = start(None)
     driver.docks = driver.window.findChildren(QDockWidget)
     assert docks_of(driver) == {"settings", "faces"}
-    assert driver.editor.view.visible == {"landmarks"}
+    assert driver.editor.view.switched == {"landmarks"}
 
 
 def test_panels_come_when_they_are_needed_and_go_again(window):

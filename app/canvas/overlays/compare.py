@@ -35,8 +35,8 @@ class Divider(Overlay):
     height = 160
 
     def wanted(self) -> bool:
-        """Show it while comparing."""
-        return self.shown.compare != "off"
+        """Show it while comparing, and not over the photo as it was."""
+        return self.shown.compare != "off" and not self.shown.original
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Name what is seen, at the top."""
@@ -86,7 +86,8 @@ class Loupe(Overlay):
 
     def wanted(self) -> bool:
         """Show it while it is in use and the cursor is over the photo."""
-        return self.shown.loupe and self.shown.cursor is not None
+        here = self.shown.cursor is not None and not self.shown.original
+        return self.shown.loupe and here
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Paint both halves, then the rim over their edges."""

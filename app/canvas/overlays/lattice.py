@@ -17,6 +17,7 @@ from kogao_core.lattice import Grid, Lattice
 
 from ...i18n import tr
 from ...render.live import RenderedFrame
+from ...view_state import ViewState
 from . import glyphs
 from .overlay import FrameOverlay, Place
 
@@ -166,6 +167,11 @@ class Folds(FrameOverlay):
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
         """Draw its mark."""
         glyphs.warning(painter, box.center() + QPointF(0, 0.5))
+
+    @classmethod
+    def is_there(cls, view: ViewState) -> bool:
+        """Return whether anything folds."""
+        return view.frame is not None and bool(len(view.frame.rendering.one_to_one.folded_cells))
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Fill each folded cell and mark it."""

@@ -1,23 +1,110 @@
-"""The overlays that can be switched on and off, in the order of panel and menu."""
+"""The overlays that can be switched on and off, in the order of panel and menu; their legend."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from collections.abc import Set as AbstractSet
 from typing import Final
 
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from kogao_core.settings import DOMAINS
+
+from ...i18n import tr
 from ..handles import Kind
+from . import glyphs
 from .background import BentLines, People
 from .lattice import Displacement, DomainRegions, Folds, LatticeLines
 from .maps import HeatMap, JacobianMap
 from .marks import Centre, Landmarks, Targets
-from .overlay import Overlay
+from .overlay import Overlay, Place
 from .protection import Protected
+
+Swatch = Callable[[QPainter, QRectF], object]
+_MARGIN_PX: Final = 16.0
+_PADDING_PX: Final = 8.0
+_GAP_PX: Final = 4.0
+
+
+class Legend(Overlay):
+    """A plate low in the right corner: a swatch and a name for everything that is shown."""
+
+    name = "legend"
+    height = 175
+    key = "F12"
+
+    @classmethod
+    def title(cls) -> str:
+        """Return what the panel calls it."""
+        return tr("Legend")
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        painter.setPen(QPen(glyphs.HALO, 1.2))
+        painter.setBrush(QColor(0, 0, 0, 170))
+        painter.drawRoundedRect(box.adjusted(1.5, 2.5, -1.5, -2.5), 2, 2)
+        for y in (6.5, 11.5):
+            painter.drawLine(QPointF(box.left() + 5, y), QPointF(box.right() - 5, y))
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """List what is shown, from the top as panel and menu do."""
+        rows = list(self.rows())
+        if not rows:
+            return
+        metrics = painter.fontMetrics()
+        line = max(float(metrics.height()), float(glyphs.SWATCH_PX)) + _GAP_PX
+        text_at = glyphs.SWATCH_PX + 2 * _GAP_PX
+        width = text_at + max(metrics.horizontalAdvance(text) for _, text in rows)
+        box = QRectF(0, 0, width + 2 * _PADDING_PX, len(rows) * line + 2 * _PADDING_PX)
+        box.moveBottomRight(place.viewport.bottomRight() - QPointF(_MARGIN_PX, _MARGIN_PX))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(0, 0, 0, 170))
+        painter.drawRoundedRect(box, 4, 4)
+        for row, (swatch, text) in enumerate(rows):
+            top = box.top() + _PADDING_PX + row * line
+            mark = QRectF(0, 0, glyphs.SWATCH_PX, glyphs.SWATCH_PX)
+            painter.save()
+            painter.translate(box.left() + _PADDING_PX, top + (line - mark.height()) / 2)
+            swatch(painter, mark)
+            painter.restore()
+            painter.setPen(glyphs.HALO)
+            area = QRectF(box.left() + _PADDING_PX + text_at, top, width - text_at, line)
+            painter.drawText(area, Qt.AlignmentFlag.AlignVCenter, text)
+
+    def rows(self) -> Iterator[tuple[Swatch, str]]:
+        """Yield the swatch and the name of each overlay that is shown, domains one by one."""
+        for one in LISTED:
+            on = one.name in self.shown.visible and one.is_there(self.shown)
+            if one is Legend or not on:
+                continue
+            if one.name == "domains" and self.shown.counts:
+                yield from self._domains()
+            else:
+                yield one.swatch, one.title()
+
+    def _domains(self) -> Iterator[tuple[Swatch, str]]:
+        counts = self.shown.counts
+        for domain in DOMAINS:
+            share = 100 * counts[domain.name] / max(1, counts["image"])
+            px = f"{counts[domain.name]:,}".replace(",", "\N{THIN SPACE}")
+            text = tr("{title}: {px} px, {n:.1f} %", title=tr(domain.title), px=px, n=share)
+            yield _hatch(domain.name), text
+
+
+def _hatch(name: str) -> Swatch:
+    def draw(painter: QPainter, box: QRectF) -> None:
+        glyphs.hatched(painter, box.adjusted(2, 2, -2, -2), name)
+
+    return draw
+
 
 LISTED: Final[tuple[type[Overlay], ...]] = (
     *(Landmarks, Targets, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
-    *(BentLines, People, Protected),
+    *(BentLines, People, Protected, Legend),
 )
 
 

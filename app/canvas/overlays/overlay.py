@@ -101,6 +101,11 @@ class Overlay(pg.GraphicsObject):
         """Draw its mark into a small square, for the legend."""
         raise NotImplementedError
 
+    @classmethod
+    def is_there(cls, view: ViewState) -> bool:  # noqa: ARG003
+        """Return whether there is any of it to explain in the legend."""
+        return True
+
     def boundingRect(self) -> QRectF:
         """Cover every view: what is drawn depends on the screen, not on the photo."""
         return _EVERYWHERE

@@ -10,6 +10,7 @@ from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTr
 from kogao_core.protection import NOTHING, Protection, Stroke
 
 from ...i18n import tr
+from ...view_state import ViewState
 from . import glyphs
 from .overlay import Overlay, Place
 
@@ -35,6 +36,11 @@ class Protected(Overlay):
         painter.setPen(QPen(glyphs.HALO, 1.4))
         painter.setBrush(glyphs.protected())
         painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 5, 5)
+
+    @classmethod
+    def is_there(cls, view: ViewState) -> bool:
+        """Return whether anything is protected."""
+        return bool(view.state.protection.strokes)
 
     _drawn: Protection = NOTHING
     _shapes: tuple[tuple[Stroke, QPainterPath, QPainterPath], ...] = ()

@@ -166,6 +166,8 @@ class RecipeEditing(Feature):
     def _show_words(self, plain: bool) -> None:
         self.panel.show_words(plain=plain)
         self._show()
+        if self.view.frame is not None:
+            self._show_frame(self.view.frame)
 
     def _mark_readings(self) -> None:
         self.panel.mark_readings(final=self.live.is_final(self.view.frame))

@@ -28,6 +28,7 @@ from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
 _STEPS: Final = 100
+_LINE: Final = 40  # characters that fit beside the photo; tooltips say the rest
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
 
@@ -103,11 +104,12 @@ def scale(field: str) -> SliderScale:
 
 
 def label(field: str) -> str:
-    """Return what a field is called, and a switch what it does, with its mnemonic."""
+    """Return what a field is called, and a switch what it does where that fits; its mnemonic."""
     setting = SETTINGS[field]
     text = tr(setting.title)
     if setting.within is None and not setting.alternatives:
-        text = tr("{title}: {help}", title=text, help=tip(field))
+        whole = tr("{title}: {help}", title=text, help=tip(field))
+        text = whole if len(whole) <= _LINE else text
     return text.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else text
 
 
@@ -129,6 +131,12 @@ def change(field: str, before: object, after: object) -> str:
     unit = tr(SETTINGS[field].unit)
     values = {"before": _value(field, before), "after": _value(field, after)}
     return tr("{before} → {after} {unit}", unit=unit, **values).rstrip()
+
+
+def stated(field: str, value: object) -> str:
+    """Return a field of the recipe with its value and unit, as a caption tells it."""
+    title, unit = tr(SETTINGS[field].title), tr(SETTINGS[field].unit)
+    return f"{title} {_value(field, value)} {unit}".rstrip()
 
 
 def _value(field: str, value: object) -> str:

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
@@ -229,7 +229,10 @@ class RecipePanel(QWidget):
         if setting.within is not None:
             form.addRow(self._slider(setting.name))
         elif setting.alternatives:
-            form.addRow(fields.label(setting.name), self._choice(setting.name))
+            box, label = self._choice(setting.name), QLabel(fields.label(setting.name))
+            label.setBuddy(box)
+            label.setToolTip(box.toolTip())
+            form.addRow(label, box)
         else:
             form.addRow(self._switch(setting.name))
 

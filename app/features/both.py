@@ -1,0 +1,235 @@
+"""Both modes on one photo: side by side, with their times, and what to do next on the canvas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
+
+from kogao_core.pipeline import Rendering
+from kogao_core.project import Mode
+
+from ..canvas.viewport import OtherModeView
+from ..document import State
+from ..i18n import reason, tr
+from ..render.holding import Holding
+from ..render.live import RenderedFrame, Surface
+from ..theme import GRID_PX
+from ..widgets.controls import action_button, column_of, heading, muted_label
+from ..widgets.docks import Dock
+from ..workspaces import Workspace
+from .faces import Faces
+from .feature import Context, Feature
+from .manual import Manual, marking
+from .modes import FaceCompared, faces_compared, seconds, summary
+
+_MODES: Final[tuple[Mode, ...]] = ("manual", "automatic")
+
+
+@dataclass(frozen=True, eq=False)
+class OtherMode:
+    """The other mode's picture, and how far both modes' points lie apart."""
+
+    frame: RenderedFrame
+    faces: tuple[FaceCompared, ...]
+
+
+class ComparisonPanel(QWidget):
+    """Table 2 of this photo, how far the points lie apart, and where to read more.
+
+    Parameters
+    ----------
+    more : tuple of QAction
+        What tells more.
+    """
+
+    def __init__(self, more: tuple[QAction, ...]) -> None:
+        super().__init__()
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(4 * GRID_PX)
+        for column, title in enumerate((tr("Setting"), tr("Computing"), tr("Total")), 1):
+            head = muted_label(title)
+            head.setAlignment(Qt.AlignmentFlag.AlignRight)
+            grid.addWidget(head, 0, column)
+        self._times: dict[Mode, list[QLabel]] = {}
+        for row, mode in enumerate(_MODES, 1):
+            grid.addWidget(QLabel(title_of(mode)), row, 0)
+            self._times[mode] = [QLabel() for _ in range(3)]
+            for column, cell in enumerate(self._times[mode], 1):
+                cell.setAlignment(Qt.AlignmentFlag.AlignRight)
+                grid.addWidget(cell, row, column)
+        self.apart = muted_label()
+        self.apart.setWordWrap(True)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(GRID_PX)
+        for action in more:
+            button = action_button(action)
+            button.setProperty("snug", "false")
+            buttons.addWidget(button)
+        buttons.addStretch()
+        times, points = QWidget(), QWidget()
+        left, right = column_of(times), column_of(points, spacing=2 * GRID_PX)
+        left.addWidget(heading(tr("Times")))
+        left.addLayout(grid)
+        left.addStretch()
+        right.addWidget(heading(tr("How far the points lie apart")))
+        right.addWidget(self.apart, 1)
+        right.addLayout(buttons)
+        beside = QHBoxLayout(self)
+        beside.setContentsMargins(3 * GRID_PX, 2 * GRID_PX, 3 * GRID_PX, 2 * GRID_PX)
+        beside.setSpacing(8 * GRID_PX)
+        beside.addWidget(times)
+        beside.addWidget(points, 1)
+
+    def show_times(self, mode: Mode, setting_s: float | None, computing_s: float | None) -> None:
+        """Show what a mode took, s; None where nothing was set or computed."""
+        texts = seconds(setting_s, computing_s)
+        for cell, text in zip(self._times[mode], texts, strict=True):
+            cell.setText(text)
+
+    def texts(self) -> dict[Mode, list[str]]:
+        """Return what stands in each mode's row."""
+        return {mode: [cell.text() for cell in row] for mode, row in self._times.items()}
+
+
+def title_of(mode: Mode) -> str:
+    """Return what a mode is called beside the other one."""
+    return tr("By hand") if mode == "manual" else tr("By the machine")
+
+
+class BothModes(Feature):
+    """Keeps the other mode's picture, the times and the guide up while *Compare* is shown."""
+
+    name = "both"
+
+    def __init__(self, context: Context, faces: Faces, manual: Manual) -> None:
+        super().__init__(context)
+        self._faces, self._clock = faces, manual.clock
+        self._surface: Surface | None = None
+        self._revision, self._on = 0, False
+        self._followed: tuple[object, ...] = ()
+        self._computing_s: dict[Mode, float] = {}
+        self._lane = self.lane(self._take, self._not_drawn)
+        self.view_beside = OtherModeView(self.window.canvas)
+        self.window.stage.add_view(self.view_beside)
+        self.here = QLabel(self.window.canvas)
+        self.guide = QLabel()
+        self.here.setProperty("plate", "true")
+        self.guide.setProperty("bar", "hint")
+        self.guide.setContentsMargins(3 * GRID_PX, 2 * GRID_PX, 3 * GRID_PX, 2 * GRID_PX)
+        for label in (self.here, self.guide):
+            label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            label.hide()
+        self.here.move(3 * GRID_PX, 3 * GRID_PX)
+        self.guide.setWordWrap(True)
+        self.guide.setAccessibleName(tr("What to do next"))
+        self.window.stage.show_below(self.guide)
+        more = self.actions["compare-modes"], self.actions["experiment-methods"]
+        self.panel: ComparisonPanel = ComparisonPanel(more)
+        self.dock = Dock(tr("Comparison"))
+        self.window.arranged.connect(self._arrange)
+        self.document.opened.connect(self._open)
+        self.document.changed.connect(self._follow)
+        self.live.measured.connect(self._measure)
+        manual.changed.connect(self._follow)
+        self._clock.ticked.connect(self._show_times)
+        self._faces.found.connect(lambda _: self._show_times())
+
+    def _arrange(self, workspace: Workspace) -> None:
+        self._on = self.name in workspace.panels
+        self._followed = ()
+        self._follow()
+
+    def _open(self) -> None:
+        self._lane.drop()
+        pyramid, photo = self.document.pyramid, self.document.photo
+        self._followed, self._computing_s = (), {}
+        if pyramid is not None and photo is not None:
+            self._surface = Surface(pyramid, Holding(photo.pixels, self.live.finder))
+            self.view_beside.open(pyramid)
+
+    def _follow(self) -> None:
+        there = self._on and self.document.photo is not None
+        for widget in (self.view_beside, self.here, self.guide):
+            widget.setVisible(there)
+        if not there or self._surface is None:
+            return
+        state = self.document.state
+        self.here.setText(title_of(state.mode))
+        self.here.adjustSize()
+        self.view_beside.plate.setText(title_of(_other(state)))
+        self.view_beside.plate.adjustSize()
+        self.guide.setText(next_step(state, self._clock.applied))
+        # Whoever sets points by hand against the clock doesn't see the answer.
+        setting = state.mode == "manual" and not self._clock.applied
+        self.view_beside.shown.pointed = frozenset() if setting else None
+        self.view_beside.redraw()
+        self._show_times()
+        # A gesture moves this mode's points: what the other one makes of the photo stays.
+        now = (state.mode, state.kept, state.protection, state.loose, self.document.committed)
+        if now != self._followed and not self.document.in_gesture:
+            self._followed = now
+            self._revision += 1
+            surface, revision = self._surface, self._revision
+            self._lane.submit(lambda: _compared(surface, revision, state))
+
+    def _take(self, compared: OtherMode) -> None:
+        if self._surface is not None:
+            self._surface.shown()
+        self.view_beside.show_frame(compared.frame)
+        self._computing_s[_other(self.document.state)] = _seconds_of(compared.frame.rendering)
+        self.panel.apart.setText(summary(compared.faces))
+        self._show_times()
+
+    def _measure(self, rendering: Rendering) -> None:
+        self._computing_s[self.document.state.mode] = _seconds_of(rendering)
+        self._show_times()
+
+    def _show_times(self) -> None:
+        if not self._on:
+            return
+        setting_s = {"manual": self._clock.elapsed_s, "automatic": self._faces.finding_s}
+        for mode in _MODES:
+            there = bool(self.document.state.sheet(mode).active)
+            times = setting_s[mode], self._computing_s.get(mode)
+            self.panel.show_times(mode, *(times if there else (None, None)))
+
+    def _not_drawn(self, problem: Exception) -> None:
+        self.say(tr("The two modes can't be compared ({why}).", why=reason(problem)))
+
+
+def _compared(surface: Surface, revision: int, state: State) -> OtherMode:
+    frame = surface.render(revision, state.in_other_mode())
+    return OtherMode(frame, faces_compared(state))
+
+
+def _other(state: State) -> Mode:
+    return "automatic" if state.mode == "manual" else "manual"
+
+
+def _seconds_of(rendering: Rendering) -> float:
+    return sum(rendering.timings_ms.values()) / 1e3
+
+
+def next_step(state: State, applied: bool) -> str:
+    """Return what to do next to compare both modes, in a sentence or two."""
+    by_hand = state.sheet("manual")
+    if state.mode == "automatic" and not by_hand.faces:
+        return tr(
+            "1 of 3: The machine has set its points. Press Manual (F3) and set yours; the clock "
+            "starts with the first one."
+        )
+    if state.mode == "manual" and not state.faces:
+        return tr("2 of 3: {what}", what=marking.next_hint(state))
+    if state.mode == "manual" and not applied:
+        return tr(
+            "2 of 3: {what}. Once the outline is complete, Apply (Ctrl+Return) stops the clock.",
+            what=marking.next_hint(state),
+        )
+    return tr(
+        "3 of 3: Both are here. The table below compares them; Compare (F4) tells point by point, "
+        "and Methods (Ctrl+4) what other warps make of the same points."
+    )

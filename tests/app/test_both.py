@@ -1,0 +1,117 @@
+"""In Compare both modes lie side by side, with their times and what to do next."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from kogao_app.document import State
+from kogao_app.features.modes import ModesDialog
+from PySide6.QtCore import Qt
+from scenes import oval_face
+
+KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
+NONE = "–"  # noqa: RUF001
+
+
+@pytest.fixture
+def comparing(start, photo):
+    driver = start("compare")
+    driver.open(photo)
+    return driver
+
+
+def marked_by_hand(driver):
+    """A face of manual mode, as if every point had been set."""
+    driver.key(KEYS.Key_F3)
+    face = oval_face().with_outline_point(10, oval_face().outline[10] + 6.0)
+    state = driver.state.in_mode("manual")
+    driver.editor.document.step(State(faces=(face,), mode="manual", kept=state.kept), "Mark")
+    driver.settle()
+
+
+def pixels(view):
+    image = view.grab().toImage()
+    return np.frombuffer(image.constBits(), np.uint8).copy()
+
+
+def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
+    beside = comparing.editor.both.view_beside
+    assert beside.isVisible()
+    comparing.qtbot.waitUntil(lambda: abs(beside.width() - comparing.canvas.width()) <= 1)
+    assert beside.shown.state.mode == "manual"
+    assert beside.shown.frame.faces == []
+    marked_by_hand(comparing)
+    assert comparing.editor.both.here.text() == "By hand"
+    assert beside.plate.text() == "By the machine"
+    assert beside.shown.state.faces == comparing.state.sheet("automatic").faces
+    found = beside.shown.frame.rendering.pixels
+    comparing.key(KEYS.Key_F2)
+    comparing.settle()
+    np.testing.assert_array_equal(found, comparing.shown)
+    comparing.window.actions_by_name["workspace-retouch"].trigger()
+    assert not beside.isVisible()
+
+
+def test_both_views_stay_at_the_same_place(comparing):
+    beside = comparing.editor.both.view_beside
+    comparing.canvas.zoom_to(2.0)
+    assert beside.zoom == pytest.approx(comparing.canvas.zoom)
+    beside.zoom_to(3.0)
+    assert comparing.canvas.zoom == pytest.approx(3.0)
+
+
+def test_a_hand_that_marked_nothing_has_no_time(comparing):
+    times = comparing.panel("both").texts
+    comparing.key(KEYS.Key_F3)
+    comparing.editor.recipe.set_field("percent", 6.0)
+    comparing.editor.document.commit()
+    comparing.settle()
+    assert comparing.editor.manual.clock.elapsed_s > 0.0
+    assert times()["manual"] == [NONE] * 3
+    assert NONE not in times()["automatic"]
+    comparing.key(KEYS.Key_F4)
+    dialog = comparing.dialog(ModesDialog)
+    assert [dialog.times.item(0, column).text() for column in range(1, 4)] == [NONE] * 3
+    dialog.close()
+    marked_by_hand(comparing)
+    assert NONE not in times()["manual"]
+
+
+def test_how_far_the_points_lie_apart_is_said(comparing):
+    apart = comparing.panel("both").apart
+    assert "No face is marked by hand" in apart.text()
+    marked_by_hand(comparing)
+    assert apart.text().startswith("face 1: landmarks ")
+
+
+def test_whoever_marks_against_the_clock_sees_no_answer(comparing):
+    view = comparing.editor.both.view_beside.shown
+    comparing.key(KEYS.Key_F3)
+    comparing.settle()
+    assert "landmarks" not in view.visible
+    marked_by_hand(comparing)
+    comparing.key(KEYS.Key_Return, CONTROL)
+    assert "landmarks" in view.visible
+
+
+def test_the_canvas_says_what_to_do_next_from_the_start_to_the_end(comparing):
+    guide = comparing.editor.both.guide
+    assert guide.isVisible()
+    steps = [guide.text()]
+    comparing.key(KEYS.Key_F3)
+    comparing.settle()
+    steps.append(guide.text())
+    marked_by_hand(comparing)
+    steps.append(guide.text())
+    comparing.key(KEYS.Key_Return, CONTROL)
+    steps.append(guide.text())
+    comparing.key(KEYS.Key_F2)
+    comparing.settle()
+    steps.append(guide.text())
+    words = ("1 of 3: .*F3", "left eye, outer corner .1 of 6", r"Ctrl\+Return", "3 of 3", "3 of 3")
+    for step, word in zip(steps, words, strict=True):
+        assert re.search(word, step), step
+    comparing.window.actions_by_name["workspace-inspect"].trigger()
+    assert not guide.isVisible()
