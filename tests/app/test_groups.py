@@ -83,6 +83,7 @@ def thirty(start, source, photo):
     ]
     driver = start()
     driver.open(photo)
+    driver.window.actions_by_name["overlay-legend"].setChecked(False)
     return driver
 
 
