@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from kogao_app import theme
 from kogao_app.workspaces import WORKSPACES
@@ -109,6 +111,11 @@ def look(monkeypatch):
     return lambda wanted: monkeypatch.setattr(theme, "current", lambda *_: wanted)
 
 
+def nothing_is_cut(window, size, where):
+    assert window.size().toTuple() == size, where
+    assert told(window) == [], where
+
+
 @pytest.mark.parametrize(
     ("share", "dress"), [(1.0, theme.DARK), (1.5, theme.LIGHT), (2.0, theme.DARK)]
 )
@@ -127,9 +134,7 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share
             driver.settle()
             for size in ((1280, 800), LEAST):
                 driver.window.resize(*size)
-                driver.qtbot.wait(1)
-                assert driver.window.size().toTuple() == size, (name, mode)
-                assert told(driver.window) == [], (name, mode)
+                driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, size, (name, mode)))
 
 
 @pytest.mark.parametrize("dress", ["light", "dark"])
