@@ -38,6 +38,10 @@ _LEAST_SHARE: Final = 0.9
 _MOST_DRIFT: Final = 0.1
 # No place comes to move farther than this many times the most that any did.
 _MOST_MOVE: Final = 1.25
+# A line that bends by so much more for being held, in lattice spacings, is let go.
+_WORSE: Final = 0.01
+_ROUNDS: Final = 3
+_SAMPLES: Final = 24  # along a line, to see how far it bends
 _FIRM, _SOFT = 1e-6, 10.0  # of rows, weight 1 being that of a control point's
 _BISECTIONS: Final = 7
 _LEAST_RIDGE: Final = 1e-9
@@ -110,13 +114,45 @@ def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
         landmarks = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
         for k in group:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
-            rows = _rows(problems[k], landmarks, held.lines, near)
-            if rows is not None and field.lattices[k].phi.any():
+            if field.lattices[k].phi.any():
                 before = dataclasses.replace(field, lattices=(field.lattices[k],))
-                (lattices[k],) = _Change(problems[k], landmarks, before, rows).firmest().lattices
+                one = Held(held.lines, (near,))
+                lattices[k] = _held_by(problems[k], landmarks, before, one)
         if len(group) > 1 and any(lattices[k] is not field.lattices[k] for k in group):
             _give_way_together(field, lattices, group)
     return dataclasses.replace(field, lattices=tuple(lattices))
+
+
+def _held_by(problem: Problem, landmarks: Array, before: Field, held: Held) -> Lattice:
+    """Return a face's lattice with all lines held but those that bend more for it."""
+    (unheld,), (near,) = before.lattices, held.neighbours
+    lines, most_px = held.lines, _bends_px(unheld, held.lines) + _WORSE * problem.grid.spacing_px
+    for _ in range(_ROUNDS):
+        rows = _rows(problem, landmarks, lines, near)
+        if rows is None:
+            break
+        (lattice,) = _Change(problem, landmarks, before, rows).firmest().lattices
+        fine = _bends_px(lattice, lines) <= most_px
+        if fine.all():
+            return lattice
+        lines, most_px = lines[fine], most_px[fine]
+    return unheld
+
+
+def _bends_px(lattice: Lattice, lines: Array) -> Array:
+    """Return about how far a lattice bends each line, shape (N,), px."""
+    t = np.linspace(-1.0, 1.0, _SAMPLES)
+    along = lines[:, 1] - lines[:, 0]
+    unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    points = lines.mean(axis=1)[:, None] + 0.5 * t[:, None] * along[:, None]
+    flat = points.reshape(-1, 2)
+    moved, near = np.zeros_like(flat), lattice.reaches(flat)
+    moved[near] = lattice.at(flat[near])
+    across = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)[:, None]
+    aside = (moved.reshape(points.shape) * across).sum(axis=2)
+    # What a shift and a turn leave of it.
+    aside = aside - aside.mean(axis=1, keepdims=True) - np.outer(aside @ t / (t @ t), t)
+    return np.asarray(np.abs(aside).max(axis=1, initial=0.0))
 
 
 def _give_way_together(field: Field, lattices: list[Lattice], group: Sequence[int]) -> None:

@@ -62,6 +62,15 @@ def test_nothing_is_blown_up_so_that_a_line_stays_straight(lines):
     assert held < 1.35 * free
 
 
+@pytest.mark.parametrize(("point", "length"), [(15, 40.0), (14, 40.0), (16, 80.0)])
+def test_a_line_that_would_bend_more_for_being_held_is_let_go(point, length):
+    x, y = FACE.outline[point] + (5.0, 5.0)
+    below_the_jaw = np.array([[(x, y), (x, y + length)]])
+    made = warped(Held(np.vstack([below_the_jaw, DOOR])), percent=8)
+    assert bend_px(made.field, below_the_jaw) < bend_px(made.unheld, below_the_jaw) + 0.5
+    assert bend_px(made.field, DOOR) < 0.3 < bend_px(made.unheld, DOOR)
+
+
 def test_a_line_may_slide_along_itself():
     made = warped(Held(DOOR), percent=8)
     along = DOOR[0, 0] + np.linspace(0.2, 0.8, 50)[:, None] * (DOOR[0, 1] - DOOR[0, 0])
