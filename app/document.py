@@ -123,9 +123,14 @@ class State(Sheet):
             self, mode=mode, kept=here, faces=there.faces, off=there.off, recipe=there.recipe
         )
 
+    @property
+    def other_mode(self) -> Mode:
+        """The mode that isn't at work."""
+        return "automatic" if self.mode == "manual" else "manual"
+
     def in_other_mode(self) -> State:
         """Return the state in the mode that isn't at work."""
-        return self.in_mode("automatic" if self.mode == "manual" else "manual")
+        return self.in_mode(self.other_mode)
 
     def with_found(self, faces: Sequence[Face], image: Box) -> State:
         """Return the state with what the detector found in a photo; marks made by hand stay.

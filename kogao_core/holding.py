@@ -10,7 +10,7 @@ is the one whose neighbouring control points differ least.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -162,20 +162,35 @@ def _give_way_together(field: Field, lattices: list[Lattice], group: Sequence[in
     limits = _Limits(before)
     if limits.allow(after):
         return
-    kept, low, high = before, 0.0, 1.0
-    for _ in range(_BISECTIONS):
-        middle = (low + high) / 2.0
+
+    def mixed(share: float) -> Field:
         parts = (
-            on_quanta(a.plus(b.minus(a).scaled(middle)))
+            on_quanta(a.plus(b.minus(a).scaled(share)))
             for a, b in zip(before.lattices, after.lattices, strict=True)
         )
-        mixed = dataclasses.replace(field, lattices=tuple(parts))
-        if limits.allow(mixed):
-            kept, low = mixed, middle
-        else:
-            high = middle
+        return dataclasses.replace(field, lattices=tuple(parts))
+
+    kept = _as_near_as_allowed(before, mixed, limits.allow, 0.0, 1.0)
     for k, lattice in zip(group, kept.lattices, strict=True):
         lattices[k] = lattice
+
+
+def _as_near_as_allowed(
+    kept: Field,
+    changed: Callable[[float], Field],
+    allows: Callable[[Field], bool],
+    allowed: float,
+    refused: float,
+) -> Field:
+    """Return the changed field nearest to the refused one that is allowed, or else `kept`."""
+    for _ in range(_BISECTIONS):
+        middle = (allowed + refused) / 2.0
+        field = changed(middle)
+        if allows(field):
+            kept, allowed = field, middle
+        else:
+            refused = middle
+    return kept
 
 
 class _Limits:
@@ -188,12 +203,16 @@ class _Limits:
     def _least_det(self) -> float:
         return min(_LEAST_DET, _LEAST_SHARE * least_det(self._before))
 
+    @cached_property
+    def _was_safe(self) -> bool:
+        return is_safe(self._before)
+
     def allow(self, field: Field) -> bool:
         """Return whether a changed field squeezes and folds no more than it may."""
         det = least_det(field, _LEAST_DET)
         if det < _LEAST_DET and det < self._least_det:
             return False
-        return is_safe(field) or not is_safe(self._before)
+        return is_safe(field) or not self._was_safe
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -298,18 +317,20 @@ class _Change:
     def firmest(self) -> Field:
         """Return the field with the firmest change that leaves photo and outline in shape."""
         limits = _Limits(self._before)
+
+        def allows(field: Field) -> bool:
+            return self._spares_outline(field) and limits.allow(field)
+
         changed = self._by(_FIRM)
-        if self._spares_outline(changed) and limits.allow(changed):
+        if allows(changed):
             return changed
-        best, low, high = self._before, np.log(_FIRM), np.log(_SOFT)
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2.0
-            changed = self._by(float(np.exp(middle)))
-            if self._spares_outline(changed) and limits.allow(changed):
-                best, high = changed, middle
-            else:
-                low = middle
-        return best
+        return _as_near_as_allowed(
+            self._before,
+            lambda softness: self._by(float(np.exp(softness))),
+            allows,
+            float(np.log(_SOFT)),
+            float(np.log(_FIRM)),
+        )
 
     def _spares_outline(self, field: Field) -> bool:
         (before,), (after,) = self._before.lattices, field.lattices

@@ -160,7 +160,7 @@ class BothModes(Feature):
         state = self.document.state
         self.here.setText(title_of(state.mode))
         self.here.adjustSize()
-        self.view_beside.plate.setText(title_of(_other(state)))
+        self.view_beside.plate.setText(title_of(state.other_mode))
         self.view_beside.plate.adjustSize()
         self.guide.setText(next_step(state, self._clock.applied))
         # Whoever sets points by hand against the clock doesn't see the answer.
@@ -180,7 +180,7 @@ class BothModes(Feature):
         if self._surface is not None:
             self._surface.shown()
         self.view_beside.show_frame(compared.frame)
-        self._computing_s[_other(self.document.state)] = _seconds_of(compared.frame.rendering)
+        self._computing_s[self.document.state.other_mode] = _seconds_of(compared.frame.rendering)
         self.panel.apart.setText(summary(compared.faces))
         self._show_times()
 
@@ -204,10 +204,6 @@ class BothModes(Feature):
 def _compared(surface: Surface, revision: int, state: State) -> OtherMode:
     frame = surface.render(revision, state.in_other_mode())
     return OtherMode(frame, faces_compared(state))
-
-
-def _other(state: State) -> Mode:
-    return "automatic" if state.mode == "manual" else "manual"
 
 
 def _seconds_of(rendering: Rendering) -> float:
