@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from kogao_core.atomic import Pieces, put
+from kogao_core.atomic import Pieces, is_aside, put
 from kogao_core.strict import BadFile, parse
 
 MOST_BYTES: Final = 4 << 30
@@ -49,13 +49,20 @@ class Entry:
     ----------
     path : str
         SHA-256 of where it lay, at the end of all links: paths may hold any bytes.
-    original, result : str
-        SHA-256 of its bytes, and of those it was written over with.
+    original, before, result : str
+        SHA-256 of its bytes, of those that lay there when it was last written over, and of those it
+        was written over with. A program that was killed between the record and the file leaves
+        what lay there before.
     """
 
     path: str
     original: str
+    before: str
     result: str
+
+    def knows(self, present: str) -> bool:
+        """Return whether bytes of this hash are the original or this program's own."""
+        return present in (self.before, self.result)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +100,8 @@ class Originals:
         data = place.read_bytes()
         present, result = _sha256([data]), _sha256(pieces)
         for kept, record in self._of(place):
-            if record.result == present:
-                _note(kept, replace(record, result=result))
+            if record.knows(present):
+                _note(kept, replace(record, before=present, result=result))
                 return
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         seconds, rest = divmod(time.time_ns(), 10**9)
@@ -102,7 +109,7 @@ class Originals:
         kept = self.folder / f"{moment}.{rest:09}-{present[:16]}{place.suffix}"
         put(data, kept, like=place)
         shutil.copystat(place, kept)
-        _note(kept, Entry(_of_path(place), present, result))
+        _note(kept, Entry(_of_path(place), present, present, result))
         self._shed(kept)
 
     def behind(self, path: Path) -> Path | None:
@@ -112,7 +119,7 @@ class Originals:
         if not found:
             return None
         present = _sha256([place.read_bytes()])
-        return next((kept for kept, record in found if record.result == present), None)
+        return next((kept for kept, record in found if record.knows(present)), None)
 
     def restore(self, path: Path, *, force: bool = False) -> bool:
         """Bring a file's original back, byte for byte; tell whether there was anything to do.
@@ -140,10 +147,10 @@ class Originals:
             )
         present = _sha256([place.read_bytes()]) if place.exists() else ""
         last = found[0]
-        kept, record = next((one for one in found if present == one[1].result), last)
+        kept, record = next((one for one in found if one[1].knows(present)), last)
         if present == record.original:
             return False
-        if present not in ("", record.result) and not force:
+        if present and not record.knows(present) and not force:
             raise NoOriginal(
                 f"{path} has changed since it was written in place; --force brings the original "
                 "back all the same"
@@ -166,13 +173,16 @@ class Originals:
     def _shed(self, newest: Path) -> None:
         """Remove the oldest while there is too much; another program may be doing the same."""
         room = self.most_bytes - newest.stat().st_size
-        kept = (note.with_suffix("") for note in self.folder.glob(f"*{_RECORD}"))
+        # Those without a record too: whoever was killed left them.
+        kept = (
+            file for file in self.folder.iterdir() if file.suffix != _RECORD and not is_aside(file)
+        )
         for one in sorted((file for file in kept if file != newest), reverse=True):
             with suppress(OSError):
                 room -= one.stat().st_size
                 if room < 0:
+                    _beside(one).unlink(missing_ok=True)
                     one.unlink()
-                    _beside(one).unlink()
 
 
 def _beside(kept: Path) -> Path:

@@ -1,10 +1,10 @@
 """Kill programs that are saving: ``python tests/benchmarks/kills.py [--kills N]`` (not on Windows).
 
-A child saves photos and their projects over and over, its own source among them, or works on a
-batch with projects, and is killed at a random moment. Afterwards every file must be whole: the old
-version or the new one, and nothing may lie in the folder for temporary files. What a program left
-beside its target must be gone when the next one has saved there. A batch that is let alone in the
-end must do the rest.
+A child saves photos and their projects over and over, its own source among them and others in
+place, or works on a batch with projects, and is killed at a random moment. Afterwards every file
+must be whole: the old version or the new one, and nothing may lie in the folder for temporary
+files; what was changed in place must come back. What a program left beside its target must be gone
+when the next one has saved there. A batch that is let alone in the end must do the rest.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import collections
 import contextlib
+import functools
 import json
 import os
 import shutil
@@ -20,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
@@ -28,6 +29,7 @@ import numpy as np
 
 from kogao_core import photo, project
 from kogao_core.atomic import is_aside, put
+from kogao_core.originals import NoOriginal, Originals
 from kogao_core.project import Project, Sheet
 from kogao_core.sidecar import original, sidecar_of
 from kogao_core.strict import BadFile
@@ -55,6 +57,8 @@ def prepare(folder: Path) -> None:
     for suffix in SUFFIXES:
         cv2.imwrite(str(folder / f"source{suffix}"), picture)
         shutil.copy(folder / f"source{suffix}", folder / "aside")
+        for place in (folder, folder / "aside"):
+            shutil.copy(folder / f"source{suffix}", place / f"in-place{suffix}")
 
 
 def save_for_ever(folder: Path, seed: int) -> None:
@@ -69,6 +73,26 @@ def save_for_ever(folder: Path, seed: int) -> None:
         project.save(some_project(source, rng), sidecar_of(source.path))
         if rng.random() < 0.3:
             photo.write(source, pixels, source.path, force=True)
+        change_in_place(folder / f"in-place{suffix}", rng)
+
+
+def store_of(folder: Path) -> Originals:
+    """Return where originals of photos that are changed in place are kept."""
+    return Originals(folder / "store")
+
+
+def change_in_place(path: Path, rng: np.random.Generator) -> None:
+    """Write over a photo once or twice, as an editor does, or bring it back."""
+    store = store_of(path.parent)
+    if rng.random() < 0.3:
+        with contextlib.suppress(NoOriginal):  # nothing was changed yet
+            store.restore(path)
+        return
+    shown = photo.read(path)
+    for _ in range(rng.integers(1, 3)):
+        pixels = shown.pixels.copy()
+        pixels[40:90, 60:140] = rng.integers(0, 256)
+        photo.write_in_place(shown, pixels, store)
 
 
 def some_project(source: photo.Photo, rng: np.random.Generator) -> Project:
@@ -81,7 +105,7 @@ def unreadable(folder: Path) -> list[str]:
     """Return which photos and projects in a folder are no longer whole."""
     found = []
     for path in sorted(folder.rglob("*.*")):
-        if "aside" in path.parts or is_aside(path) or path.suffix == ".jsonl":
+        if is_aside(path) or path.suffix == ".jsonl" or {"aside", "store"} & {*path.parts}:
             continue
         try:
             if path.suffix == ".json":
@@ -96,12 +120,30 @@ def unreadable(folder: Path) -> list[str]:
 def harm(folder: Path) -> list[str]:
     """Return what saving has harmed."""
     found = unreadable(folder)
-    for kept in (folder / "aside").iterdir():
+    for kept in (folder / "aside").glob("in-place*"):
+        path = folder / kept.name
+        if path.read_bytes() == kept.read_bytes():
+            continue
+        in_child(functools.partial(store_of(folder).restore, path))
+        if path.read_bytes() != kept.read_bytes():
+            found.append(f"{kept.name} doesn't come back")
+    for kept in (folder / "aside").glob("source*"):
         original = folder / f"{kept.stem}.original{kept.suffix}"
         current = original if original.exists() else folder / kept.name
         if current.read_bytes() != kept.read_bytes():
             found.append(f"the original of {kept.name} is lost")
     return found
+
+
+def in_child(act: Callable[[], object]) -> None:
+    """Do something in a process of its own: each looks once for what others have left."""
+    child = os.fork()
+    if not child:
+        try:
+            act()
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
 
 
 def left_aside(folder: Path) -> bool:
@@ -111,13 +153,9 @@ def left_aside(folder: Path) -> bool:
 
 def left_for_good(folder: Path, temporary: Path) -> list[str]:
     """Return what nobody would ever remove once another program has saved in the folder."""
-    child = os.fork()
-    if not child:
-        for place in {folder, *(path.parent for path in folder.rglob("*") if is_aside(path))}:
-            if not is_aside(place):
-                put(b"", place / "next.jsonl")
-        os._exit(0)
-    os.waitpid(child, 0)
+    for place in {folder, *(path.parent for path in folder.rglob("*") if is_aside(path))}:
+        if not is_aside(place):
+            in_child(functools.partial(put, b"", place / "next.jsonl"))
     stayed = [f"{path.name} was never removed" for path in folder.rglob("*") if is_aside(path)]
     return stayed + [f"{path} lies in the temporary folder" for path in temporary.iterdir()]
 

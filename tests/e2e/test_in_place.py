@@ -225,6 +225,35 @@ def test_a_file_that_was_written_twice_by_its_editor_keeps_the_first_blocks(jpeg
     assert jpeg.read_bytes() == whole
 
 
+def test_a_program_killed_before_it_wrote_leaves_its_own_result_known(jpeg, store):
+    shown, place = photo.read(jpeg), Originals(store)
+    whole = jpeg.read_bytes()
+    place.keep(jpeg, [b"killed before the first result lay there"])
+    assert not place.restore(jpeg)
+    assert photo.write_in_place(shown, shown.pixels // 2, place)
+    ours = jpeg.read_bytes()
+    place.keep(jpeg, [b"killed before the second"])
+    assert jpeg.read_bytes() == ours
+    assert photo.write_in_place(shown, shown.pixels // 3, place)  # the source is known still
+    assert len(names(store)) == 2  # and nothing of ours is taken for an original
+    place.keep(jpeg, [b"killed once more"])
+    assert place.restore(jpeg)
+    assert jpeg.read_bytes() == whole
+
+
+def test_the_store_sheds_what_has_no_record(tmp_path):
+    place = Originals(tmp_path / "store", most_bytes=25)
+    path = tmp_path / "photo.bin"
+    path.write_bytes(bytes(10))
+    place.keep(path, [b"new"])
+    lost = place.folder / "20200101T000000.000000000-0123456789abcdef.jpg"
+    lost.write_bytes(bytes(20))
+    path.write_bytes(b"others")
+    place.keep(path, [b"new"])
+    assert not lost.exists()
+    assert len(names(place.folder)) == 4
+
+
 def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):
     shown = photo.read(jpeg)
     Image.new("RGB", (8, 8)).save(jpeg)
