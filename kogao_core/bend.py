@@ -18,6 +18,7 @@ HoldingName = Literal["held", "let go", ""]
 SEEN_PX: Final = 0.5
 _SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
 _SAMPLES: Final = 64
+_LEAST_PX: Final = 10  # of a line the detector is asked for; pictures of 5 rows break it
 _DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is noise, and slow
 _ASIDE_PX: Final = 3  # an edge is sought so far on both sides of its line, px of what it sees
 _STEPS: Final = 4  # a px, there
@@ -76,10 +77,10 @@ def straight_lines(photo: Image) -> Array:
     >>> len(straight_lines(photo)) > 0
     True
     """
-    if min(photo.shape[:2]) < 2:
-        return np.zeros((0, 2, 2))
     small, halved = Pyramid(photo).at_most(_DETECTOR_PX)
-    shortest = max(10, int(shortest_px(photo) / 2**halved))
+    if min(small.shape[:2]) < _LEAST_PX:
+        return np.zeros((0, 2, 2))
+    shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))
     detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
     found: Any = detector.detect(cv2.transform(small, _MEAN))  # None when there is no line
     if found is None:

@@ -168,7 +168,10 @@ def test_the_bend_meter_finds_the_frame_and_measures_it_as_seen():
 
 def test_no_lines_in_a_plain_picture():
     assert straight_lines(np.full((300, 400, 3), 90, np.uint8)).shape[0] == 0
-    assert straight_lines(np.zeros((1, 1), np.uint8)).shape[0] == 0
+    noise = np.random.default_rng(0).integers(0, 2, (5, 40), np.uint8) * 255
+    for small in (noise, noise.T, noise[:1, :1]):
+        assert straight_lines(small).shape[0] == 0
+    assert straight_lines(np.zeros((9, 65535), np.uint8)).shape[0] == 0  # no row is left of it
 
 
 def test_strokes_are_sampled_within_their_step_and_follow_their_image():
