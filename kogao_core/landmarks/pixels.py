@@ -39,9 +39,9 @@ class Pyramid:
 
     def _level(self, wanted: int) -> tuple[int, Rgb8]:
         with self._lock:
-            while len(self._levels) <= wanted and min(self._levels[-1].shape[:2]) >= 2:
+            while len(self._levels) <= wanted and max(self._levels[-1].shape[:2]) >= 2:
                 last = self._levels[-1]
-                rows, columns = last.shape[0] // 2, last.shape[1] // 2
+                rows, columns = (max(1, side // 2) for side in last.shape[:2])
                 # Exact halves take OpenCV's fast path: far quicker than one large INTER_AREA step.
                 even = last[: 2 * rows, : 2 * columns]
                 half = cv2.resize(even, (columns, rows), interpolation=cv2.INTER_AREA)
@@ -52,7 +52,7 @@ class Pyramid:
     def at_most(self, longer_px: int) -> tuple[Rgb8, int]:
         """Return the largest level whose longer side is no longer, and how often it is halved."""
         index, level = 0, self._levels[0]
-        while max(level.shape[:2]) > longer_px and min(level.shape[:2]) >= 2:
+        while max(level.shape[:2]) > longer_px:
             index, level = self._level(index + 1)
         return level, index
 

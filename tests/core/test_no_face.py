@@ -3,6 +3,7 @@
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 from shortly import few_of
 from sights import picture_of
@@ -33,3 +34,8 @@ def test_there_are_pictures() -> None:
 @pytest.mark.parametrize("path", few_of(pictures(), len(FEW)), ids=lambda path: path.name)
 def test_sample_pictures_without_people_have_no_face(source: MeshSource, path: Path) -> None:
     assert source.find(picture_of(path)) == []
+
+
+@pytest.mark.parametrize("shape", [(65535, 3, 3), (1, 65535, 3)])
+def test_a_strip_longer_than_opencv_warps_has_no_face(source: MeshSource, shape: tuple[int, ...]) -> None:
+    assert source.find(np.random.default_rng(0).integers(0, 255, shape, np.uint8)) == []
