@@ -37,5 +37,7 @@ def test_sample_pictures_without_people_have_no_face(source: MeshSource, path: P
 
 
 @pytest.mark.parametrize("shape", [(65535, 3, 3), (1, 65535, 3)])
-def test_a_strip_longer_than_opencv_warps_has_no_face(source: MeshSource, shape: tuple[int, ...]) -> None:
+def test_a_strip_longer_than_opencv_warps_has_no_face(
+    source: MeshSource, shape: tuple[int, ...]
+) -> None:
     assert source.find(np.random.default_rng(0).integers(0, 255, shape, np.uint8)) == []
