@@ -5,17 +5,16 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from PySide6.QtCore import QObject, QRect, Qt
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleActionInterface,
     QAccessibleAnnouncementEvent,
     QAccessibleInterface,
-    QAccessibleObject,
     QAccessibleValueInterface,
-    QWindow,
 )
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QAccessibleWidget, QWidget
+from shiboken6.Shiboken import VoidPtr
 
 if TYPE_CHECKING:
     from .controls import GestureSlider
@@ -25,6 +24,8 @@ Text = QAccessible.Text
 _INCREASE: Final = "Increase"
 _DECREASE: Final = "Decrease"
 _FOCUS: Final = "SetFocus"
+# What `interface_cast` returns where there is no such interface: PySide crashes over None.
+NOTHING: Final = VoidPtr(0)
 
 
 @cache
@@ -42,62 +43,17 @@ def announce(widget: QWidget, text: str) -> None:
     QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(widget, text))
 
 
-class SpokenSlider(QAccessibleObject):
+class SpokenSlider(QAccessibleWidget):
     """A slider in figures and words."""
 
     def __init__(self, slider: GestureSlider) -> None:
-        super().__init__(slider)
+        super().__init__(slider, QAccessible.Role.Slider)
         self._slider = slider
         self._value, self._actions = _Value(slider), _Actions(slider)
 
-    def parent(self) -> QAccessibleInterface:
-        """Return what the slider lies in."""
-        return QAccessible.queryAccessibleInterface(
-            self._slider.parentWidget() or self._slider.window()
-        )
-
-    def child(self, index: int) -> Any:
-        """Return nothing: a slider has no parts."""
-
-    def childCount(self) -> int:
-        """Return that it has no parts."""
-        return 0
-
-    def indexOfChild(self, child: QAccessibleInterface) -> int:  # noqa: ARG002
-        """Return that nothing is a part of it."""
-        return -1
-
-    def role(self) -> QAccessible.Role:
-        """Return that it is a slider."""
-        return QAccessible.Role.Slider
-
-    def rect(self) -> QRect:
-        """Return where it is, px of the screen."""
-        return QRect(self._slider.mapToGlobal(self._slider.rect().topLeft()), self._slider.size())
-
-    def window(self) -> QWindow:
-        """Return the window it is in."""
-        return self._slider.window().windowHandle()
-
-    def state(self) -> QAccessible.State:
-        """Return what holds of it now."""
-        state, slider = QAccessible.State(), self._slider
-        state.focusable = slider.focusPolicy() != Qt.FocusPolicy.NoFocus
-        state.focused = slider.hasFocus()
-        state.disabled = not slider.isEnabled()
-        state.invisible = not slider.isVisible()
-        return state
-
     def text(self, kind: QAccessible.Text) -> str:
-        """Return its name, its value with the unit, or what it does."""
-        slider = self._slider
-        said = {
-            Text.Name: slider.accessibleName,
-            Text.Value: slider.amount_text,
-            Text.Description: slider.accessibleDescription,
-            Text.Help: slider.toolTip,
-        }
-        return said[kind]() if kind in said else ""
+        """Return its value with the unit, or what any widget says."""
+        return self._slider.amount_text() if kind == Text.Value else super().text(kind)
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
         """Return what tells and sets its value, and what it can be told to do."""
@@ -105,7 +61,7 @@ class SpokenSlider(QAccessibleObject):
             QAccessible.InterfaceType.ValueInterface: self._value,
             QAccessible.InterfaceType.ActionInterface: self._actions,
         }
-        return casts.get(kind)
+        return casts.get(kind, NOTHING)
 
 
 class _Value(QAccessibleValueInterface):

@@ -73,6 +73,16 @@ def test_assistive_technology_sets_a_value_as_one_undo_step(opened):
     assert of(slider).state().focused
 
 
+def test_a_slider_is_asked_for_everything_that_a_screen_reader_asks(opened):
+    slider = of(opened.panel("recipe").percent.slider)
+    asked = ("text", "editableText", "selection", "tableCell", "attributes")
+    assert [getattr(slider, f"{kind}Interface")() for kind in asked] == [None] * len(asked)
+    assert slider.parent().object() is opened.panel("recipe").percent
+    assert slider.childCount() == 0
+    assert slider.state().focusable
+    assert slider.rect().size() == slider.object().size()
+
+
 def test_sliders_come_and_go_while_they_are_asked(qtbot):
     for _ in range(50):
         slider = ValueSlider("Amount", fields.percent(), "", 0)
