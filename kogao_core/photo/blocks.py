@@ -107,7 +107,8 @@ def keep_blocks(
     Returns
     -------
     Kept
-        Sequential, with optimised Huffman codes and the headers that `encode` makes.
+        Sequential, with the source's Huffman codes where they are the usual ones, or else codes of
+        its own, and the headers that `encode` makes.
 
     Raises
     ------

@@ -16,6 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -24,7 +25,8 @@ from kogao_core.photo.segments import segments
 _BLOCK_PX: Final = 8
 GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
 _LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
-_OPTIMISED: Final = (1 << 6, 0xFFFFFFFF)  # which of its flags to set, and to what
+_OPTIMISE: Final = 1 << 6  # the flag that asks for Huffman codes of the file's own
+_EVERY_FLAG: Final = 0xFFFFFFFF
 _BY_TABLES: Final = -1  # rather than a quality
 _NUMBERS: Final = _BLOCK_PX * _BLOCK_PX
 _MOST: Final = 4  # components, and tables
@@ -34,7 +36,9 @@ _ANY_FRAME: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JFIF, _ADOBE = 0xE0, 0xEE
 _JFIF_BYTES: Final = 18  # at least
 _TRANSFORM_AT: Final = 15
-_DECODING: Final = {*_ANY_FRAME, 0xDB, 0xC4, 0xDD, _JFIF, _ADOBE}  # tables, codes, restarts
+_CODES: Final = 0xC4
+_DECODING: Final = {*_ANY_FRAME, 0xDB, _CODES, 0xDD, _JFIF, _ADOBE}  # tables, codes, restarts
+_COUNTS: Final = 17  # bytes of a Huffman table before its symbols: its number, and codes a length
 _SOI: Final = b"\xff\xd8"
 
 Plane = npt.NDArray[np.int16]
@@ -93,12 +97,15 @@ class Coefficients:
         Quantisation tables; zeros where there is none.
     numbers : int16 array of shape (4,)
         The table of each component.
+    has_usual_codes : bool
+        Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
     """
 
     frame: Frame
     planes: tuple[Plane, ...]
     tables: npt.NDArray[np.uint16]
     numbers: npt.NDArray[np.int16]
+    has_usual_codes: bool
 
     @property
     def used(self) -> npt.NDArray[np.uint16]:
@@ -136,11 +143,14 @@ def read(data: bytes, folder: Path) -> Coefficients:
     copy.unlink()
     if not is_done:
         raise UnreadableCoefficients("its blocks can't be read")
-    return Coefficients(frame, planes, tables, numbers)
+    return Coefficients(frame, planes, tables, numbers, _codes(needed) <= _usual_codes())
 
 
 def write(coefficients: Coefficients, folder: Path) -> bytes:
-    """Return a sequential JPEG file with optimised Huffman codes; it counts components from 0.
+    """Return a sequential JPEG file that counts components from 0.
+
+    Usual Huffman codes stay: up to the first change the picture's data are then the source's, bit
+    for bit. Other files get codes of their own, which are shorter and take longer to find.
 
     Parameters
     ----------
@@ -163,7 +173,7 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
         *_addresses(sizes, 3),
         *(frame.colours, len(coefficients.planes)),
         *(tables.ctypes.data, _BY_TABLES, numbers.ctypes.data),
-        *(0, None, None, None, *_OPTIMISED),
+        *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
     )
     if not is_done:
         raise OSError("its blocks can't be written")
@@ -201,6 +211,26 @@ def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
     transforms = [segment[_TRANSFORM_AT] for segment in adobe if len(segment) > _TRANSFORM_AT]
     is_rgb = transforms[-1] == 0 if transforms else names == b"RGB"
     return RGB if is_rgb else YCC
+
+
+def _codes(needed: Iterable[tuple[int, bytes]]) -> set[bytes]:
+    """Return the Huffman tables of segments, each as it is written."""
+    found = set()
+    for _, segment in (one for one in needed if one[0] == _CODES):
+        rest = segment[4:]
+        while rest:
+            size = _COUNTS + sum(rest[1:_COUNTS])
+            found.add(rest[:size])
+            rest = rest[size:]
+    return found
+
+
+@cache
+def _usual_codes() -> set[bytes]:
+    """Return the standard's Huffman tables, which OpenCV writes when nothing else is asked."""
+    small = cv2.imencode(".jpg", np.zeros((_BLOCK_PX, _BLOCK_PX, 3), np.uint8))[1].tobytes()
+    with io.BytesIO(small) as file:
+        return _codes(segments(file))
 
 
 @cache

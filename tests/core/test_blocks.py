@@ -105,6 +105,35 @@ def test_blocks_that_were_read_once_serve_one_file_after_the_other(tmp_path):
         assert (tmp_path / "known.jpg").read_bytes() == (tmp_path / "fresh.jpg").read_bytes()
 
 
+def scan_of(path):
+    data = path.read_bytes()
+    at = data.index(b"\xff\xda")
+    return data[at + 2 + int.from_bytes(data[at + 2 : at + 4], "big") :]
+
+
+def test_usual_codes_stay_and_with_them_every_bit_before_the_change(tmp_path):
+    picture, options = textured_photo(320, 208, 3), {"subsampling": "4:2:0"}
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", picture, **options))
+    pixels = source.pixels.copy()
+    pixels[160:] = 255 - pixels[160:]  # ten rows of units stay
+    photo.write(source, pixels, tmp_path / "out.jpg")
+    above = scan_of(jpeg_file(tmp_path / "above.jpg", picture[:160], **options))[:-3]  # the end
+    assert scan_of(tmp_path / "out.jpg").startswith(above)
+    assert len(above) > 1000
+
+
+@pytest.mark.parametrize("options", [{"optimize": True}, {"progressive": True}])
+def test_other_codes_are_made_anew_and_no_longer(tmp_path, options):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(320, 208, 3), **options)
+    usual = jpeg_file(tmp_path / "usual.jpg", textured_photo(320, 208, 3))
+    for one in (path, usual):
+        source = photo.read(one)
+        pixels = source.pixels.copy()
+        pixels[:8, :8] = 0
+        photo.write(source, pixels, tmp_path / f"out-{one.name}")
+    assert len(scan_of(tmp_path / "out-in.jpg")) < len(scan_of(tmp_path / "out-usual.jpg"))
+
+
 def test_metadata_tell_the_size_of_the_whole_picture(tmp_path):
     exif = Image.Exif()
     exif.get_ifd(0x8769)[0xA002] = 7
