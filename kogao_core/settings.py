@@ -15,6 +15,7 @@ Fit = Literal["approximation", "exact", "multilevel"]
 DomainName = Literal["image", "control-points", "threshold"]
 Interpolation = Literal["bilinear", "cubic", "lanczos4"]
 LatticeUnit = Literal["spacing", "warp"]
+Corner = Literal["top-left", "top-right", "bottom-left", "bottom-right"]
 Name = TypeVar("Name", bound=str, covariant=True)
 
 
@@ -304,3 +305,12 @@ SETTINGS: Final = {setting.name: setting for setting in _ALL}
 ZONES: Final = ("cheeks", "jaw", "chin", "left", "right", "even_out")
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
+
+# Of the picture that labels a result (`photo.disclosure`), which no recipe holds.
+CORNERS: Final[dict[Corner, str]] = {
+    "top-left": "Top left",
+    "top-right": "Top right",
+    "bottom-left": "Bottom left",
+    "bottom-right": "Bottom right",
+}
+LABEL_SHARE: Final = (0.1, 50.0)  # of a photo's area, %

@@ -180,7 +180,9 @@ def _key(task: Task) -> str:
             sort_keys=True,
         ).encode()
     )
-    for path in map(Path, filter(None, (task.source, task.project, task.output))):
+    label = task.disclosure.picture
+    files = task.source, task.project, task.output, label.file if label else ""
+    for path in map(Path, filter(None, files)):
         if not path.is_file():  # a pipe would be waited for
             return ""
         try:

@@ -16,6 +16,7 @@ from kogao_core.cli import common, options
 
 if TYPE_CHECKING:
     from kogao_core.batch import Outcome, Workers
+    from kogao_core.photo.disclosure import Disclosure
 
 
 @click.command("batch")
@@ -61,9 +62,7 @@ def command(
     jobs: int,
     report: Path | None,
     projects: bool,
-    record: bool,
-    label: str | None,
-    font: str | None,
+    disclosure: Disclosure,
     force: bool,
     suffix: str,
     again: bool,
@@ -76,7 +75,6 @@ def command(
     from kogao_core import batch
 
     recipe = options.recipe_of(recipe_file, choices)
-    disclosure = options.disclosure_of(record, label, font)
     report = report or folder / batch.REPORT
     with common.stopping(batch.NothingToDo, common.USAGE):
         tasks = batch.plan(

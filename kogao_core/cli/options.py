@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -13,11 +14,12 @@ import click
 from kogao_core import presets
 from kogao_core.cli import common
 from kogao_core.recipe import PAPER, Recipe
-from kogao_core.settings import SETTINGS, Setting
+from kogao_core.settings import CORNERS, LABEL_SHARE, SETTINGS, Setting
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
     from kogao_core.photo.disclosure import Disclosure
+    from kogao_core.settings import Corner
 
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
@@ -109,47 +111,71 @@ _DISCLOSING: Final = (
         metavar="FILE",
         help="A font file for the label, for letters other than Latin ones.",
     ),
+    click.option(
+        "--label-picture",
+        "picture",
+        metavar="FILE",
+        help="Lay this picture over a corner, such as the mark that Norway prescribes.",
+    ),
+    click.option(
+        "--label-corner",
+        "corner",
+        type=click.Choice(tuple(CORNERS)),
+        default="top-left",
+        help="Which corner the picture is laid over [top-left].",
+    ),
+    click.option(
+        "--label-share",
+        "share",
+        type=common.Number(*LABEL_SHARE),
+        default=7.0,
+        metavar="PERCENT",
+        help="How much of the photo's area the picture takes, {:g}..{:g} % [7].".format(
+            *LABEL_SHARE
+        ),
+    ),
 )
+_TOLD: Final = ("record", "label", "font", "picture", "corner", "share")
 
 
-def discloses(command: _Command) -> _Command:
-    """Add the options that disclose the retouching in the result."""
+def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that disclose the retouching; the command gets them as ``disclosure``."""
+
+    @wraps(command)
+    def disclosing(**given: Any) -> Any:
+        disclosure = _disclosure(**{name: given.pop(name) for name in _TOLD})
+        return command(**given, disclosure=disclosure)
+
+    result: Callable[..., Any] = disclosing
     for option in reversed(_DISCLOSING):
-        command = option(command)
-    return command
+        result = option(result)
+    return result
 
 
-def disclosure_of(record: bool, label: str | None, font: str | None) -> Disclosure:
-    """Return what results disclose, after checking that the label can be drawn.
-
-    Parameters
-    ----------
-    record : bool
-        Whether to add an edit record.
-    label : str, optional
-        What to draw into the picture.
-    font : str, optional
-        A font file for it.
-
-    Returns
-    -------
-    Disclosure
-        Empty unless something was asked for.
-
-    Raises
-    ------
-    Stop
-        If the label can't be drawn.
-    """
+def _disclosure(
+    record: bool,
+    label: str | None,
+    font: str | None,
+    picture: str | None,
+    corner: Corner,
+    share: float,
+) -> Disclosure:
+    """Return what results disclose, after checking that the labels can be drawn."""
     from kogao_core.photo.disclosure import Disclosure
+    from kogao_core.photo.label_picture import LabelPicture
 
-    if label is not None:
+    laid = None if picture is None else LabelPicture(picture, corner, share)
+    if label is not None or laid is not None:
         from kogao_core.photo import CannotDisclose
         from kogao_core.photo.label import check_label
+        from kogao_core.photo.label_picture import check_picture
 
         with common.stopping(CannotDisclose, common.USAGE):
-            check_label(label, font)
-    return Disclosure(record, label or "", font)
+            if label is not None:
+                check_label(label, font)
+            if laid is not None:
+                check_picture(laid)
+    return Disclosure(record, label or "", font, laid)
 
 
 _PAPERS: Final = (

@@ -96,9 +96,7 @@ def command(
     feather_px: float,
     project_file: Path | None,
     save_project: bool,
-    record: bool,
-    label: str | None,
-    font: str | None,
+    disclosure: Disclosure,
     json_file: Path | None,
     force: bool,
     **choices: Any,
@@ -111,7 +109,6 @@ def command(
     if project_file is not None:
         projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
-    disclosure = options.disclosure_of(record, label, font)
     path = common.input_path(source, sample)
     if in_place:
         _check_in_place(sample, output, save_project)

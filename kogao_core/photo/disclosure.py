@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from kogao_core.geometry import Image
+from kogao_core.photo.label_picture import LabelPicture, lay_over
 from kogao_core.photo.model import Photo, is_same
 
 
@@ -23,16 +24,19 @@ class Disclosure:
         Text to draw into the bottom right corner; none if empty.
     font : str, optional
         A font file for the label, for letters that the built-in Latin font lacks.
+    picture : LabelPicture, optional
+        A picture to lay over a corner.
     """
 
     record: bool = False
     label: str = ""
     font: str | None = None
+    picture: LabelPicture | None = None
 
     @property
     def is_wanted(self) -> bool:
         """Whether anything is to be disclosed."""
-        return self.record or bool(self.label)
+        return self.record or bool(self.label) or self.picture is not None
 
 
 NO_DISCLOSURE = Disclosure()
@@ -48,8 +52,8 @@ def disclose(
 ) -> tuple[Photo, Image]:
     """Return a photo and its new pixels with what they disclose, ready for `write`.
 
-    A result that equals the photo discloses nothing: there was no retouching (see `undisclosed`). A
-    label changes the pixels of its own rectangle only, the record nothing but the XMP packet.
+    A result that equals the photo discloses nothing: there was no retouching (see `undisclosed`).
+    Labels change the pixels of their own rectangles only, the record nothing but the XMP packet.
 
     Parameters
     ----------
@@ -69,16 +73,18 @@ def disclose(
     photo : Photo
         With the record in its XMP.
     pixels : array like `pixels`
-        With the label; the very same array where there is none.
+        With the labels; the very same array where there are none.
 
     Raises
     ------
     CannotDisclose
-        If the photo's XMP can't be added to, the photo is too small for the label, or the font
-        is missing or lacks a letter; one sentence.
+        If the photo's XMP can't be added to, the photo is too small for the label, the font is
+        missing or lacks a letter, or the label's picture can't be read; one sentence.
     """
     if not disclosure.is_wanted or is_same(photo.pixels, pixels):
         return photo, pixels
+    if disclosure.picture is not None:
+        pixels = lay_over(photo, pixels, disclosure.picture)
     if disclosure.label:
         from kogao_core.photo.label import draw_label
 
@@ -95,6 +101,7 @@ def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
     if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
-    wanted = {"label": bool(disclosure.label), "edit record": disclosure.record}
+    is_labelled = bool(disclosure.label) or disclosure.picture is not None
+    wanted = {"label": is_labelled, "edit record": disclosure.record}
     missing = " and ".join(name for name, asked in wanted.items() if asked)
     return f"nothing was changed, so there is no {missing}"

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.features import errand
+from kogao_app.features.files.saving_dialog import SavingDialog
 from kogao_app.window import Window
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
 from scenes import textured_photo
 
 from kogao_core.originals import Originals
@@ -138,3 +139,25 @@ def test_an_errand_without_a_photo_is_a_wrong_call(words, source, capsys):
         main(words, source)
     assert ending.value.code == 2
     assert "--edit takes the photos" in capsys.readouterr().err
+
+
+def test_another_programs_photo_tells_only_what_was_chosen_for_it(empty, start, photo):
+    def choose(driver):
+        driver.key(Qt.Key.Key_O, CONTROL, Qt.KeyboardModifier.AltModifier)
+        box = driver.dialog(SavingDialog)
+        box.record.setChecked(True)
+        box.buttons.button(QDialogButtonBox.StandardButton.Ok).click()
+
+    choose(empty)
+    empty.window.close()
+    driver = start()
+    driver.editor.errand.begin([photo])
+    driver.settle()
+    for is_chosen in (False, True):
+        if is_chosen:
+            choose(driver)
+        driver.change_something()
+        driver.settle()
+        driver.editor.files.keep()
+        driver.settle()
+        assert (read(photo).xmp is not None) == is_chosen

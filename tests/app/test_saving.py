@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from kogao_app.features import files
 from kogao_app.features.files import ahead
-from kogao_app.features.files.options import SavingDialog
+from kogao_app.features.files.saving_dialog import SavingDialog
 from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -136,6 +136,45 @@ def test_a_record_and_a_label_are_told_and_remembered(empty, start, jpeg, tmp_pa
     box = options(other)
     assert box.record.isChecked()
     assert box.label.text() == "retouched by hand"
+
+
+@pytest.fixture
+def mark(tmp_path):
+    path = tmp_path / "mark.png"
+    Image.new("RGB", (30, 30), "red").save(path)
+    return path
+
+
+def want_picture(box, mark):
+    QTest.keyClick(box.pictured, Qt.Key.Key_Space)
+    box.picture.setText(str(mark))
+    box.corner.setCurrentIndex(box.corner.findData("bottom-left"))
+    box.share.setValue(10)
+    accept(box)
+
+
+def test_a_picture_is_laid_over_copies_and_remembered(empty, start, jpeg, tmp_path, mark):
+    empty.open(jpeg)
+    box = options(empty)
+    assert not box.pictured.isChecked()
+    assert not box.corner.isEnabled()
+    want_picture(box, mark)
+    empty.change_something()
+    save(empty, tmp_path / "copy.png")
+    red = (read(tmp_path / "copy.png").pixels == [255, 0, 0]).all(axis=2)
+    rows, columns = np.nonzero(red)
+    assert (rows.max(), columns.min()) == (red.shape[0] - 1, 0)
+    assert red.mean() == pytest.approx(0.1, abs=0.01)
+    box = options(start())
+    assert (box.pictured.isChecked(), box.picture.text()) == (True, str(mark))
+    assert (box.corner.currentData(), box.share.value()) == ("bottom-left", 10)
+
+
+def test_a_picture_that_cant_be_read_is_said_at_once(empty, tmp_path):
+    box = options(empty)
+    want_picture(box, tmp_path / "none.png")
+    assert box.isVisible()
+    assert "none.png doesn't exist" in box.note.text()
 
 
 def test_a_label_that_cannot_be_drawn_is_said_at_once(empty):

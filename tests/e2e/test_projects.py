@@ -300,6 +300,39 @@ def test_a_result_tells_only_when_asked(cli, kept, tmp_path):
     assert (tmp_path / "zero.jpg").read_bytes() == kept.read_bytes()
 
 
+@pytest.fixture
+def mark(tmp_path):
+    path = tmp_path / "mark.png"
+    Image.new("RGBA", (50, 20), (255, 0, 0, 255)).save(path)
+    return path
+
+
+def test_a_picture_is_laid_over_a_result_that_was_asked_for_it(cli, kept, tmp_path, mark):
+    told = tmp_path / "told.jpg"
+    asked = "--label-picture", mark, "--label-corner", "bottom-right", "--label-share", 20
+    code, _, err = cli("warp", kept, "-o", told, *asked)
+    assert (code, err) == (0, "")
+    red = (photo.read(told).pixels - np.array([255, 0, 0]) == 0).all(axis=2)
+    red |= np.abs(photo.read(told).pixels - np.array([255, 0, 0])).max(axis=2) < 24
+    rows, columns = np.nonzero(red)
+    height, width = photo.read(told).pixels.shape[:2]
+    assert red.mean() == pytest.approx(0.2, abs=0.01)
+    assert (rows.max(), columns.max()) == (height - 1, width - 1)
+    for wrong in (["--label-share", "nan"], ["--label-share", 99], ["--label-corner", "middle"]):
+        assert cli("warp", kept, "-o", told, "--force", *asked, *wrong)[0] == 2
+    code, _, err = cli("warp", kept, "-o", told, "--force", "--label-picture", tmp_path / "none")
+    one_line(code, err, 2, "the label's picture can't be used: .*none doesn't exist")
+
+
+def test_a_batch_does_again_what_has_another_picture_to_show(cli, kept, tmp_path, mark):
+    call = ("batch", kept, "-o", tmp_path / "out", "-j", 1, "--label-picture", mark)
+    assert "1 done" in cli(*call)[2]
+    assert "1 skipped" in cli(*call)[2]
+    Image.new("RGB", (50, 20), "blue").save(mark)
+    assert "1 done" in cli(*call)[2]
+    assert "1 done" in cli(*call, "--label-share", 9)[2]
+
+
 def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, kept, tmp_path):
     call = ("batch", kept, "-o", tmp_path / "out", "-j", 1)
     cli(*call)

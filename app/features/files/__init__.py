@@ -315,7 +315,8 @@ class Files(Feature):
         self._write(path, then)
 
     def _write(self, path: Path, then: Then | None, originals: Originals | None = None) -> None:
-        finder, disclosure = self.live.finder, self._options.current
+        finder, options = self.live.finder, self._options
+        disclosure = options.current if originals is None else options.in_place
 
         def write_copy(photo: Photo, state: State) -> str:
             known = self._ahead.of(photo)

@@ -1,0 +1,89 @@
+"""What saved pictures tell about themselves: nothing, unless the user wants it; remembered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import QSettings
+
+from kogao_core.photo.disclosure import Disclosure
+from kogao_core.photo.label import LONGEST
+from kogao_core.photo.label_picture import LabelPicture
+from kogao_core.settings import CORNERS, LABEL_SHARE, Corner
+
+from ...i18n import tr
+
+_GROUP: Final = "saving"
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What pictures are to tell, and what the user has entered for the time when they are to.
+
+    Parameters
+    ----------
+    record, labelled, pictured : bool
+        Whether there is an edit record, a label of text, and one that is a picture.
+    label, picture : str
+        The text, and the picture's file.
+    corner : str
+        Where the picture lies.
+    percent : float
+        How much of the photo's area it takes.
+    """
+
+    record: bool = False
+    labelled: bool = False
+    label: str = ""
+    pictured: bool = False
+    picture: str = ""
+    corner: Corner = "top-left"
+    percent: float = 7.0
+
+    @staticmethod
+    def remembered(settings: QSettings) -> Told:
+        """Return what was chosen last; what makes no sense is as at first."""
+
+        def kept(name: str, default: object) -> object:
+            return settings.value(f"{_GROUP}/{name}", default, type(default))
+
+        least, most = LABEL_SHARE
+        corner = kept("corner", "")
+        return Told(
+            record=bool(kept("record", False)),
+            labelled=bool(kept("labelled", False)),
+            label=str(kept("label", tr("Retouched")))[:LONGEST],
+            pictured=bool(kept("pictured", False)),
+            picture=str(kept("picture", "")),
+            corner=next((name for name in CORNERS if name == corner), "top-left"),
+            percent=min(max(float(str(kept("share", 7.0))), least), most),
+        )
+
+    def remember(self, settings: QSettings) -> None:
+        """Keep the choices for this time and later."""
+        settings.setValue(f"{_GROUP}/record", self.record)
+        settings.setValue(f"{_GROUP}/labelled", self.labelled)
+        settings.setValue(f"{_GROUP}/label", self.label[:LONGEST])
+        settings.setValue(f"{_GROUP}/pictured", self.pictured)
+        settings.setValue(f"{_GROUP}/picture", self.picture)
+        settings.setValue(f"{_GROUP}/corner", self.corner)
+        settings.setValue(f"{_GROUP}/share", self.percent)
+
+    @property
+    def disclosure(self) -> Disclosure:
+        """What of it is wanted."""
+        laid = LabelPicture(self.picture, self.corner, self.percent) if self.pictured else None
+        return Disclosure(self.record, self.label if self.labelled else "", picture=laid)
+
+
+def words(what: Disclosure) -> str:
+    """Return what pictures tell, as a line for the user; empty for nothing."""
+    parts = []
+    if what.record:
+        parts.append(tr("an edit record"))
+    if what.label:
+        parts.append(tr("the label “{label}”", label=what.label))
+    if what.picture:
+        parts.append(tr("a picture as label"))
+    return tr("Results carry {what} (Save options).", what=" + ".join(parts)) if parts else ""
