@@ -215,6 +215,7 @@ class SecondView(Viewport):
         self.plate.setProperty("plate", "true")
         self.plate.move(_NAME_PX, _NAME_PX)
         self._main = main
+        self.setBackground(main.backgroundBrush())
         main.view_changed.connect(self._follow)
         main.redrawn.connect(self._look_alike)
         self._steered.connect(lambda: main.look_like(self))

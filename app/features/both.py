@@ -24,7 +24,7 @@ from ..workspaces import Workspace
 from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual, marking
-from .modes import FaceCompared, faces_compared, seconds, summary
+from .modes import FaceCompared, faces_compared, seconds, summary, title_of
 
 _MODES: Final[tuple[Mode, ...]] = ("manual", "automatic")
 
@@ -95,11 +95,6 @@ class ComparisonPanel(QWidget):
         return {mode: [cell.text() for cell in row] for mode, row in self._times.items()}
 
 
-def title_of(mode: Mode) -> str:
-    """Return what a mode is called beside the other one."""
-    return tr("By hand") if mode == "manual" else tr("By the machine")
-
-
 class BothModes(Feature):
     """Keeps the other mode's picture, the times and the guide up while *Compare* is shown."""
 
@@ -113,8 +108,8 @@ class BothModes(Feature):
         self._followed: tuple[object, ...] = ()
         self._computing_s: dict[Mode, float] = {}
         self._lane = self.lane(self._take, self._not_drawn)
-        self.view_beside = OtherModeView(self.window.canvas)
-        self.window.stage.add_view(self.view_beside)
+        # Not before it is shown: whoever only retouches needn't wait for it.
+        self.view_beside: OtherModeView | None = None
         self.here = QLabel(self.window.canvas)
         self.guide = QLabel()
         self.here.setProperty("plate", "true")
@@ -149,24 +144,37 @@ class BothModes(Feature):
         self._followed, self._computing_s = (), {}
         if pyramid is not None and photo is not None:
             self._surface = Surface(pyramid, Holding(photo.pixels, self.live.finder))
-            self.view_beside.open(pyramid)
+            if self.view_beside is not None:
+                self.view_beside.open(pyramid)
+
+    def _beside(self) -> OtherModeView:
+        """Return the view of the other mode; it is built where it is first shown."""
+        if self.view_beside is None:
+            self.view_beside = OtherModeView(self.window.canvas)
+            self.window.stage.add_view(self.view_beside)
+            self.view_beside.show()
+            if self.document.pyramid is not None:
+                self.view_beside.open(self.document.pyramid)
+        return self.view_beside
 
     def _follow(self) -> None:
         there = self._on and self.document.photo is not None
-        for widget in (self.view_beside, self.here, self.guide):
-            widget.setVisible(there)
+        overlaid: list[QWidget | None] = [self.view_beside, self.here, self.guide]
+        for widget in overlaid:
+            if widget is not None:
+                widget.setVisible(there)
         if not there or self._surface is None:
             return
-        state = self.document.state
+        state, beside = self.document.state, self._beside()
         self.here.setText(title_of(state.mode))
         self.here.adjustSize()
-        self.view_beside.plate.setText(title_of(state.other_mode))
-        self.view_beside.plate.adjustSize()
+        beside.plate.setText(title_of(state.other_mode))
+        beside.plate.adjustSize()
         self.guide.setText(next_step(state, self._clock.applied))
         # Whoever sets points by hand against the clock doesn't see the answer.
         setting = state.mode == "manual" and not self._clock.applied
-        self.view_beside.shown.pointed = frozenset() if setting else None
-        self.view_beside.redraw()
+        beside.shown.pointed = frozenset() if setting else None
+        beside.redraw()
         self._show_times()
         # A gesture moves this mode's points: what the other one makes of the photo stays.
         now = (state.mode, state.kept, state.protection, state.loose, self.document.committed)
@@ -179,7 +187,7 @@ class BothModes(Feature):
     def _take(self, compared: OtherMode) -> None:
         if self._surface is not None:
             self._surface.shown()
-        self.view_beside.show_frame(compared.frame)
+        self._beside().show_frame(compared.frame)
         self._computing_s[self.document.state.other_mode] = _seconds_of(compared.frame.rendering)
         self.panel.apart.setText(summary(compared.faces))
         self._show_times()

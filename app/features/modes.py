@@ -236,9 +236,13 @@ def seconds(setting_s: float | None, computing_s: float | None) -> list[str]:
     return [_NONE if s is None else tr("{s:.2f} s", s=s) for s in times]
 
 
+def title_of(mode: Mode) -> str:
+    """Return what a mode is called beside the other one."""
+    return tr("Manual") if mode == "manual" else tr("Automatic")
+
+
 def _title(side: Side) -> str:
-    mode = tr("Manual") if side.mode == "manual" else tr("Automatic")
-    return tr("{mode}, faces: {n}", mode=mode, n=side.faces)
+    return tr("{mode}, faces: {n}", mode=title_of(side.mode), n=side.faces)
 
 
 def _picture(side: Side, ratio: float) -> QLabel:
@@ -252,8 +256,7 @@ def _times_table(sides: tuple[Side, Side]) -> QTableWidget:
     head = [tr("Time"), tr("Setting"), tr("Computing"), tr("Total")]
     rows = []
     for side in sides:
-        mode = tr("Manual") if side.mode == "manual" else tr("Automatic")
-        rows.append([mode, *seconds(side.setting_s, side.computing_s)])
+        rows.append([title_of(side.mode), *seconds(side.setting_s, side.computing_s)])
     made = table(tr("Times"), head, rows)
     made.setFixedHeight(
         made.horizontalHeader().sizeHint().height() + len(rows) * made.rowHeight(0) + 4

@@ -29,6 +29,7 @@ from ..widgets.controls import ChoiceBox, column_of, muted_label
 from ..widgets.dialogs import ask_path
 from . import presets
 from .feature import Context, Feature
+from .recipe import RecipeEditing
 
 _WIDTH_PX: Final = 520
 
@@ -145,8 +146,9 @@ class Preferences(Feature):
 
     changed = Signal()
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, editing: RecipeEditing) -> None:
         super().__init__(context)
+        self._editing = editing
         self.add_actions(
             Spec(
                 "preferences",
@@ -181,4 +183,4 @@ class Preferences(Feature):
         return preferences.folder(self.settings, preferences.SAVE_FOLDER)
 
     def _follow(self) -> None:
-        self.document.first_recipe = preferences.recipe(self.settings)
+        self._editing.begin_with(preferences.recipe(self.settings))

@@ -135,6 +135,7 @@ class Protect(Feature):
         self._drop()
         image = self.document.image
         self.set_radius(_OF_PHOTO * max(image.width, image.height))
+        self.panel.size_px.show_first(self.view.brush.radius_px)
 
     def resize(self, steps: int) -> None:
         """Make the brush larger or smaller by so many presses of a key."""

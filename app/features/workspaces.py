@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import partial
 from typing import Final
 
@@ -11,6 +12,7 @@ from PySide6.QtGui import QActionGroup
 from ..actions import Spec
 from ..canvas.overlays.listed import LISTED
 from ..i18n import tr
+from ..widgets.controls import Fold
 from ..workspaces import WORKSPACES, Workspace
 from .feature import Context, Feature
 
@@ -51,11 +53,14 @@ class Workspaces(Feature):
     def show(self, name: str) -> None:
         """Show a workspace as it was left."""
         self._remember()
-        place = f"workspaces/{name}"
-        docks, overlays = (self.settings.value(f"{place}/{it}") for it in ("docks", "overlays"))
         one = WORKSPACES[name]
-        on = one.overlays if overlays is None else tuple(str(overlays).split(","))
-        self._arrange(one, on, docks if isinstance(docks, QByteArray) else None)
+        docks = self.settings.value(_place(one, "docks"))
+        self._arrange(
+            one,
+            self._kept_names(_place(one, "overlays"), one.overlays),
+            self._kept_names(_place(one, "unfolded")),
+            docks if isinstance(docks, QByteArray) else None,
+        )
 
     def reset(self) -> None:
         """Show the workspace as it first was."""
@@ -70,25 +75,45 @@ class Workspaces(Feature):
         self.settings.sync()
 
     def _arrange(
-        self, one: Workspace, overlays: tuple[str, ...], docks: QByteArray | None = None
+        self,
+        one: Workspace,
+        overlays: Collection[str],
+        unfolded: Collection[str] = (),
+        docks: QByteArray | None = None,
     ) -> None:
         self._shown = one
         self.actions[f"workspace-{one.name}"].setChecked(True)
         for overlay in LISTED:
             self.actions[f"overlay-{overlay.name}"].setChecked(overlay.name in overlays)
+        for fold in self._folds():
+            fold.button.setChecked(fold.objectName() in unfolded)
         self.window.arrange(one, docks)
 
     def _remember(self) -> None:
-        if self._shown is None:
+        one = self._shown
+        if one is None:
             return
         self._bring_back()
-        name = self._shown.name
         on = [it.name for it in LISTED if self.actions[f"overlay-{it.name}"].isChecked()]
-        self.settings.setValue(_NOW, name)
-        self.settings.setValue(f"workspaces/{name}/overlays", ",".join(on))
-        self.settings.setValue(f"workspaces/{name}/docks", self.window.docks.state())
+        unfolded = [it.objectName() for it in self._folds() if it.button.isChecked()]
+        self.settings.setValue(_NOW, one.name)
+        self.settings.setValue(_place(one, "overlays"), ",".join(on))
+        self.settings.setValue(_place(one, "unfolded"), ",".join(unfolded))
+        self.settings.setValue(_place(one, "docks"), self.window.docks.state())
+
+    def _kept_names(self, place: str, first: Collection[str] = ()) -> Collection[str]:
+        kept = self.settings.value(place)
+        return first if kept is None else str(kept).split(",")
+
+    def _folds(self) -> list[Fold]:
+        """Return the groups whose state is the user's; others open by need."""
+        return [fold for fold in self.window.findChildren(Fold) if fold.objectName()]
 
     def _bring_back(self) -> None:
         """Show what is hidden for a moment: it belongs to the workspace all the same."""
         for name in ("hide-overlays", "hide-panels"):
             self.actions[name].setChecked(False)
+
+
+def _place(one: Workspace, what: str) -> str:
+    return f"workspaces/{one.name}/{what}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -29,6 +29,25 @@ _REST_MS = 400
 _COMPACT = (5, 4, 3)
 
 
+class _PassesWheels(QObject):
+    """Leaves a wheel to what lies behind a control, unless that has the focus."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Keep a wheel in passing from the control."""
+        if event.type() != QEvent.Type.Wheel or not isinstance(watched, QWidget):
+            return False
+        passes = not watched.hasFocus()
+        if passes:
+            event.ignore()
+        return passes
+
+
+def turn_in_focus_only(control: QWidget) -> None:
+    """Let a wheel turn a control only while it has the focus, which no wheel brings."""
+    control.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    control.installEventFilter(_PassesWheels(control))
+
+
 class GestureSlider(QSlider):
     """A slider that tells a gesture from its end.
 
@@ -44,7 +63,7 @@ class GestureSlider(QSlider):
     rested
         The user let go of the button or the key.
     reset
-        A double click asks for the default.
+        A double click asks for the first value.
     entered
         Enter: a value is to be typed.
     """
@@ -57,6 +76,7 @@ class GestureSlider(QSlider):
     def __init__(self, scale: SliderScale) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         speak_values(GestureSlider)
+        turn_in_focus_only(self)
         self.scale = scale
         self.setRange(scale.low, scale.high)
         self.setPageStep(scale.page)
@@ -145,7 +165,7 @@ class GestureSlider(QSlider):
         self._aborted = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Ask for the default."""
+        """Ask for the first value."""
         event.accept()
         self._rest.stop()
         self.reset.emit()
@@ -170,42 +190,42 @@ class GestureSlider(QSlider):
         self.rested.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Move a slider that has the focus; any other wheel is meant for the panel."""
-        if not self.hasFocus():
-            event.ignore()
-            return
+        """Move by notches: those that follow each other are one gesture."""
         super().wheelEvent(event)
         self._rest.start()
 
 
 class ChoiceBox(QComboBox):
-    """A box to choose from that a wheel in passing leaves alone: it turns the one in focus only."""
+    """A box to choose from."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Choose another one if this has the focus; any other wheel is meant for the panel."""
-        if self.hasFocus():
-            super().wheelEvent(event)
-        else:
-            event.ignore()
+        turn_in_focus_only(self)
 
 
 class WholeNumber(QSpinBox):
-    """A box for a whole number; a wheel in passing leaves it alone, too."""
+    """A box for a whole number."""
 
     def __init__(self, least: int, most: int, value: int) -> None:
         super().__init__(minimum=least, maximum=most, value=value)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        turn_in_focus_only(self)
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Count if this has the focus; any other wheel is meant for what lies behind."""
-        if self.hasFocus():
-            super().wheelEvent(event)
-        else:
-            event.ignore()
+
+class _Title(QLabel):
+    """The name of a slider.
+
+    Signals
+    -------
+    doubled
+        It was clicked twice.
+    """
+
+    doubled = Signal()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Tell of it."""
+        event.accept()
+        self.doubled.emit()
 
 
 class ValueSlider(QWidget):
@@ -231,7 +251,7 @@ class ValueSlider(QWidget):
     rested
         The gesture's end.
     reset
-        The default is wanted.
+        The first value is wanted: its name or its handle was clicked twice.
     refused(str)
         What was typed is no value, in a sentence that says which are.
     """
@@ -252,30 +272,30 @@ class ValueSlider(QWidget):
     ) -> None:
         super().__init__()
         self._scale = scale
+        self._first: float | None = None
         self.slider = GestureSlider(scale)
-        self.slider.setAccessibleName(title.replace("&", ""))
-        self.slider.setAccessibleDescription(tip)
-        self.slider.setToolTip(tip)
-        self._name = heading(title)
-        self._name.setToolTip(tip)
-        self._name.setBuddy(self.slider)
-        self.field = ValueField(title.replace("&", ""), scale)
+        self.title = _Title()
+        self.title.setProperty("heading", "true")
+        self.title.setBuddy(self.slider)
+        self.field = ValueField("", scale)
+        self.rename(title, tip, scale)
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         column = column_of(self)
         if compact:
-            row = row_of(self._name, self.slider, self.field)
+            row = row_of(self.title, self.slider, self.field)
             for place, share in enumerate(_COMPACT):
                 row.setStretch(place, share)
             column.addLayout(row)
         else:
-            column.addLayout(row_of(self._name, None, self.field))
+            column.addLayout(row_of(self.title, None, self.field))
             column.addWidget(self.slider)
         column.addWidget(self.note)
         self.slider.edited.connect(self._tell)
         self.slider.rested.connect(self.rested)
-        self.slider.reset.connect(self.reset)
+        for doubled in (self.slider.reset, self.title.doubled):
+            doubled.connect(self.reset)
         self.slider.entered.connect(self._type)
         self.field.typed.connect(self._take)
         self.field.refused.connect(self.refused)
@@ -288,12 +308,25 @@ class ValueSlider(QWidget):
 
     def rename(self, title: str, tip: str, scale: SliderScale) -> None:
         """Take another name, with its mnemonic, another explanation, and texts for the values."""
-        self._scale = self.slider.scale = scale
+        self._scale, self._tip = scale, tip
+        self.slider.scale = scale
         self.field.rename(title.replace("&", ""), scale)
-        self._name.setText(title)
-        for widget in (self._name, self.slider):
-            widget.setToolTip(tip)
+        self.title.setText(title)
         self.slider.setAccessibleName(title.replace("&", ""))
+        self._show_tip()
+
+    def show_first(self, value: float) -> None:
+        """Say which value a double click brings back."""
+        self._first = value
+        self._show_tip()
+
+    def _show_tip(self) -> None:
+        tip = self._tip
+        if self._first is not None:
+            back = tr("A double click brings {value} back.", value=self._scale.text(self._first))
+            tip = f"{tip}\n{back}"
+        for widget in (self.title, self.slider):
+            widget.setToolTip(tip)
         self.slider.setAccessibleDescription(tip)
 
     def _tell(self) -> None:
@@ -309,10 +342,21 @@ class ValueSlider(QWidget):
 
 
 class Fold(QWidget):
-    """A group that opens and closes under its title."""
+    """A group that opens and closes under its title.
 
-    def __init__(self, title: str, content: QWidget) -> None:
+    Parameters
+    ----------
+    title : str
+        What the group is called, with its mnemonic.
+    content : QWidget
+        What is shown or not.
+    name : str
+        By which workspaces remember whether it is open; empty for one that opens by need.
+    """
+
+    def __init__(self, title: str, content: QWidget, name: str = "") -> None:
         super().__init__()
+        self.setObjectName(name)
         self._content = content
         self.button = QToolButton()
         self.button.setText(title)

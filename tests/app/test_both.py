@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from kogao_app.canvas.viewport import OtherModeView
 from kogao_app.document import State
 from kogao_app.features.modes import ModesDialog
 from PySide6.QtCore import Qt
@@ -43,8 +44,8 @@ def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
     assert beside.shown.state.mode == "manual"
     assert beside.shown.frame.faces == []
     marked_by_hand(comparing)
-    assert comparing.editor.both.here.text() == "By hand"
-    assert beside.plate.text() == "By the machine"
+    assert comparing.editor.both.here.text() == "Manual"
+    assert beside.plate.text() == "Automatic"
     assert beside.shown.state.faces == comparing.state.sheet("automatic").faces
     found = beside.shown.frame.rendering.pixels
     comparing.key(KEYS.Key_F2)
@@ -52,6 +53,23 @@ def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
     np.testing.assert_array_equal(found, comparing.shown)
     comparing.window.actions_by_name["workspace-retouch"].trigger()
     assert not beside.isVisible()
+
+
+def test_the_other_view_is_built_where_it_is_first_shown(start, photo):
+    driver = start("retouch")
+    driver.open(photo)
+    assert driver.window.findChildren(OtherModeView) == []
+    driver.window.actions_by_name["workspace-compare"].trigger()
+    driver.settle()
+    (beside,) = driver.window.findChildren(OtherModeView)
+    assert beside.isVisible()
+    assert beside.backgroundBrush() == driver.canvas.backgroundBrush()
+    assert beside.shown.frame is not None
+    driver.qtbot.waitUntil(lambda: beside.zoom == pytest.approx(driver.canvas.zoom))
+    driver.editor.preferences.changed.emit()
+    driver.window.actions_by_name["workspace-retouch"].trigger()
+    driver.window.actions_by_name["workspace-compare"].trigger()
+    assert driver.window.findChildren(OtherModeView) == [beside]
 
 
 def test_both_views_stay_at_the_same_place(comparing):

@@ -6,7 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from kogao_app import preferences
 from kogao_app.canvas.handles import Handle, corners, position
+from kogao_app.widgets.controls import ValueSlider
 from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle
@@ -72,6 +74,27 @@ def test_a_double_click_resets_a_slider(opened):
     QTest.mouseDClick(slider(opened), Qt.MouseButton.LeftButton)
     assert opened.state.recipe.percent == 4.0
     assert opened.editor.document.undo.count() == 2
+
+
+@pytest.mark.parametrize("part", ["title", "slider"])
+def test_a_double_click_brings_what_photos_are_preferred_to_begin_with(opened, part):
+    preferred = preferences.recipe_text(Recipe(percent=6.0))
+    preferences.prefer(opened.editor.preferences.settings, preferences.RECIPE, preferred)
+    opened.editor.preferences.changed.emit()
+    amount = opened.panel("recipe").percent
+    clicked = getattr(amount, part)
+    assert "double click brings 6.0 % of D back" in clicked.toolTip()
+    opened.window.actions_by_name["workspace-retouch"].trigger()
+    assert "double click brings 6.0 % back" in clicked.toolTip()
+    opened.press_key(amount.slider, KEYS.Key_End)
+    QTest.mouseDClick(clicked, Qt.MouseButton.LeftButton)
+    assert opened.state.recipe.percent == 6.0
+    assert opened.editor.document.undo.count() == 2
+
+
+def test_every_slider_tells_what_a_double_click_brings(opened):
+    for one in opened.window.findChildren(ValueSlider):
+        assert "A double click brings " in one.slider.toolTip()
 
 
 def test_escape_ends_a_slider_gesture_as_if_it_had_not_been(opened):

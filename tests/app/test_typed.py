@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from kogao_app.features.recipe import fields
 from kogao_app.widgets.controls import ValueSlider
+from kogao_app.widgets.scrolled import ColumnArea
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
@@ -196,6 +197,25 @@ def test_the_wheel_sets_nothing_that_has_not_the_focus(opened):
         turn(control)
     assert [value(one) for one in controls] == before
     assert not opened.editor.document.in_gesture
+
+
+@pytest.mark.parametrize("notch", [-120, 120])
+def test_the_wheel_over_what_has_not_the_focus_moves_the_panel(opened, notch):
+    panel = opened.panel("recipe")
+    for fold in (panel.fold, panel.zones):
+        QTest.mouseClick(fold.button, LEFT)
+    area = opened.window.findChild(ColumnArea)
+    control = panel.percent.slider if notch < 0 else panel.choices["interpolation"]
+
+    def seen():
+        area.ensureWidgetVisible(control)
+        return area.verticalScrollBar().maximum() > 0 and not control.visibleRegion().isEmpty()
+
+    opened.qtbot.waitUntil(seen)
+    before = area.verticalScrollBar().value()
+    at = control.mapTo(opened.window, control.rect().center())
+    QTest.wheelEvent(opened.window.windowHandle(), at, QPoint(0, notch))
+    assert (area.verticalScrollBar().value() - before) * notch < 0
 
 
 def test_the_wheel_turns_what_has_the_focus(opened):

@@ -11,9 +11,10 @@ from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDockWidget, QToolButton
+from PySide6.QtWidgets import QAbstractButton, QDockWidget, QToolButton
 
 ROOT = Path(__file__).parents[2]
+LEAST = (1024, 700)
 KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
 EVERY = pytest.mark.parametrize("workspace", WORKSPACES.values(), ids=list(WORKSPACES))
 
@@ -119,6 +120,26 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     assert "lattice" in later.editor.view.switched, "only the one that is shown is reset"
 
 
+def test_what_is_unfolded_is_remembered_by_each_workspace(window, start):
+    QTest.mouseClick(window.panel("recipe").more.button, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(window.panel("recipe").zones.button, Qt.MouseButton.LeftButton)
+    window.key(KEYS.Key_2, ALT)
+    assert not window.panel("recipe").centre.isVisible()
+    window.key(KEYS.Key_1, ALT)
+    assert window.panel("recipe").centre.isVisible()
+    window.editor.close()
+    later = start(None)
+    panel = later.panel("recipe")
+    assert panel.sliders["jaw"].isVisible()
+    assert not panel.choices["fit"].isVisible()
+    later.key(KEYS.Key_3, ALT)
+    assert panel.centre.isVisible(), "there it stands without a fold"
+    assert not panel.sliders["jaw"].isVisible()
+    later.key(KEYS.Key_1, ALT)
+    later.window.actions_by_name["reset-workspace"].trigger()
+    assert not panel.centre.isVisible()
+
+
 @pytest.mark.parametrize("stored", [b"nonsense", "text", ""])
 def test_an_arrangement_that_cannot_be_read_is_the_first_one(start, storage, stored):
     storage.settings().setValue("workspaces/now", "elsewhere")
@@ -141,6 +162,35 @@ def test_panels_come_when_they_are_needed_and_go_again(window):
     assert manual.isVisible()
     window.key(KEYS.Key_F2)
     assert not manual.isVisible()
+
+
+@EVERY
+def test_one_click_that_is_seen_leads_back_from_points_set_by_hand(window, workspace):
+    window.window.resize(*LEAST)
+    window.window.actions_by_name[f"workspace-{workspace.name}"].trigger()
+    window.key(KEYS.Key_F3)
+    window.settle()
+    words = {"Automatic", "Back to automatic"}
+    buttons = window.window.findChildren(QAbstractButton)
+    (back,) = [one for one in buttons if one.text() in words and not one.visibleRegion().isEmpty()]
+    QTest.mouseClick(back, Qt.MouseButton.LeftButton)
+    assert window.state.mode == "automatic"
+    assert back.text() == "Automatic" or not back.isVisible()
+
+
+def test_tools_by_hand_lie_open_where_points_are_set_by_hand(window):
+    window.key(KEYS.Key_F3)
+    panel = window.panel("manual")
+    mirror = next(one for one in panel.findChildren(QToolButton) if one.text() == "Mirror")
+    assert not mirror.isVisible()
+    QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
+    assert mirror.isVisible()
+    window.key(KEYS.Key_1, ALT)
+    assert mirror.isVisible()
+    for key in (KEYS.Key_2, KEYS.Key_3):
+        window.key(key, ALT)
+        assert mirror.isVisible()
+        assert panel.time.isVisible()
 
 
 def test_the_film_strip_stays_through_a_switch(window, photo):

@@ -45,7 +45,7 @@ class Manual(Feature):
         self._setting = False
         self._known: tuple[Mode, bool, bool, bool] | None = None
         self._add_actions()
-        self.panel: ManualPanel = ManualPanel()
+        self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"])
         for name in _TOOLS:
             self.panel.add_button(self.actions[name])
         self.document.opened.connect(self._forget)
@@ -58,6 +58,10 @@ class Manual(Feature):
         self.clock.ticked.connect(lambda: self.panel.show_clock(self.clock))
         self.live.drawn.connect(self.clock.show_photo)
         self.window.activated.connect(self.clock.focus)
+        # One way back is enough where the toolbar has it.
+        self.window.arranged.connect(
+            lambda workspace: self.panel.lead_back("mode-automatic" not in workspace.tools)
+        )
         self.clock.focus(self.window.isActiveWindow())
         self._show()
 

@@ -4,29 +4,49 @@ from __future__ import annotations
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from ...i18n import tr
 from ...theme import GRID_PX
-from ...widgets.controls import action_button, column_of, heading, muted_label, row_of
+from ...widgets.controls import Fold, action_button, column_of, heading, muted_label, row_of
 
 _COLUMNS = 3
 _TICK_MS = 100
 
 
 class ManualPanel(QWidget):
-    """Shown in manual mode only."""
+    """Shown in manual mode only.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    back : QAction
+        Leads to automatic mode.
+    """
+
+    def __init__(self, back: QAction) -> None:
         super().__init__()
         self.time = QLabel()
         self.time.setAccessibleName(tr("Setting time"))
         self.note = muted_label()
-        self._grid = QGridLayout()
+        self.back = QPushButton(tr("Back to automatic"))
+        self.back.setToolTip(back.toolTip())
+        self.back.clicked.connect(back.trigger)
+        tools = QWidget()
+        self._grid = QGridLayout(tools)
+        self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(GRID_PX)
+        self.fold = Fold(tr("Tools"), tools, "hand")
         column = column_of(self, spacing=2 * GRID_PX)
-        column.addLayout(row_of(heading(tr("By hand")), None, self.note, self.time))
-        column.addLayout(self._grid)
+        column.addLayout(row_of(heading(tr("By hand")), None, self.note, self.time, self.back))
+        column.addWidget(self.fold)
+        self.lead_back(False)
+
+    def lead_back(self, wanted: bool) -> None:
+        """Offer the way back, in place of the clock and of tools that lie open."""
+        self.back.setVisible(wanted)
+        for reading in (self.note, self.time):
+            reading.setHidden(wanted)
+        self.fold.flatten(not wanted)
 
     def add_button(self, action: QAction) -> None:
         """Add what can be done with points, or with the time."""

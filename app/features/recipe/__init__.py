@@ -79,6 +79,11 @@ class RecipeEditing(Feature):
         )
         self._show()
 
+    def begin_with(self, recipe: Recipe) -> None:
+        """Let photos begin with a recipe from now on, and sliders go back to it."""
+        self.document.first_recipe = recipe
+        self.panel.show_first(recipe)
+
     def choose(self, face: int | None) -> None:
         """Edit the settings of a face from now on; None for the photo's."""
         if face != self.view.face:

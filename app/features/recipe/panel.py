@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBox
 
 from kogao_core import fit
 from kogao_core.pipeline import Rendering
+from kogao_core.recipe import Recipe
 from kogao_core.settings import SETTINGS, ZONES, Setting
 
 from ...document import DEFAULT, State
@@ -49,6 +50,7 @@ class RecipePanel(QWidget):
     ) -> None:
         super().__init__()
         self._edit, self._commit, self._refuse = edit, commit, refuse
+        self._first = DEFAULT
         self.sliders: dict[str, ValueSlider] = {}
         self.choices: dict[str, ChoiceBox] = {}
         self.switches: dict[str, QCheckBox] = {}
@@ -60,11 +62,11 @@ class RecipePanel(QWidget):
         for label in (self.one_to_one, self.residual):
             label.setWordWrap(True)
             label.setToolTip(tr("≈: until the picture is there in full"))
-        self.zones = Fold(tr("&Jaw, chin, sides…"), self._zones())
-        self.fold = Fold(tr("Fit, qualit&y…"), self._details())
+        self.zones = Fold(tr("&Jaw, chin, sides…"), self._zones(), "zones")
+        self.fold = Fold(tr("Fit, qualit&y…"), self._details(), "fit")
         self._plain = False
         self._fine = QWidget()
-        self.more = Fold(tr("More"), self._fine)
+        self.more = Fold(tr("More"), self._fine, "more")
         self.owner = OwnerLine()
         column = column_of(self, spacing=3 * GRID_PX)
         column.addWidget(self.owner)
@@ -83,6 +85,13 @@ class RecipePanel(QWidget):
         fine.addWidget(self.zones)
         fine.addWidget(self.fold)
         self.show_words(plain=False)
+        self.show_first(DEFAULT)
+
+    def show_first(self, recipe: Recipe) -> None:
+        """Let sliders go back to the values of a recipe."""
+        self._first = recipe
+        for field, slider in self.sliders.items():
+            slider.show_first(getattr(recipe, field))
 
     def show_words(self, *, plain: bool) -> None:
         """Speak in everyday words, or in the paper's terms and figures."""
@@ -174,7 +183,7 @@ class RecipePanel(QWidget):
         slider.edited.connect(partial(self._edit, field))
         slider.rested.connect(self._commit)
         slider.refused.connect(self._refuse)
-        slider.reset.connect(lambda: self._choose(field, getattr(DEFAULT, field)))
+        slider.reset.connect(lambda: self._choose(field, getattr(self._first, field)))
         self.sliders[field] = slider
         return slider
 
