@@ -61,7 +61,8 @@ class Stage(QWidget):
         self._views.append(view)
         # Equal shares: the same zoom shows the same piece of the photo in all of them.
         self._row.addWidget(view, 1)
-        self._bar.raise_()
+        # Whenever it comes, what is said lies over it.
+        view.lower()
 
     def show_below(self, widget: QWidget) -> None:
         """Lay a widget over the lower edge of the views."""

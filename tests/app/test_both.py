@@ -65,6 +65,8 @@ def test_the_other_view_is_built_where_it_is_first_shown(start, photo):
     assert beside.isVisible()
     assert beside.backgroundBrush() == driver.canvas.backgroundBrush()
     assert beside.shown.frame is not None
+    over = driver.window.stage.children()
+    assert over.index(driver.editor.both.guide) > over.index(beside)
     driver.qtbot.waitUntil(lambda: beside.zoom == pytest.approx(driver.canvas.zoom))
     driver.editor.preferences.changed.emit()
     driver.window.actions_by_name["workspace-retouch"].trigger()
