@@ -89,7 +89,7 @@ class Originals:
         """Keep a file that is about to be written over with `pieces`.
 
         What this program itself had written there is no original: the first one is kept, and the
-        new result is noted beside it.
+        new result is noted beside it. Of a result that was moved or copied, so is the original.
 
         Raises
         ------
@@ -97,28 +97,31 @@ class Originals:
             If the file can't be read, or the store can't be written.
         """
         place = Path(os.path.realpath(path))
-        data = place.read_bytes()
+        data, source = place.read_bytes(), place
         present, result = _sha256([data]), _sha256(pieces)
-        for kept, record in self._of(place):
+        now = Entry(_of_path(place), present, present, result)
+        for kept, record in self._of(place, present):
             if record.knows(present):
-                _note(kept, replace(record, before=present, result=result))
-                return
+                now = replace(now, original=record.original)
+                if record.path == now.path:
+                    _note(kept, now)
+                    return
+                data, source = kept.read_bytes(), kept
+                break
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         seconds, rest = divmod(time.time_ns(), 10**9)
         moment = time.strftime("%Y%m%dT%H%M%S", time.gmtime(seconds))
-        kept = self.folder / f"{moment}.{rest:09}-{present[:16]}{place.suffix}"
-        put(data, kept, like=place)
-        shutil.copystat(place, kept)
-        _note(kept, Entry(_of_path(place), present, present, result))
+        kept = self.folder / f"{moment}.{rest:09}-{now.original[:16]}{place.suffix}"
+        put(data, kept, like=source)
+        shutil.copystat(source, kept)
+        _note(kept, now)
         self._shed(kept)
 
     def behind(self, path: Path) -> Path | None:
         """Return the original of a file that is just as it was written in place, if it is kept."""
         place = Path(os.path.realpath(path))
-        found = list(self._of(place))
-        if not found:
-            return None
         present = _sha256([place.read_bytes()])
+        found = self._of(place, present)
         return next((kept for kept, record in found if record.knows(present)), None)
 
     def restore(self, path: Path, *, force: bool = False) -> bool:
@@ -127,7 +130,7 @@ class Originals:
         Parameters
         ----------
         path : Path
-            The file as it was named when it was written over.
+            The file; one that was moved or renamed since is known by its bytes.
         force : bool
             Whether to replace what was written there by others since.
 
@@ -139,13 +142,13 @@ class Originals:
             If a file can't be read or written.
         """
         place = Path(os.path.realpath(path))
-        found = list(self._of(place))
+        present = _sha256([place.read_bytes()]) if place.exists() else ""
+        found = list(self._of(place, present))
         if not found:
             raise NoOriginal(
                 f"no original of {path} is kept in {self.folder}; name a file that was changed in "
-                "place"
+                "place, by the name it had then if it has been moved and changed since"
             )
-        present = _sha256([place.read_bytes()]) if place.exists() else ""
         last = found[0]
         kept, record = next((one for one in found if one[1].knows(present)), last)
         if present == record.original:
@@ -162,13 +165,22 @@ class Originals:
         shutil.copystat(kept, place)
         return True
 
-    def _of(self, place: Path) -> Iterator[tuple[Path, Entry]]:
-        """Yield what is kept of a file, the newest first."""
+    def _of(self, place: Path, present: str) -> Iterator[tuple[Path, Entry]]:
+        """Yield what is kept of a place, then of what was written elsewhere; the newest first.
+
+        Elsewhere is where a file lay that was moved here, known by the hash of what is present.
+        """
+        here, moved = _of_path(place), []
         for note in sorted(self.folder.glob(f"*{_RECORD}"), reverse=True):
             kept = note.with_suffix("")
             record = _read(note)
-            if record is not None and record.path == _of_path(place) and kept.is_file():
+            if record is None or not kept.is_file():
+                continue
+            if record.path == here:
                 yield kept, record
+            elif present != record.original and record.knows(present):
+                moved.append((kept, record))
+        yield from moved
 
     def _shed(self, newest: Path) -> None:
         """Remove the oldest while there is too much; another program may be doing the same."""

@@ -17,6 +17,10 @@ CONVERTED: Final = "converted from"
 _PLAIN: Final = ("L", "LA", "RGB", "RGBA")
 # The palette, transparency and premultiplied modes lose nothing here.
 _WIDER: Final = {"1": "L", "P": "RGB", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
+_WIDENED: Final = {
+    "1": f"{CONVERTED} 1 bit to 8-bit grey",
+    **dict.fromkeys(("P", "PA"), f"{CONVERTED} a palette to RGB"),
+}
 
 
 def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]:
@@ -29,7 +33,8 @@ def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]
     """
     profile = image.info.get("icc_profile") or None
     if image.mode in _PLAIN or image.mode in _WIDER:
-        return _pixels(_plain(image)), profile, ()
+        notes = (_WIDENED[image.mode],) if image.mode in _WIDENED else ()
+        return _pixels(_plain(image)), profile, notes
     note = f"{CONVERTED} {image.mode} to RGB"
     if image.mode == "CMYK" and profile:
         try:

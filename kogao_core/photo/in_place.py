@@ -31,9 +31,10 @@ def check_in_place(photo: Photo) -> None:
     Raises
     ------
     RefusedOutput
-        If its format can't be written or isn't the one of its name, its colours were converted, or
-        it holds more pictures (pages, frames, layers, channels), which would be lost. Those behind
-        a JPEG, which phones put there, are named in the note of `write_in_place` instead.
+        If its format can't be written or isn't the one of its name, its colours or its depth were
+        converted, its compression can't be written, or it holds more pictures (pages, frames,
+        layers, channels), which would be lost. Those behind a JPEG, which phones put there, are
+        named in the note of `write_in_place` instead.
     CannotWrite
         If the file or its folder isn't writable.
     """
@@ -50,10 +51,12 @@ def check_in_place(photo: Photo) -> None:
     check_output(path, force=True)
     if not os.access(path, os.W_OK):
         raise CannotWrite(f"{path} may not be written; change its permissions, or write to another")
-    if any(note.startswith(CONVERTED) for note in photo.notes):
+    converted = [note for note in photo.notes if note.startswith(CONVERTED)]
+    other = [*converted, *filter(None, [form.recoded(photo)])]
+    if other:
         raise RefusedOutput(
-            f"{path} isn't grey or RGB and wouldn't come back as it is; write the result to "
-            "another file with -o"
+            f"{path} wouldn't come back as it is, but {other[0]}; write the result to another file "
+            "with -o"
         )
     more = [extra.name for extra in photo.extras if extra.kind in _PICTURES]
     if more and photo.format != "JPEG":

@@ -33,7 +33,8 @@ _NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
 _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
 _COMPRESSIONS: Final = {
-    7: "JPEG",
+    **dict.fromkeys((2, 3, 4), "CCITT"),
+    **dict.fromkeys((6, 7), "JPEG"),
     **dict.fromkeys((33003, 33005, 34712), "JPEG 2000"),
     34887: "LERC",
     34925: "LZMA",
@@ -57,6 +58,11 @@ PICTURE_TAGS: Final = (
     *(269, 270, 271, 272, 285, 305, 306, 315, 316, 318, 319, 0x4746, 0x4749, 33432),
     *(*range(0x9C9B, 0x9CA0), 50341, _EXIF_DIRECTORY, _GPS_DIRECTORY),
 )
+
+
+def compression_name(number: int) -> str:
+    """Return what people call one of TIFF's compressions."""
+    return _COMPRESSIONS.get(number, f"number {number}")
 
 
 def is_tiff(file: IO[bytes], path: Path) -> bool:
@@ -153,10 +159,9 @@ class TiffTags:
         """
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
-            name = _COMPRESSIONS.get(number, f"number {number}")
             raise UnreadablePhoto(
-                f"{path} is a TIFF of a compression that Kogao doesn't read ({name}); save it "
-                "uncompressed, or with LZW or Deflate"
+                f"{path} is a TIFF of a compression that Kogao doesn't read "
+                f"({compression_name(number)}); save it uncompressed, or with LZW or Deflate"
             )
 
     def check_layout(self, path: Path) -> None:

@@ -270,6 +270,7 @@ def test_palette_becomes_rgb_or_rgba(tmp_path, picture):
     for name in ("p.png", "p.tif"):
         np.testing.assert_array_equal(photo.read(tmp_path / name).pixels, expected)
     assert set(np.unique(photo.read(tmp_path / "t.png").pixels[..., 3])) == {0, 128, 255}
+    assert photo.read(tmp_path / "t.png").notes == ("converted from a palette to RGB",)
 
 
 def test_cmyk_is_converted_with_a_word(tmp_path, picture):

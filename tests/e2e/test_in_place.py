@@ -103,6 +103,32 @@ def test_the_first_original_is_kept_through_several_changes(cli, jpeg, store):
     assert jpeg.read_bytes() == before
 
 
+def test_a_photo_that_was_moved_is_known_by_what_it_holds(cli, jpeg, tmp_path):
+    before = jpeg.read_bytes()
+    assert cli("warp", "--in-place", jpeg)[0] == 0
+    moved = jpeg.rename(tmp_path / "renamed.jpg")
+    copied = Path(shutil.copy(moved, tmp_path / "copied.jpg"))
+    assert cli("restore", moved)[:2] == (0, f"{moved} is as it was again\n")
+    assert moved.read_bytes() == before
+    assert cli("warp", "--in-place", copied, "--percent", 6)[0] == 0
+    assert copied.read_bytes() != before
+    assert cli("restore", copied)[0] == 0
+    assert copied.read_bytes() == before
+    assert cli("restore", jpeg)[0] == 0
+    assert jpeg.read_bytes() == before
+
+
+def test_a_photo_that_was_moved_and_changed_by_others_has_to_be_named_as_it_was(
+    cli, jpeg, tmp_path
+):
+    assert cli("warp", "--in-place", jpeg)[0] == 0
+    moved = jpeg.rename(tmp_path / "renamed.jpg")
+    moved.write_bytes(moved.read_bytes() + b"x")
+    code, _, err = cli("restore", moved)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "by the name it had then" in err
+
+
 def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
     before = jpeg.read_bytes()
     assert cli("warp", "--in-place", jpeg)[0] == 0
@@ -141,16 +167,32 @@ def two_pages(picture):
         return out.getvalue()
 
 
-def saved(picture, form):
+def saved(picture, form, **options):
     with io.BytesIO() as out:
-        picture.save(out, form)
+        picture.save(out, form, **options)
         return out.getvalue()
 
 
 REFUSED = [
     ("pages.tif", two_pages, r"would lose what else it holds \(further pictures\)"),
     ("moving.png", lambda _: beside.animated("PNG"), "would lose what else"),
-    ("cmyk.jpg", lambda one: saved(one.convert("CMYK"), "JPEG"), "isn't grey or RGB"),
+    ("cmyk.jpg", lambda one: saved(one.convert("CMYK"), "JPEG"), "but converted from CMYK to RGB"),
+    (
+        "palette.png",
+        lambda one: saved(one.quantize(), "PNG"),
+        r"but converted from a palette to RGB; write the result to another file with -o",
+    ),
+    ("bilevel.tif", lambda one: saved(one.convert("1"), "TIFF"), "but converted from 1 bit"),
+    (
+        "scan.tif",
+        lambda one: saved(one.convert("1"), "TIFF", compression="group4"),
+        "but converted from 1 bit to 8-bit grey",
+    ),
+    (
+        "preview.tif",
+        lambda one: saved(one, "TIFF", compression="jpeg"),
+        "but compressed by LZW instead of JPEG",
+    ),
     ("really.jpg", lambda one: saved(one, "PNG"), "is a PNG photo by its content; name it really"),
     (
         "no-ending",
@@ -268,8 +310,8 @@ def test_the_store_sheds_the_oldest_but_never_the_newest(tmp_path):
     paths = [tmp_path / f"{n}.bin" for n in range(4)]
     for path in paths:
         path.write_bytes(bytes(10))
-        place.keep(path, [b"new"])
-        path.write_bytes(b"new")
+        place.keep(path, [path.name.encode()])
+        path.write_bytes(path.name.encode())
     assert len(names(place.folder)) == 4
     for path in paths[:2]:
         with pytest.raises(originals.NoOriginal, match="no original"):

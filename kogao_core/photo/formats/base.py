@@ -109,7 +109,7 @@ def _nothing_inside(_: Photo, __: IO[bytes]) -> Iterator[Extra]:
     return iter(())
 
 
-def _nothing_lacks(_: Photo) -> str:
+def _nothing_said(_: Photo) -> str:
     return ""
 
 
@@ -146,6 +146,9 @@ class FileFormat:
         What a maker's note in its EXIF is; None, where `inside` yields it.
     lacks : callable
         Given a photo; says what of its metadata is too damaged for this format, or nothing.
+    recoded : callable
+        Given a photo of this format; says how it is compressed otherwise when it is written again,
+        or nothing.
     keep : callable, optional
         Given a photo of this format, new pixels, what encodes a part of them (a `Box`, or None for
         all), where the file goes and what returns what `ahead` returned; returns a file with as
@@ -169,7 +172,8 @@ class FileFormat:
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]] = _nothing_inside
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
-    lacks: Callable[[Photo], str] = _nothing_lacks
+    lacks: Callable[[Photo], str] = _nothing_said
+    recoded: Callable[[Photo], str] = _nothing_said
     keep: Callable[[Photo, Image, Encode, Path, Ahead], tuple[Pieces, str]] | None = None
     ahead: Callable[[Photo, Path], Any] | None = None
 

@@ -91,6 +91,13 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels)
 
 
+def _recoded(photo: Photo) -> str:
+    number = photo.tiff_compression
+    if number is None or number in _KEPT:
+        return ""
+    return f"compressed by LZW instead of {tiff.compression_name(number)}"
+
+
 def _lacks(photo: Photo) -> str:
     if not photo.exif or tiff.entries_of(photo.exif) is not None:
         return ""
@@ -124,4 +131,5 @@ TIFF: Final = FileFormat(
     behind=_behind,
     note=None,
     lacks=_lacks,
+    recoded=_recoded,
 )
