@@ -13,6 +13,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from kogao_core.language import languages, system_languages, tr, translated, use_language
 from kogao_core.stderr import open_standard_streams
 from kogao_core.threads import take_short_turns
 from kogao_core.wording import shown
@@ -56,6 +57,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     take_short_turns()
     # All that there was is looked through once more at the end, which takes 0.15 s for nothing.
     atexit.register(gc.freeze)
+    use_language(*([asked] if (asked := _language(argv)) else system_languages()))
     options = _options(argv)
     if options.screenshot is not None and not options.photos:
         options.sample = True
@@ -71,6 +73,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     from PySide6.QtWidgets import QApplication
 
     from .faults import Faults
+    from .i18n import speak
+    from .preferences import LANGUAGE, preferred
     from .storage import Storage
 
     # A picture shows the program as it comes, whatever this user has made of it.
@@ -78,6 +82,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
     app = QApplication.instance() or _application(storage)
     assert isinstance(app, QApplication)
+    speak(app, options.language or preferred(storage.settings(), LANGUAGE))
     faults = Faults(storage.log)
     with faults.heard():
         return _edit(app, options, source, storage, faults, ahead)
@@ -153,18 +158,28 @@ def _ahead(path: Path) -> Ahead:
     return Ahead(path)
 
 
+def _language(argv: Sequence[str] | None) -> str | None:
+    """Return the language that is asked for, which what is said of all else is said in."""
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    first.add_argument("--language", nargs="?")
+    asked: str | None = first.parse_known_args(argv)[0].language
+    return asked
+
+
 def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = _parser()
     options = parser.parse_args(argv)
     if options.screenshot is not None and len(options.photos) > 1:
-        parser.error("--screenshot shows one photo; name one")
+        parser.error(tr("--screenshot shows one photo; name one"))
     if options.edit and (options.screenshot is not None or not options.photos):
-        parser.error("--edit takes the photos to be written over; name them, and no --screenshot")
+        parser.error(
+            tr("--edit takes the photos to be written over; name them, and no --screenshot")
+        )
     return options
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="kogao", description="Make faces a little smaller.")
+    parser = argparse.ArgumentParser(prog="kogao", description=tr("Make faces a little smaller."))
     what = parser.add_mutually_exclusive_group()
     what.add_argument(
         "photos",
@@ -172,47 +187,66 @@ def _parser() -> argparse.ArgumentParser:
         default=(),
         type=Path,
         metavar="PHOTO",
-        help="photo or project to open; a folder, or several photos, make a film strip",
+        help=tr("photo or project to open; a folder, or several photos, make a film strip"),
     )
-    what.add_argument("--sample", action="store_true", help="open the portrait that is built in")
     what.add_argument(
-        "--rate", type=Path, metavar="FOLDER", help="rate the pictures of a study (docs/study.md)"
+        "--sample", action="store_true", help=tr("open the portrait that is built in")
+    )
+    what.add_argument(
+        "--rate",
+        type=Path,
+        metavar="FOLDER",
+        help=tr("rate the pictures of a study (docs/study.md)"),
     )
     parser.add_argument(
-        "--screenshot", type=Path, metavar="OUT.png", help="save a picture of the window, and exit"
+        "--screenshot",
+        type=Path,
+        metavar="OUT.png",
+        help=tr("save a picture of the window, and exit"),
     )
     parser.add_argument(
         "--edit",
         action="store_true",
-        help="for other programs: saving writes over PHOTO; ends with 0, or 6 if nothing was saved",
+        help=tr(
+            "for other programs: saving writes over PHOTO; ends with 0, or 6 if nothing was saved"
+        ),
     )
     parser.add_argument(
         "--workspace",
         choices=tuple(WORKSPACES),
-        help="what the window shows: the photo and its faces, both ways to set points, or "
-        "everything (see docs/editor.md); what was shown last when absent",
+        help=tr(
+            "what the window shows: the photo and its faces, both ways to set points, or "
+            "everything (see docs/editor.md); what was shown last when absent"
+        ),
     )
     parser.add_argument(
         "--show",
         type=_names,
         metavar="NAME,...",
-        help="what the picture shows: overlays, ways to compare, tools (see docs/editor.md); "
-        "the overlays of the workspace when absent",
+        help=tr(
+            "what the picture shows: overlays, ways to compare, tools (see docs/editor.md); "
+            "the overlays of the workspace when absent"
+        ),
     )
     parser.add_argument(
-        "--percent", type=_percent, metavar="P", help="warp distance in the picture, %% of D"
+        "--percent", type=_percent, metavar="P", help=tr("warp distance in the picture, %% of D")
     )
     parser.add_argument(
         "--protect",
         type=_line,
         metavar="'X,Y X,Y'",
-        help="a line in the picture's photo, px, that must not move",
+        help=tr("a line in the picture's photo, px, that must not move"),
     )
-    parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window in px")
+    parser.add_argument("--size", type=_size, metavar="WxH", help=tr("size of the window in px"))
     parser.add_argument(
         "--theme",
         choices=("system", "light", "dark"),
-        help="colours of the window; those of the preferences when absent",
+        help=tr("colours of the window; those of the preferences when absent"),
+    )
+    parser.add_argument(
+        "--language",
+        choices=languages(),
+        help=tr("of all words and numbers; that of the preferences when absent, else the system's"),
     )
     return parser
 
@@ -224,7 +258,9 @@ def _names(text: str) -> frozenset[str]:
     unknown = sorted(asked - names())
     if unknown:
         known = ", ".join(sorted(names()))
-        raise argparse.ArgumentTypeError(f"{shown(unknown[0])} can't be shown; known: {known}")
+        raise argparse.ArgumentTypeError(
+            tr("{name} can't be shown; known: {known}", name=shown(unknown[0]), known=known)
+        )
     return asked
 
 
@@ -234,7 +270,7 @@ def _percent(text: str) -> float:
     try:
         return Recipe(percent=float(text)).percent
     except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+        raise argparse.ArgumentTypeError(translated(error)) from error
 
 
 def _line(text: str) -> tuple[tuple[float, float], ...]:
@@ -244,14 +280,18 @@ def _line(text: str) -> tuple[tuple[float, float], ...]:
     except ValueError:
         line = ()
     if len(line) < 2 or not all(map(isfinite, chain(*line))):
-        raise argparse.ArgumentTypeError(f"{shown(text)} isn't a line such as '80,40 80,600'")
+        raise argparse.ArgumentTypeError(
+            tr("{text} isn't a line such as '80,40 80,600'", text=shown(text))
+        )
     return line
 
 
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
-        raise argparse.ArgumentTypeError(f"{shown(text)} isn't a size such as 1280x800")
+        raise argparse.ArgumentTypeError(
+            tr("{text} isn't a size such as 1280x800", text=shown(text))
+        )
     return int(width), int(height)
 
 

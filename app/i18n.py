@@ -2,24 +2,69 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
+from typing import Final
+
+from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
+
+from kogao_core.language import (
+    ENGLISH,
+    in_context,
+    language,
+    languages,
+    system_languages,
+    tr,
+    tr_count,
+    translated,
+    use_language,
+)
+
+__all__ = ["language_names", "reason", "sentence", "speak", "tr", "tr_count", "translated"]
+_QT: Final = "qtbase"  # its own texts: buttons of dialogs, menus of text fields
 
 
-def tr(text: str, **values: object) -> str:
-    """Return `text` in the user's language, with ``{name}`` fields filled in afterwards."""
-    translated = QCoreApplication.translate("kogao", text)
-    return translated.format(**values) if values else translated
+def speak(app: QCoreApplication, asked: str) -> None:
+    """Say everything in a language, Qt's own words, numbers and dates too.
+
+    Parameters
+    ----------
+    app : QCoreApplication
+        Which shows nothing yet.
+    asked : str
+        The language that somebody chose; if empty, the system's, where there is a catalogue.
+    """
+    system = QLocale.system()
+    if asked:
+        use_language(asked)
+    else:
+        # Not every system says it in the environment.
+        use_language(*(system_languages() or system.uiLanguages()))
+    code = language()
+    if asked and QLocale(code).language() != system.language():
+        QLocale.setDefault(QLocale(code))
+    if code != ENGLISH:
+        words = QTranslator(app)
+        if words.load(
+            QLocale(code), _QT, "_", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
+        ):
+            app.installTranslator(words)
+
+
+def language_names() -> dict[str, str]:
+    """Return what each language that there is calls itself, by code."""
+    named = {code: QLocale(code).nativeLanguageName() for code in languages()}
+    return {**named, ENGLISH: "English"}
 
 
 def reason(problem: Exception) -> str:
     """Return what an exception says of itself; some say nothing but their name."""
     if isinstance(problem, MemoryError):
         return tr("there is not enough memory; close other programs or take a smaller photo")
-    return str(problem) or type(problem).__name__
+    return translated(problem) or type(problem).__name__
 
 
 def sentence(problem: Exception | str) -> str:
-    """Return a message with its own capital and full stop."""
-    text = problem if isinstance(problem, str) else reason(problem)
-    end = "" if text.endswith((".", "!", "?")) else "."
+    """Return a message in the user's language, with its own capital and full stop."""
+    text = reason(problem) if isinstance(problem, Exception) else translated(problem)
+    stop = in_context("end of a sentence", ".")
+    end = "" if text.endswith((".", "!", "?", stop)) else stop
     return text[0].upper() + text[1:] + end

@@ -12,7 +12,7 @@ from PySide6.QtCore import QSettings
 
 from kogao_core.recipe import Recipe
 
-from .i18n import tr
+from .i18n import language_names, tr
 
 # A choice between texts, a recipe as JSON, or a folder.
 Kind = Literal["choice", "recipe", "folder"]
@@ -74,8 +74,14 @@ SAVE_FOLDER: Final = Preference(
     lambda: tr("Where the dialog begins that asks for the name of a copy"),
     kind="folder",
 )
-# In the order of the dialog, which is made of them. A language would be one more choice.
-PREFERENCES: Final = (THEME, SCALE, RECIPE, OPEN_FOLDER, SAVE_FOLDER)
+LANGUAGE: Final = Preference(
+    "language",
+    lambda: tr("&Language"),
+    lambda: tr("Of all words and numbers; holds from the next start on"),
+    choices=lambda: {"": tr("As the system"), **language_names()},
+)
+# In the order of the dialog, which is made of them.
+PREFERENCES: Final = (LANGUAGE, THEME, SCALE, RECIPE, OPEN_FOLDER, SAVE_FOLDER)
 
 
 def preferred(settings: QSettings, what: Preference) -> str:

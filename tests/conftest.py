@@ -11,13 +11,16 @@ os.environ.setdefault(
 )
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", os.environ["OMP_NUM_THREADS"])
 
+# Tests read English, wherever they run.
+os.environ["LANGUAGE"] = "en"
+
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-from kogao_core import assets
+from kogao_core import assets, language
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -60,6 +63,14 @@ def small_portrait(portrait: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     path = tmp_path_factory.mktemp("portrait") / "small.jpg"
     Image.open(portrait).resize((300, 300)).save(path, quality=92)
     return path
+
+
+@pytest.fixture
+def english(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Whatever language a test speaks: all say it in English again at its end."""
+    monkeypatch.setenv("LANGUAGE", "en")  # remembered before another one is set
+    yield
+    language.use_language("en")
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from kogao_core.landmarks import CHOICES, Measured, ModelRefused, networks_are_h
 from kogao_core.strict import BadFile
 
 from ..actions import Spec
-from ..i18n import tr
+from ..i18n import tr, translated
 from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
@@ -38,7 +38,7 @@ class LandmarkSources(Feature):
         specs = [
             Spec(
                 f"landmarks-{choice.name}",
-                tr("Landmarks by the &{title}", title=tr(choice.title)),
+                tr("Landmarks by the &{title}", title=translated(choice.title)),
                 key,
                 _figures(choice.measured),
                 partial(self.use, choice.name),

@@ -154,7 +154,7 @@ class Preferences(Feature):
                 "preferences",
                 tr("Pre&ferences…"),
                 "Ctrl+,",
-                tr("Colours, size, settings to start with, folders"),
+                tr("Language, colours, size, settings to start with, folders"),
                 self.ask,
             )
         )

@@ -12,7 +12,7 @@ from kogao_core import presets
 from kogao_core.recipe import Recipe
 
 from ..actions import Spec
-from ..i18n import sentence, tr
+from ..i18n import sentence, tr, translated
 from ..widgets.dialogs import ask_path, confirm
 from .feature import Context, Feature
 from .recipe import RecipeEditing
@@ -20,7 +20,7 @@ from .recipe import RecipeEditing
 
 def built_in() -> dict[str, Recipe]:
     """Return the recipes that come with the program, by name."""
-    return {tr(name): recipe for name, recipe in presets.BUILT_IN.items()}
+    return {translated(name): recipe for name, recipe in presets.BUILT_IN.items()}
 
 
 class Presets(Feature):

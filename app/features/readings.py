@@ -14,7 +14,7 @@ from kogao_core.pipeline import Rendering
 from kogao_core.settings import DOMAINS, DomainName
 
 from ..canvas.overlays import glyphs
-from ..i18n import tr
+from ..i18n import tr, translated
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock
@@ -97,7 +97,7 @@ class _Domains(QWidget):
             mark = QLabel()
             draw = partial(_hatch, domain.name)
             mark.setPixmap(glyphs.swatch(draw, self.devicePixelRatioF()))
-            title = muted_label(tr(domain.title))
+            title = muted_label(translated(domain.title))
             title.setToolTip(fields.help_of(domain))
             pixels, share, saved = _number(), _number(), _number()
             saved.setProperty("muted", "true")

@@ -11,7 +11,7 @@ from PySide6.QtGui import QActionGroup
 
 from ..actions import Spec
 from ..canvas.overlays.listed import LISTED
-from ..i18n import tr
+from ..i18n import tr, translated
 from ..widgets.controls import Fold
 from ..workspaces import WORKSPACES, Workspace
 from .feature import Context, Feature
@@ -42,7 +42,12 @@ class Workspaces(Feature):
     def _spec(self, one: Workspace) -> Spec:
         show = partial(self.show, one.name)
         return Spec(
-            f"workspace-{one.name}", tr(one.title), one.key, tr(one.help), show, checked=False
+            f"workspace-{one.name}",
+            translated(one.title),
+            one.key,
+            translated(one.help),
+            show,
+            checked=False,
         )
 
     def begin(self, name: str | None = None) -> None:

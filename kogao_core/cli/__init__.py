@@ -23,8 +23,10 @@ from kogao_core.cli import (
     presets,
     restore,
     warp,
+    words,
 )
 from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
+from kogao_core.language import Text, system_languages, tr, translated, use_language
 from kogao_core.memory import keep_freed
 from kogao_core.stderr import open_standard_streams
 
@@ -34,7 +36,7 @@ DEBUG = "KOGAO_DEBUG"
 """Name of the environment variable that makes tracebacks visible."""
 _LONGEST_ERROR = 200
 
-EPILOG = """\b
+EPILOG = Text("""\
 Exit codes:
   0  done
   1  the installation is incomplete (see kogao-cli doctor)
@@ -51,10 +53,11 @@ Exit codes:
   130  interrupted; a batch goes on where it stopped when started again
 
 Errors are one line on stderr; nothing half-written is left behind.
-"""
+""")
 
 
-@click.group(no_args_is_help=False, epilog=EPILOG)
+@words.group(no_args_is_help=False)
+@words.chooses_language
 @click.version_option(kogao_core.__version__, prog_name=PROGRAM)
 def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
@@ -66,8 +69,9 @@ _COMMANDS = (
 )
 for module in _COMMANDS:
     program.add_command(module.command)
-for command in (*program.commands.values(), *experiment.command.commands.values()):
-    command.epilog = EPILOG
+for command in (program, *program.commands.values(), *experiment.command.commands.values()):
+    assert isinstance(command, words.Command)
+    command.codes = EPILOG
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -78,6 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str] | None) -> int:
     open_standard_streams()
     keep_freed()
+    use_language(*system_languages())
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
     try:
@@ -89,9 +94,12 @@ def _run(arguments: Sequence[str] | None) -> int:
     except Stop as stop:
         return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
-        return _end(f"{_sentence(error)} (see {_path(error)} --help)", USAGE)
+        return _end(
+            tr("{problem} (see {command} --help)", problem=_sentence(error), command=_path(error)),
+            USAGE,
+        )
     except click.Abort:
-        return _end("interrupted", INTERRUPTED)
+        return _end(tr("interrupted"), INTERRUPTED)
     except BrokenPipeError:  # the reader has had enough (| head)
         _drop_the_rest()
         return 0
@@ -100,7 +108,10 @@ def _run(arguments: Sequence[str] | None) -> int:
         if error.filename is not None:
             return _end(f"{os.fsdecode(error.filename)}: {reason}", UNREADABLE)
         _drop_the_rest()
-        return _end(f"what was done can't be printed ({reason}); print it elsewhere", UNREADABLE)
+        return _end(
+            tr("what was done can't be printed ({reason}); print it elsewhere", reason=reason),
+            UNREADABLE,
+        )
     except Exception as error:  # whatever happens ends in one line
         return _unforeseen(error)
     return code if isinstance(code, int) else 0
@@ -110,19 +121,25 @@ def _unforeseen(error: Exception) -> int:
     from kogao_core.limits import OutOfBounds
 
     if isinstance(error, OutOfBounds):
-        return _end(str(error), USAGE)
+        return _end(translated(error), USAGE)
     if os.environ.get(DEBUG):
         traceback.print_exception(error)
     if isinstance(error, MemoryError):
         return _end(
-            "this doesn't fit into memory; close other programs, or take a smaller photo or "
-            "fewer faces",
+            tr(
+                "this doesn't fit into memory; close other programs, or take a smaller photo or "
+                "fewer faces"
+            ),
             UNEXPECTED,
         )
     text = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_ERROR]
     return _end(
-        f"an error in the program itself ({text}); please report it with what is printed when "
-        f"{DEBUG}=1 is set",
+        tr(
+            "an error in the program itself ({text}); please report it with what is printed when "
+            "{debug}=1 is set",
+            text=text,
+            debug=DEBUG,
+        ),
         UNEXPECTED,
     )
 
@@ -133,7 +150,7 @@ def _drop_the_rest() -> None:
 
 
 def _sentence(error: click.ClickException) -> str:
-    return " ".join(error.format_message().split()).rstrip(".")
+    return " ".join(translated(error.format_message()).split()).rstrip(".。")
 
 
 def _path(error: click.UsageError) -> str:

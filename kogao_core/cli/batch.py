@@ -12,45 +12,45 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kogao_core import wording
-from kogao_core.cli import common, options
+from kogao_core.cli import common, options, words
 
 if TYPE_CHECKING:
     from kogao_core.batch import Outcome, Workers
     from kogao_core.photo.disclosure import Disclosure
 
 
-@click.command("batch")
+@words.command("batch")
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=common.PHOTO)
-@click.option(
+@words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR", help="Folder for the results; made if need be.",
 )  # fmt: skip
 @options.chooses
-@click.option(
+@words.option(
     "-j", "--jobs", type=click.IntRange(1, 256), default=lambda: os.cpu_count() or 1,
     help="Photos worked on at a time; each takes about 8 times its pixels in memory [processors].",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--report", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
     help="JSON lines, one a photo; what it lists as done is skipped [OUTPUT/kogao-batch.jsonl].",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--projects", is_flag=True,
     help="Do what PHOTO.kogao.json beside a photo says; the options above are for the others.",
 )  # fmt: skip
 @options.discloses
-@click.option(
+@words.option(
     "--force", is_flag=True, help="Start in a folder that holds files of the results' names."
 )
-@click.option(
+@words.option(
     "--as", "suffix", default="jpg",
     type=common.LateChoice(lambda: [ending.removeprefix(".") for ending in common.endings()]),
     help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
 )  # fmt: skip
-@click.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
+@words.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
 @common.limits_megapixels
 @common.chooses_landmarks
-@click.option(
+@words.option(
     "--dask", metavar="ADDRESS",
     help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files.",
 )  # fmt: skip

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
+from kogao_core.cli import words
+from kogao_core.language import Text, translated
 from kogao_core.wording import sentence
 
 if TYPE_CHECKING:
@@ -58,19 +60,6 @@ class LateChoice(click.ParamType):  # type: ignore[type-arg]
         return f"[{'|'.join(self._choices())}]"
 
 
-class LateHelp(click.Option):
-    """An option whose help is made when it is shown, for what it comes from loads numpy."""
-
-    def __init__(self, *names: Any, help_text: Callable[[], str], **settings: Any) -> None:
-        super().__init__(*names, **settings)
-        self._help_text = help_text
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Return the option and its help."""
-        self.help = self._help_text()
-        return super().get_help_record(ctx)
-
-
 def endings() -> list[str]:
     """Return the usual endings of the formats that can be written."""
     from kogao_core.photo import formats
@@ -78,11 +67,11 @@ def endings() -> list[str]:
     return [form.suffixes[0] for form in formats.WRITTEN]
 
 
-def output_help() -> str:
+def output_help() -> Text:
     """Return the help of an output."""
     from kogao_core.photo import formats
 
-    return f"Where to write; {formats.either(endings())}."
+    return Text("Where to write; {endings}.", endings=formats.either(endings()))
 
 
 class Stop(click.ClickException):
@@ -103,8 +92,8 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
 
 
 def print_message(message: str) -> None:
-    """Print one line on stderr."""
-    click.echo(f"kogao-cli: {sentence(message)}", err=True)
+    """Print one line on stderr, in the user's language."""
+    click.echo(f"kogao-cli: {sentence(translated(message))}", err=True)
 
 
 def check_free(file: Path, force: bool) -> None:
@@ -121,7 +110,7 @@ def check_free(file: Path, force: bool) -> None:
         raise Stop(f"{file} exists; --force replaces it", USAGE)
 
 
-limits_megapixels = click.option(
+limits_megapixels = words.option(
     "--max-megapixels",
     type=Number(min=0, min_open=True),
     default=300.0,
@@ -130,25 +119,25 @@ limits_megapixels = click.option(
 )
 
 
-def landmarks_help() -> str:
+def landmarks_help() -> Text:
     """Return the help of a landmark source."""
     from kogao_core.landmarks import CHOICES
 
     names = [choice.name for choice in CHOICES]
     instead = next(choice.name for choice in CHOICES if not choice.needs_networks)
-    return (
-        f"{', '.join(names)}, or a cv2.face model file [{names[0]}; {instead} where the networks "
-        "are missing]."
+    return Text(
+        "{names}, or a cv2.face model file [{first}; {instead} where the networks are missing].",
+        names=", ".join(names),
+        first=names[0],
+        instead=instead,
     )
 
 
-chooses_landmarks = click.option(
-    "--landmarks", metavar="SOURCE", cls=LateHelp, help_text=landmarks_help
-)
+chooses_landmarks = words.option("--landmarks", metavar="SOURCE", help=landmarks_help)
 
 
-forces = click.option("--force", is_flag=True, help="Replace existing files.")
-uses_sample = click.option("--sample", is_flag=True, help="Use the built-in portrait.")
+forces = words.option("--force", is_flag=True, help="Replace existing files.")
+uses_sample = words.option("--sample", is_flag=True, help="Use the built-in portrait.")
 
 
 def takes_photo(command: _Command) -> _Command:
@@ -271,6 +260,6 @@ def find_faces(
     return faces
 
 
-def count_of_faces(count: int) -> str:
+def count_of_faces(count: int) -> Text:
     """Return ``1 face`` or ``2 faces``."""
-    return f"{count} face" if count == 1 else f"{count} faces"
+    return Text.counted(count, "{n} face", "{n} faces")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
     return file
 
 
-@click.command("detect")
+@words.command("detect")
 @common.takes_photo
-@click.option(
+@words.option(
     "--person-mask", "mask_file", type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE.png", callback=_png,
     help="Write where people are round the faces: a grey PNG, people white.",

@@ -15,7 +15,7 @@ import click
 
 import kogao_core
 from kogao_core import assets
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
@@ -64,7 +64,7 @@ _EXTRAS: Final = {
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
 
 
-@click.command("doctor")
+@words.command("doctor")
 @to_json.writes_json
 @common.forces
 @click.pass_context

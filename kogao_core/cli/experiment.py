@@ -7,26 +7,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core.cli import common, figures, reports, study
+from kogao_core.cli import common, figures, reports, study, words
 
 if TYPE_CHECKING:
     from kogao_core.experiments.setting_times import SettingTime
 
 
-@click.group("experiment")
+@words.group("experiment")
 def command() -> None:
     """Repeat the paper's tables and figures on your own photos."""
 
 
 @command.command("timing")
 @reports.takes_photos
-@click.option(
+@words.option(
     "--size", type=click.Choice(["own", "960x720", "both"]), default="both", show_default=True,
     help="The photo's own size, or the paper's (cut to its shape and scaled).",
 )  # fmt: skip
-@click.option("--repeats", type=click.IntRange(1), default=10, show_default=True)
-@click.option("--warm-up", type=click.IntRange(0), default=2, show_default=True)
-@click.option(
+@words.option("--repeats", type=click.IntRange(1), default=10, show_default=True)
+@words.option("--warm-up", type=click.IntRange(0), default=2, show_default=True)
+@words.option(
     "--setting-time", "setting_times_file", type=click.Path(path_type=Path), metavar="FILE",
     help="Sessions of setting by hand that the editor recorded (JSON lines).",
 )  # fmt: skip
@@ -71,7 +71,7 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
 
 @command.command("domains")
 @reports.takes_photos
-@click.option("--repeats", type=click.IntRange(1), default=5, show_default=True)
+@words.option("--repeats", type=click.IntRange(1), default=5, show_default=True)
 def domains_command(repeats: int, **given: Any) -> int:
     """Figures 14 and 15: pixels of the domains, and the error of each threshold."""
     from kogao_core.experiments import domains, domains_report
@@ -104,7 +104,7 @@ def distortion_command(**given: Any) -> int:
 
 @command.command("methods")
 @reports.takes_photos
-@click.option("--repeats", type=click.IntRange(1), default=3, show_default=True)
+@words.option("--repeats", type=click.IntRange(1), default=3, show_default=True)
 def methods_command(repeats: int, **given: Any) -> int:
     """B-splines beside other warps: speed, exactness, folds, domain, pictures."""
     from kogao_core.experiments.methods import comparing, methods_report

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from kogao_core.cli import common, options
+from kogao_core.cli import common, options, words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 _KINDS: Final = ("png", "svg")
 
 
-@click.command("figures")
+@words.command("figures")
 @common.takes_photos
-@click.option(
+@words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR", help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
 )  # fmt: skip
-@click.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
+@words.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
               show_default=True)  # fmt: skip
-@click.option(
+@words.option(
     "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
     metavar="PX", help="Width of each figure.",
 )  # fmt: skip

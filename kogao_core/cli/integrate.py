@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -77,10 +77,10 @@ HOSTS: Final[Mapping[str, Host]] = {
 }
 
 
-@click.command("integrate")
+@words.command("integrate")
 @click.argument("host", type=click.Choice(tuple(HOSTS)))
-@click.option("--remove", is_flag=True, help="Take it away again.")
-@click.option(
+@words.option("--remove", is_flag=True, help="Take it away again.")
+@words.option(
     "--settings", type=click.Path(path_type=Path, file_okay=False), metavar="FOLDER",
     help="Where the program keeps its settings [where the system has them].",
 )  # fmt: skip

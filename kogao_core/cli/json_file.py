@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 
 STDOUT: Final = Path("-")
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -27,7 +27,7 @@ def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path |
     return file
 
 
-_FILE: Final = click.option(
+_FILE: Final = words.option(
     "--json", "json_file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True),
     is_flag=False, flag_value="-", metavar="[F]", callback=no_photo,
     help="Write everything as JSON; without F, or with -, print it.",

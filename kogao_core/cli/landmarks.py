@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from kogao_core.cli import common, options
+from kogao_core.cli import common, options, words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +18,7 @@ _FORMATS: Final = ("tem", "pts", "csv", "json")
 _TEMPLATES: Final = ("27", "68", "189")
 
 
-@click.group("landmarks")
+@words.group("landmarks")
 def command() -> None:
     """Give landmarks to other programs.
 
@@ -28,15 +28,15 @@ def command() -> None:
 
 @command.command("export")
 @common.takes_photos
-@click.option(
+@words.option(
     "--format", "form", type=click.Choice(_FORMATS), required=True,
     help="WebMorph, iBUG, a table, or what detect --json writes.",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--template", type=click.Choice(_TEMPLATES),
     help="How many points [tem, csv: 27, ours alone; pts: 68; the rest is a mean face's].",
 )  # fmt: skip
-@click.option(
+@words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR", help="A folder; made if need be. Files take the photos' names.",
 )  # fmt: skip

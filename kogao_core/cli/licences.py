@@ -9,6 +9,7 @@ import click
 
 import kogao_core
 from kogao_core import assets
+from kogao_core.cli import words
 
 if TYPE_CHECKING:
     from importlib import metadata
@@ -29,7 +30,7 @@ _BROUGHT_ALONG: Final = ("shiboken6", "colorama")
 _UNNAMED: Final = "see its documentation"
 
 
-@click.command("licenses")
+@words.command("licenses")
 def command() -> None:
     """Print the licences of the program, its dependencies and its assets."""
     click.echo(text())

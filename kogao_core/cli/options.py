@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 from kogao_core import presets
-from kogao_core.cli import common
+from kogao_core.cli import common, words
+from kogao_core.language import Text
 from kogao_core.recipe import PAPER, Recipe
 from kogao_core.settings import CORNERS, LABEL_SHARE, SETTINGS, Setting
 from kogao_core.wording import shown
@@ -28,11 +29,13 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
     if not _FACES.fullmatch(value):
-        raise click.BadParameter(f"{shown(value)} is none of all, largest, or numbers such as 1,3.")
+        raise words.bad_value(
+            Text("{value} is none of all, largest, or numbers such as 1,3.", value=shown(value))
+        )
     return value
 
 
-chooses_faces = click.option(
+chooses_faces = words.option(
     "--face",
     "which",
     default="all",
@@ -57,20 +60,29 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
         kind = int if setting.is_whole else float
         given = {"type": click.Choice(setting.choices) if setting.choices else kind}
         declared, given["metavar"] = f"--{name}", unit
-    help_text = f"{_help(setting)} [{setting.default_text or default_text}]."
-    return click.option(declared, setting.name, help=help_text, **given)
+    help_text = _with_default(setting, setting.default_text or default_text)
+    return words.option(declared, setting.name, help=help_text, **given)
 
 
-def _help(setting: Setting) -> str:
+def _help(setting: Setting) -> Text:
     """Return what a field does, and what may be given."""
     if setting.within is not None:
-        return "{}, {:g}..{:g}".format(setting.full_help, *setting.within)
-    offered = ", ".join(f"{one.name} ({one.help})" for one in setting.alternatives)
-    return f"{setting.full_help}: {offered}" if offered else setting.full_help
+        low, high = setting.within
+        return Text("{help}, {low:g}..{high:g}", help=setting.full_help, low=low, high=high)
+    offered = [
+        Text("{name} ({help})", name=one.name, help=one.help) for one in setting.alternatives
+    ]
+    if not offered:
+        return setting.full_help
+    return Text("{help}: {offered}", help=setting.full_help, offered=Text.joined(", ", offered))
 
 
-def _recipe_file(help_text: str) -> Callable[[_Command], _Command]:
-    return click.option(
+def _with_default(setting: Setting, default: str) -> Text:
+    return Text("{help} [{default}].", help=_help(setting), default=default)
+
+
+def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
+    return words.option(
         "--recipe",
         "recipe_file",
         type=click.Path(path_type=Path),
@@ -82,7 +94,7 @@ def _recipe_file(help_text: str) -> Callable[[_Command], _Command]:
 _OPTIONS: Final = (
     *map(_option, SETTINGS.values()),
     chooses_faces,
-    _recipe_file("A saved recipe (JSON); the options above override it."),
+    _recipe_file(Text("A saved recipe (JSON); the options above override it.")),
 )
 
 
@@ -94,44 +106,46 @@ def chooses(command: _Command) -> _Command:
 
 
 _DISCLOSING: Final = (
-    click.option(
+    words.option(
         "--disclose",
         "record",
         is_flag=True,
         help="Add an edit record to the XMP: the photo was retouched, when, how and by what.",
     ),
-    click.option(
+    words.option(
         "--label",
         metavar="TEXT",
         help="Draw TEXT into the bottom right corner; only its rectangle changes.",
     ),
-    click.option(
+    words.option(
         "--label-font",
         "font",
         metavar="FILE",
         help="A font file for the label, for letters other than Latin ones.",
     ),
-    click.option(
+    words.option(
         "--label-picture",
         "picture",
         metavar="FILE",
         help="Lay this picture over a corner, such as the mark that Norway prescribes.",
     ),
-    click.option(
+    words.option(
         "--label-corner",
         "corner",
         type=click.Choice(tuple(CORNERS)),
         default="top-left",
         help="Which corner the picture is laid over [top-left].",
     ),
-    click.option(
+    words.option(
         "--label-share",
         "share",
         type=common.Number(*LABEL_SHARE),
         default=7.0,
         metavar="PERCENT",
-        help="How much of the photo's area the picture takes, {:g}..{:g} % [7].".format(
-            *LABEL_SHARE
+        help=Text(
+            "How much of the photo's area the picture takes, {low:g}..{high:g} % [7].",
+            low=LABEL_SHARE[0],
+            high=LABEL_SHARE[1],
         ),
     ),
 )
@@ -179,8 +193,8 @@ def _disclosure(
 
 
 _PAPERS: Final = (
-    click.option("--percent", type=float, help=f"{_help(SETTINGS['percent'])} [4]."),
-    _recipe_file("A saved recipe (JSON) [the paper's]."),
+    words.option("--percent", type=float, help=_with_default(SETTINGS["percent"], "4")),
+    _recipe_file(Text("A saved recipe (JSON) [the paper's].")),
     chooses_faces,
 )
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core.cli import common, json_file
+from kogao_core.cli import common, json_file, words
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Made, Report
@@ -21,17 +22,17 @@ STDOUT: Final = json_file.STDOUT
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 _FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 _KEPT: Final = {
-    "json": "Write everything as JSON; without F, or with -, print it.",
-    "csv": "Write a table of all figures, or print it.",
-    "html": "Write a report for a browser, or print it.",
+    "json": Text("Write everything as JSON; without F, or with -, print it."),
+    "csv": Text("Write a table of all figures, or print it."),
+    "html": Text("Write a report for a browser, or print it."),
 }
 
 
 def writes_files(command: _Command) -> _Command:
     """Add ``--json``, ``--csv``, ``--html`` and ``--force``; `asked_for` reads the first three."""
-    command = click.option("--force", is_flag=True, help="Replace existing files.")(command)
+    command = words.option("--force", is_flag=True, help="Replace existing files.")(command)
     for kind in reversed(KINDS):
-        command = click.option(
+        command = words.option(
             f"--{kind}", f"{kind}_file", type=_FILE, is_flag=False, flag_value="-", metavar="[F]",
             callback=json_file.no_photo, help=_KEPT[kind],
         )(command)  # fmt: skip

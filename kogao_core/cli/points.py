@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 
 if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
-_FILE: Final = click.option(
+_FILE: Final = words.option(
     "--points", "points_file", type=click.Path(path_type=Path), metavar="FILE",
     help="Take the landmarks from a .tem, .pts, .csv or .json file instead of looking for faces.",
 )  # fmt: skip
-_MAP: Final = click.option(
+_MAP: Final = words.option(
     "--points-map", metavar="MAP",
     help="Which of the file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
     "[by their number: 27, 68 or 189].",

@@ -8,14 +8,14 @@ from pathlib import Path
 import click
 
 from kogao_core import presets
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.recipe import Recipe
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
 
-@click.group("presets")
+@words.group("presets")
 def command() -> None:
     """List the recipes with names, and exchange them as files.
 
@@ -47,7 +47,7 @@ def show(name: str) -> None:
 
 @command.command("export")
 @click.argument("name")
-@click.option(
+@words.option(
     "-o", "--output", required=True, type=_FILE, metavar="OUT.json", help="Where to write."
 )
 @common.forces
@@ -63,7 +63,7 @@ def export(name: str, output: Path, force: bool) -> None:
 
 @command.command("import")
 @click.argument("files", nargs=-1, required=True, type=_FILE, metavar="FILE...")
-@click.option("--name", help="What to call it [the file's name].")
+@words.option("--name", help="What to call it [the file's name].")
 @common.forces
 def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:
     """Take recipes in files as presets of your own; none is taken unless all can be."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core.cli import common, options, outputs
+from kogao_core.cli import common, options, outputs, words
 from kogao_core.cli.progress import ProgressLine
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 _OPTIONS: Final = (
     options.chooses_as_the_paper,
     outputs.writes_files,
-    click.option(
+    words.option(
         "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False),
         metavar="DIR", help="Write all of these, and pictures, into a folder; made if need be.",
     ),

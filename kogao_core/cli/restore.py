@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 
 
-@click.command("restore")
+@words.command("restore")
 @click.argument("file", metavar="PHOTO", type=click.Path(path_type=Path, readable=False))
-@click.option("--force", is_flag=True, help="Bring it back though the file has changed since.")
+@words.option("--force", is_flag=True, help="Bring it back though the file has changed since.")
 def command(file: Path, force: bool) -> None:
     """Bring back, byte for byte, a photo that was changed in place.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from kogao_core.cli import common, outputs
+from kogao_core.cli import common, outputs, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.wording import shown
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _LARGEST_LATTICE: Final = 8.0
 
 
-@click.group("study")
+@words.group("study")
 def command() -> None:
     """Ask people which faces look natural (table 1, figures 10 and 11).
 
@@ -45,20 +45,20 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
 
 @command.command("make")
 @common.takes_photos
-@click.option(
+@words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
     help="A new folder for the raters; the key is written beside it.",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--lattices", callback=_sizes, default="0.25,0.5,1,2", show_default=True, metavar="R,R,...",
     help="Lattice sizes of figure 11, in landmark spacings.",
 )  # fmt: skip
-@click.option("--control", is_flag=True, help="Show each photo as it is, too.")
-@click.option(
+@words.option("--control", is_flag=True, help="Show each photo as it is, too.")
+@words.option(
     "--satisfaction/--no-satisfaction", default=True, show_default=True,
     help="Ask for grades from 0 to 100 at the end.",
 )  # fmt: skip
-@click.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
+@words.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
 def make(
     inputs: Sequence[Path],
     sample: bool,
@@ -119,7 +119,7 @@ def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
 
 @command.command("rate")
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--no-browser", is_flag=True, help="Print the address only.")
+@words.option("--no-browser", is_flag=True, help="Print the address only.")
 def rate(folder: Path, no_browser: bool) -> None:
     """Ask about the pictures of the study in FOLDER, in a browser on this machine.
 
@@ -148,11 +148,11 @@ def _browse(address: str) -> None:
 
 @command.command("report")
 @click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
+@words.option(
     "--key", "keys", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
     help="Keys, one for each folder in turn [FOLDER.key.json beside each].",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--ratings", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
     help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
 )  # fmt: skip

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from kogao_core.cli import common, options, points, projects, summary
+from kogao_core.cli import common, options, points, projects, summary, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.wording import shown
 
@@ -45,41 +45,41 @@ def _corners(value: str) -> list[list[float]]:
         return []
 
 
-@click.command("warp")
+@words.command("warp")
 @common.takes_photo
-@click.option(
+@words.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-    cls=common.LateHelp, help_text=common.output_help,
+    help=common.output_help,
 )  # fmt: skip
-@click.option(
+@words.option(
     "--in-place", is_flag=True,
     help="Write over IN itself, as a file of the same kind; kogao-cli restore brings it back.",
 )  # fmt: skip
 @options.chooses
 @points.takes_points
-@click.option(
+@words.option(
     "--protect", "lines", multiple=True, metavar="'X,Y X,Y'", callback=_lines,
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--protect-width", "width_px", type=common.Number(0.0), default=0.0, metavar="PX",
     help="Width of the protected lines [0: the line alone].",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--protect-feather", "feather_px", type=common.Number(0.0), default=0.0, metavar="PX",
     help="Keep the lines' very bytes and let the move fade in over PX beside them [0: don't].",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--project", "project_file", type=click.Path(path_type=Path), metavar="FILE",
     help="Do what a project says (PHOTO.kogao.json, also of another size of the photo).",
 )  # fmt: skip
-@click.option(
+@words.option(
     "--save-project", is_flag=True,
     help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
 )  # fmt: skip
 @options.discloses
 @to_json.writes_json
-@click.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
+@words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
     source: Path | None,
     sample: bool,

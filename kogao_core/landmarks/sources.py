@@ -13,6 +13,7 @@ from kogao_core.face import Face, LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.landmarks import locked
 from kogao_core.landmarks.mesh import MeshSource
+from kogao_core.language import Text
 
 _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
 
@@ -68,8 +69,8 @@ def _aam() -> LandmarkSource:
 
 # The first that is complete here is what is used unless another is asked for.
 CHOICES: Final = (
-    Choice("mesh", "mesh", MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
-    Choice("aam", "AAM", _aam, False, Measured(1.7, 3.5, typical_ms=65.0)),
+    Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
+    Choice("aam", Text("AAM"), _aam, False, Measured(1.7, 3.5, typical_ms=65.0)),
 )
 
 

@@ -1,11 +1,13 @@
 """The editor has words and a place for every field of the recipe, and for every choice of one."""
 
+from gettext import NullTranslations
+
 import pytest
 from kogao_app.features import recipe as choices
 from kogao_app.features.recipe import fields
 from kogao_app.features.recipe.panel import RecipePanel
-from PySide6.QtCore import QCoreApplication, QTranslator
 
+from kogao_core import language
 from kogao_core.landmarks import CHOICES
 from kogao_core.settings import CENTERS, SETTINGS
 
@@ -37,29 +39,26 @@ def test_every_control_has_a_key_of_its_own_and_tells_what_it_does(panel):
         assert control.accessibleName() or control.text()
 
 
-class Marked(QTranslator):
-    """A translation that shows what has passed through it."""
+class Marked(NullTranslations):
+    """A catalogue that shows what it was asked for."""
 
-    def translate(self, context, text, disambiguation=None, n=-1):  # noqa: ARG002
-        return f"«{text}»" if text else ""
+    def gettext(self, message):
+        return f"«{message}»"
 
 
+@pytest.mark.usefixtures("english")
 def test_declared_words_are_translated(start):
-    marked = Marked()
-    QCoreApplication.installTranslator(marked)
-    try:
-        driver = start()
-        for field, setting in SETTINGS.items():
-            assert choices.gesture_name(field) == f"«{setting.title}»"
-            assert f"«{setting.help}»" in fields.tip(field)
-        for field, box in driver.panel("recipe").choices.items():
-            for place, one in enumerate(SETTINGS[field].alternatives):
-                assert f"«{one.title}»" in box.itemText(place)
-                assert f"«{one.help}»" in box.itemText(place)
-        texts = [action.text() for action in driver.window.actions_by_name.values()]
-        assert all(any(f"«{choice.title}»" in text for text in texts) for choice in CHOICES)
-    finally:
-        QCoreApplication.removeTranslator(marked)
+    language.use_catalogue("xx", Marked())
+    driver = start()
+    for field, setting in SETTINGS.items():
+        assert choices.gesture_name(field) == f"«{setting.title}»"
+        assert f"«{setting.help}»" in fields.tip(field)
+    for field, box in driver.panel("recipe").choices.items():
+        for place, one in enumerate(SETTINGS[field].alternatives):
+            assert f"«{one.title}»" in box.itemText(place)
+            assert f"«{one.help}»" in box.itemText(place)
+    texts = [action.text() for action in driver.window.actions_by_name.values()]
+    assert all(any(f"«{choice.title}»" in text for text in texts) for choice in CHOICES)
 
 
 def test_every_choice_has_an_entry_with_words_in_its_box(panel):

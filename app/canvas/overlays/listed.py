@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from kogao_core.settings import DOMAINS
 
-from ...i18n import tr
+from ...i18n import tr, translated
 from ..handles import Kind
 from . import glyphs
 from .background import BentLines, People
@@ -89,7 +89,7 @@ class Legend(Overlay):
         for domain in DOMAINS:
             share = 100 * counts[domain.name] / max(1, counts["image"])
             px = f"{counts[domain.name]:,}".replace(",", "\N{THIN SPACE}")
-            text = tr("{title}: {px} px, {n:.1f} %", title=tr(domain.title), px=px, n=share)
+            text = tr("{title}: {px} px, {n:.1f} %", title=translated(domain.title), px=px, n=share)
             yield _hatch(domain.name), text
 
 

@@ -26,7 +26,7 @@ from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
 from kogao_core.settings import DOMAINS
 
-from ...i18n import tr
+from ...i18n import tr, translated
 from .dialog import ExperimentName, Findings
 
 _REPEATS: Final = {"timing": 5, "domains": 3, "methods": 2}
@@ -103,7 +103,7 @@ def _domains(task: ExperimentTask, progress: Progress) -> _Found:
     photo = domains.measure(
         task.subject, task.recipe, repeats=_REPEATS["domains"], progress=progress
     )
-    names = {domain.name: tr(domain.title) for domain in DOMAINS}
+    names = {domain.name: translated(domain.title) for domain in DOMAINS}
     masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
     result = domains.DomainsResult((photo,), task.recipe)
     return _Found(result, pictures={tr("Domains"): masks})

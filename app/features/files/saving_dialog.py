@@ -21,7 +21,7 @@ from kogao_core.photo.label import LONGEST, check_label
 from kogao_core.photo.label_picture import check_picture
 from kogao_core.settings import CORNERS, LABEL_SHARE
 
-from ...i18n import sentence, tr
+from ...i18n import sentence, tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
 from ...widgets.dialogs import ask_path, photo_filter
@@ -76,7 +76,7 @@ class SavingDialog(QDialog):
         self.choose.clicked.connect(self._ask_picture)
         self.corner = ChoiceBox()
         for name, title in CORNERS.items():
-            self.corner.addItem(tr(title), name)
+            self.corner.addItem(translated(title), name)
         self.corner.setCurrentIndex(self.corner.findData(now.corner))
         self.corner_title = named(tr("&Corner"), self.corner)
         self.share = WholeNumber(1, int(LABEL_SHARE[1]), round(now.percent))

@@ -12,7 +12,7 @@ from kogao_core.recipe import Recipe
 from kogao_core.settings import SETTINGS
 
 from ...actions import Spec
-from ...i18n import tr
+from ...i18n import tr, translated
 from ...render.live import RenderedFrame
 from ..feature import Context, Feature
 from ..points import Points
@@ -184,4 +184,4 @@ class RecipeEditing(Feature):
 
 def gesture_name(field: str) -> str:
     """Return what undo calls a change of a field of the recipe."""
-    return tr(SETTINGS[field].title)
+    return translated(SETTINGS[field].title)

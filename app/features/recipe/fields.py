@@ -18,10 +18,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from kogao_core.language import Text
 from kogao_core.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
 
 from ...document import DEFAULT, State
-from ...i18n import tr
+from ...i18n import tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
@@ -106,7 +107,7 @@ def scale(field: str) -> SliderScale:
 def label(field: str) -> str:
     """Return what a field is called, and a switch what it does where that fits; its mnemonic."""
     setting = SETTINGS[field]
-    text = tr(setting.title)
+    text = translated(setting.title)
     if setting.within is None and not setting.alternatives:
         whole = tr("{title}: {help}", title=text, help=tip(field))
         text = whole if len(whole) <= _LINE else text
@@ -115,27 +116,27 @@ def label(field: str) -> str:
 
 def amount() -> tuple[str, str, SliderScale]:
     """Return what the warp distance is called in everyday words, what it does, and its texts."""
-    words = tr("How much smaller the face gets, in % of D, the face's radius")
+    words = Text("How much smaller the face gets, in % of D, the face's radius")
     scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
-    return tr("Am&ount"), cited(words, tr(SETTINGS["percent"].where)), scale
+    return tr("Am&ount"), translated(cited(words, SETTINGS["percent"].where)), scale
 
 
 def tip(field: str) -> str:
     """Return what a field of the recipe does, and where the paper has it."""
     setting = SETTINGS[field]
-    return cited(tr(setting.help), tr(setting.where))
+    return translated(cited(setting.help, setting.where))
 
 
 def change(field: str, before: object, after: object) -> str:
     """Return how a field of the recipe has changed, in words: its values and their unit."""
-    unit = tr(SETTINGS[field].unit)
+    unit = translated(SETTINGS[field].unit)
     values = {"before": _value(field, before), "after": _value(field, after)}
     return tr("{before} → {after} {unit}", unit=unit, **values).rstrip()
 
 
 def stated(field: str, value: object) -> str:
     """Return a field of the recipe with its value and unit, as a caption tells it."""
-    title, unit = tr(SETTINGS[field].title), tr(SETTINGS[field].unit)
+    title, unit = translated(SETTINGS[field].title), translated(SETTINGS[field].unit)
     return f"{title} {_value(field, value)} {unit}".rstrip()
 
 
@@ -144,7 +145,7 @@ def _value(field: str, value: object) -> str:
         return tr("on") if value else tr("off")
     if isinstance(value, float):
         return _figure(value)
-    titles = {one.name: tr(one.title) for one in SETTINGS[field].alternatives}
+    titles = {one.name: translated(one.title) for one in SETTINGS[field].alternatives}
     return titles.get(str(value), str(value))
 
 
@@ -157,14 +158,18 @@ def _figure(value: float) -> str:
 def options(field: str) -> list[tuple[str, str, str]]:
     """Return the choices of a field: what they are called, where they are from, their values."""
     return [
-        (tr("{title}: {help}", title=tr(one.title), help=tr(one.help)), help_of(one), one.name)
+        (
+            tr("{title}: {help}", title=translated(one.title), help=translated(one.help)),
+            help_of(one),
+            one.name,
+        )
         for one in SETTINGS[field].alternatives
     ]
 
 
 def help_of(one: Alternative[str]) -> str:
     """Return what one of the choices is, and where the paper has it."""
-    return cited(tr(one.help), tr(one.where))
+    return translated(cited(one.help, one.where))
 
 
 # They have a fold of their own, whose letter leads to them.
@@ -242,8 +247,8 @@ def _center_tip(number: int) -> str:
     candidate = CENTERS[number - 1]
     tenths = 10.0 * candidate.fraction
     share = f"{tenths:g} : {10.0 - tenths:g}"
-    words = tr("Distance to the eyes : to the mouth = {share}", share=share)
-    return cited(words, tr(candidate.where))
+    words = Text("Distance to the eyes : to the mouth = {share}", share=share)
+    return translated(cited(words, candidate.where))
 
 
 class OwnerLine(QWidget):

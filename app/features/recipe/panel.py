@@ -15,7 +15,7 @@ from kogao_core.recipe import Recipe
 from kogao_core.settings import SETTINGS, ZONES, Setting
 
 from ...document import DEFAULT, State
-from ...i18n import tr
+from ...i18n import tr, translated
 from ...render.live import RenderedFrame
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, Fold, ValueSlider, column_of, muted_label
@@ -189,7 +189,7 @@ class RecipePanel(QWidget):
 
     def _choice(self, field: str) -> ChoiceBox:
         box = ChoiceBox()
-        box.setAccessibleName(tr(SETTINGS[field].title))
+        box.setAccessibleName(translated(SETTINGS[field].title))
         box.setToolTip(fields.tip(field))
         box.setSizeAdjustPolicy(ChoiceBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -214,7 +214,7 @@ class RecipePanel(QWidget):
     def _zones(self) -> QWidget:
         zones = QWidget()
         column = column_of(zones, spacing=GRID_PX)
-        column.addWidget(self._switch("zones", tr(SETTINGS["zones"].title)))
+        column.addWidget(self._switch("zones", translated(SETTINGS["zones"].title)))
         for field in ZONES:
             column.addWidget(self._slider(field, compact=True))
         return zones

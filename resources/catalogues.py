@@ -1,0 +1,213 @@
+"""Gather the programs' words and merge them into the catalogues; compile those.
+
+``python -m resources.catalogues [LANGUAGE ...]``, run where ARCHITECTURE.md lies, brings every
+catalogue in `resources/translations` up to date, begins those of the languages named, and says how
+much is translated. It needs Babel (`pip install -e '.[dev]'`), as building a wheel does.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Final, NamedTuple
+
+from babel.messages.catalog import Catalog
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import read_po, write_po
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+FOLDER: Final = ROOT / "resources" / "translations"
+_DOMAIN: Final = "kogao"
+_SOURCES: Final = ("app", "kogao_core")
+_MACHINERY: Final = "kogao_core/language.py"  # it is handed the words
+_COMMENT: Final = "# Translators:"
+_WIDTH: Final = 100
+# Which arguments of a call are words: texts, one and many, or what a text means and the text.
+_TEXT, _PLURAL, _CONTEXT = "text", "plural", "context"
+_CALLS: Final = {
+    "tr": _TEXT,
+    "Text": _TEXT,
+    "tr_count": _PLURAL,
+    "counted": _PLURAL,
+    "in_context": _CONTEXT,
+}
+_OPTION: Final = "option"  # of the command line: what its help says is words, too
+
+
+class Words(NamedTuple):
+    """Something to be translated.
+
+    Parameters
+    ----------
+    line : int
+        Where it stands.
+    texts : tuple of str
+        One, or the sentences for one and for many.
+    context : str, optional
+        What a text means that alone could mean several things.
+    comment : str
+        What the code says to translators in the lines above: ``# Translators: ...``.
+    """
+
+    line: int
+    texts: tuple[str, ...]
+    context: str | None
+    comment: str
+
+
+class NotALiteral(ValueError):
+    """Words are put together where they should stand as they are; no catalogue could have them."""
+
+
+def gathered(root: Path = ROOT) -> Catalog:
+    """Return the words of both programs, by the files that they stand in."""
+    catalog = Catalog(project="Kogao")
+    for folder in _SOURCES:
+        for path in sorted((root / folder).rglob("*.py")):
+            place = path.relative_to(root).as_posix()
+            if place == _MACHINERY:
+                continue
+            for found in words(path.read_text(encoding="utf-8"), place):
+                catalog.add(
+                    found.texts if len(found.texts) > 1 else found.texts[0],
+                    locations=[(place, found.line)],
+                    auto_comments=[found.comment] if found.comment else [],
+                    flags=["python-brace-format"] if "{" in found.texts[0] else [],
+                    context=found.context,
+                )
+    return catalog
+
+
+def words(source: str, place: str) -> Iterator[Words]:
+    """Yield the words of a module, and what the docstrings of its commands say.
+
+    Raises
+    ------
+    NotALiteral
+        If words are put together.
+    """
+    lines = source.splitlines()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and _name(node.func) == _OPTION:
+            said = [one.value for one in node.keywords if one.arg == "help"]
+            literal = [one for one in said if not _is_marked(one)]
+            yield from (Words(node.lineno, (_literal(one, place),), None, "") for one in literal)
+        elif isinstance(node, ast.Call):
+            kind = _CALLS.get(_name(node.func), "")
+            first = node.args[1 if kind == _PLURAL else 0 :][: 1 if kind == _TEXT else 2]
+            if not kind:
+                continue
+            texts = tuple(_literal(one, place) for one in first)
+            comment = _comment(lines, node.lineno)
+            if kind == _CONTEXT:
+                yield Words(node.lineno, texts[1:], texts[0], comment)
+            else:
+                yield Words(node.lineno, texts, None, comment)
+        elif isinstance(node, ast.FunctionDef) and _is_command(node):
+            yield Words(node.lineno, (ast.get_docstring(node) or "",), None, "")
+
+
+def merge(path: Path, template: Catalog) -> Catalog:
+    """Bring a catalogue up to date, or begin it; what nobody says any more goes.
+
+    Parameters
+    ----------
+    path : Path
+        Of the catalogue, named after its language.
+    template : Catalog
+        The words.
+
+    Returns
+    -------
+    Catalog
+        As it was written.
+    """
+    catalog = read(path) if path.exists() else _begun(path.stem)
+    began = catalog.creation_date
+    # What only looks like another text is another: a guess would have to be found and mended.
+    catalog.update(template, no_fuzzy_matching=True)
+    catalog.obsolete.clear()
+    catalog.creation_date = began
+    with path.open("wb") as file:
+        _write(file, catalog)
+    return catalog
+
+
+def read(path: Path) -> Catalog:
+    """Return a catalogue."""
+    with path.open("rb") as file:
+        return read_po(file, locale=path.stem, abort_invalid=True)
+
+
+def compile_all(folder: Path = FOLDER) -> list[Path]:
+    """Compile every catalogue to where the programs look for it; return the files."""
+    made = []
+    for path in sorted(folder.glob("*.po")):
+        target = folder / path.stem / "LC_MESSAGES" / f"{_DOMAIN}.mo"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with target.open("wb") as file:
+            write_mo(file, read(path))
+        made.append(target)
+    return made
+
+
+def _begun(language: str) -> Catalog:
+    head = "# The words of Kogao; docs/extending.md says how to translate them."
+    return Catalog(language, project="Kogao", version="0.1", header_comment=head, fuzzy=False)
+
+
+def _write(file: IO[bytes], catalog: Catalog) -> None:
+    # Lines move with every change to the code; files say enough, and two people meet less often.
+    write_po(file, catalog, width=_WIDTH, include_lineno=False, sort_by_file=True)
+
+
+def _name(function: ast.expr) -> str:
+    if isinstance(function, ast.Attribute):
+        return function.attr
+    return function.id if isinstance(function, ast.Name) else ""
+
+
+def _is_marked(node: ast.expr) -> bool:
+    """Tell whether words were marked, or are to be marked, where they are made."""
+    if isinstance(node, ast.Call):
+        return _name(node.func) != "format"
+    return isinstance(node, ast.Name | ast.Attribute | ast.Subscript | ast.Lambda)
+
+
+def _literal(node: ast.expr, place: str) -> str:
+    if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value:
+        return node.value
+    raise NotALiteral(f"{place}:{node.lineno}: words must be a literal, with {{name}} fields")
+
+
+def _comment(lines: list[str], line: int) -> str:
+    above: list[str] = []
+    for text in reversed(lines[: line - 1]):
+        if not text.strip().startswith("#"):
+            return ""
+        above.insert(0, text.strip().removeprefix(_COMMENT).strip("# "))
+        if text.strip().startswith(_COMMENT):
+            return " ".join(above)
+    return ""
+
+
+def _is_command(node: ast.FunctionDef) -> bool:
+    calls = [one.func for one in node.decorator_list if isinstance(one, ast.Call)]
+    return any(_name(call) in ("command", "group") for call in calls)
+
+
+def main(names: list[str]) -> None:
+    """Bring the catalogues up to date and say how far each is."""
+    template = gathered()
+    paths = {*FOLDER.glob("*.po"), *(FOLDER / f"{name}.po" for name in names)}
+    for path in sorted(paths):
+        catalog = merge(path, template)
+        done = sum(bool(one.string and all(one.string)) for one in catalog if one.id)
+        print(f"{path.relative_to(ROOT)}: {done} of {len(catalog)} texts are translated")
+    compile_all()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
