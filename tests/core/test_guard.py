@@ -8,6 +8,7 @@ from shortly import few_of
 from kogao_core.face import Face
 from kogao_core.field import Field
 from kogao_core.guard import hold_back
+from kogao_core.lattice import groups
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.settings import SETTINGS
@@ -65,6 +66,24 @@ def test_overlapping_faces_are_held_back_together():
     field, shares = hold_back(field_of(FOLDING, left, right))
     assert shares[0] == shares[1] < 1.0
     assert densest_det(field) > 0.0
+
+
+def test_a_face_that_reaches_no_fold_keeps_its_move_beside_some_that_do():
+    row = [oval_face(center=(x, 170.0)) for x in (170.0, 370.0, 540.0)]
+    crossed = row[0].with_target(3, row[0].outline[5]).with_target(5, row[0].outline[3])
+    field = field_of(Recipe(percent=6), crossed, *row[1:])
+    assert groups(field.lattices) == [[0, 1, 2]]
+    held, shares = hold_back(field)
+    assert shares[0] < 1.0
+    assert shares[1:] == (1.0, 1.0)
+    assert densest_det(held) > 0.0
+
+
+def test_those_who_fold_each_other_in_turn_are_all_held_back():
+    row = [oval_face(center=(x, 170.0)) for x in (170.0, 330.0, 490.0, 650.0)]
+    held, shares = hold_back(field_of(FOLDING, *row))
+    assert max(shares) < 1.0
+    assert densest_det(held) > 0.0
 
 
 def test_a_fade_that_would_fold_is_refused_and_the_move_kept():
