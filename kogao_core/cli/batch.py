@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core import wording
+from kogao_core import installed, wording
 from kogao_core.cli import common, options, words
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def _workers(dask: str | None, jobs: int) -> Workers:
         return Workers.dask(dask)
     except ImportError:
         raise common.Stop(
-            "--dask needs dask.distributed: pip install 'kogao[cluster]'", common.BROKEN
+            f"--dask needs dask.distributed: {installed.adding('cluster')}", common.BROKEN
         ) from None
     except NoWorkers:
         raise common.Stop(

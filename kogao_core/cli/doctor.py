@@ -14,7 +14,7 @@ from typing import Any, Final
 import click
 
 import kogao_core
-from kogao_core import assets
+from kogao_core import assets, installed
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
@@ -158,9 +158,13 @@ def _mend(
     in_the_way = [name for name in _IN_THE_WAY if packages.get(name)]
     if in_the_way:
         yield f"pip uninstall {' '.join(in_the_way)}"
-    if in_the_way or any(package["state"] != OK for package in packages.values()):
+    wrong_package = in_the_way or any(package["state"] != OK for package in packages.values())
+    wrong_file = any(state != OK for state in files.values())
+    if installed.is_bundle() and (wrong_package or wrong_file):
+        yield "unpack the bundle anew"
+    elif wrong_package:
         yield "pip install --force-reinstall kogao"
-    elif any(state != OK for state in files.values()):
+    elif wrong_file:
         yield "pip install --force-reinstall --no-deps kogao"
     if missing:
         yield f"sudo apt-get install {' '.join(sorted(set(missing.values())))}"
@@ -172,7 +176,7 @@ def text(findings: dict[str, Any]) -> str:
     for name, package in findings["packages"].items():
         lines.append(f"  {name} {package['version']}: {package['state']}")
     for extra, version in findings["extras"].items():
-        absent = f"not installed (pip install 'kogao[{extra}]')"
+        absent = f"not installed ({installed.adding(extra)})"
         lines.append(f"  extra [{extra}]: {version or absent}")
     lines += [f"  {name}: {state}" for name, state in findings["assets"].items()]
     for library, package in findings["missing_libraries"].items():

@@ -1,4 +1,4 @@
-"""``kogao-cli integrate``: Kogao among the tools of other programs, and away again."""
+"""``kogao-cli integrate``: Kogao in the menus of the desktop and of other programs, and away."""
 
 from __future__ import annotations
 
@@ -6,20 +6,25 @@ import json
 import os
 import shutil
 import sys
-import sysconfig
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import click
 
-from kogao_core.cli import common, words
+from kogao_core import installed
+from kogao_core.cli import common, desktop, words
+from kogao_core.language import Text, translated
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-_LINE: Final = 'require "kogao" -- by kogao-cli integrate'
+_OURS: Final = "-- by kogao-cli integrate"
+# Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
+_LINE: Final = (
+    "package.loaded.kogao = dofile("
+    f'require("darktable").configuration.config_dir .. "/lua/kogao.lua") {_OURS}'
+)
+_DESKTOP: Final = "desktop"
+_OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +35,10 @@ class Host:
     ----------
     settings : callable
         Returns the folder of its settings.
+    sandbox : str
+        Its name as a Flatpak.
+    in_sandbox : str
+        The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
     resource, place : str
         Our file among the resources, and where it goes within that folder.
     quoted : callable
@@ -39,6 +48,8 @@ class Host:
     """
 
     settings: Callable[[], Path]
+    sandbox: str
+    in_sandbox: str
     resource: str
     place: str
     quoted: Callable[[Path], str]
@@ -63,6 +74,8 @@ def _in_lua(path: Path) -> str:
 HOSTS: Final[Mapping[str, Host]] = {
     "darktable": Host(
         lambda: _settings("LOCALAPPDATA", ".config", ".config", "darktable"),
+        "org.darktable.Darktable",
+        "darktable",
         "darktable/kogao.lua",
         "lua/kogao.lua",
         _in_lua,
@@ -70,6 +83,8 @@ HOSTS: Final[Mapping[str, Host]] = {
     ),
     "gimp": Host(
         lambda: _settings("APPDATA", "Library/Application Support", ".config", "GIMP/3.0"),
+        "org.gimp.GIMP",
+        "",
         "gimp/kogao.py",
         "plug-ins/kogao/kogao.py",
         lambda path: json.dumps(str(path))[1:-1],
@@ -78,42 +93,89 @@ HOSTS: Final[Mapping[str, Host]] = {
 
 
 @words.command("integrate")
-@click.argument("host", type=click.Choice(tuple(HOSTS)))
+@click.argument("host", type=click.Choice((_DESKTOP, *HOSTS)))
 @words.option("--remove", is_flag=True, help="Take it away again.")
 @words.option(
     "--settings", type=click.Path(path_type=Path, file_okay=False), metavar="FOLDER",
-    help="Where the program keeps its settings [where the system has them].",
+    help="Where the program has its settings, a desktop its menus [where the system has them].",
 )  # fmt: skip
 def command(host: str, remove: bool, settings: Path | None) -> None:
-    """Put Kogao among the tools of darktable or of GIMP 3.
+    """Put Kogao into the menus of the desktop, or among the tools of darktable or GIMP 3.
 
-    It takes effect when that program starts next.
+    Other programs know it when they start next.
     """
     from kogao_core import assets
 
-    one = HOSTS[host]
-    folder = settings or one.settings()
-    place = folder / one.place
     try:
-        if remove:
-            _remove(one, folder, place)
-        else:
-            with common.stopping(assets.AssetMissing, common.BROKEN):
-                text = assets.path(f"integrations/{one.resource}").read_text(encoding="utf-8")
-            _install(one, folder, place, text)
+        with common.stopping(assets.AssetMissing, common.BROKEN):
+            if host == _DESKTOP:
+                done = _change_desktop(settings, remove)
+            else:
+                done = _change_host(host, settings, remove)
     except OSError as error:
         raise common.Stop(
-            f"{error.filename or place} can't be changed ({error.strerror or error})",
+            Text(
+                "{place} can't be changed ({why})",
+                place=error.filename or settings or host,
+                why=error.strerror or error,
+            ),
             common.UNREADABLE,
         ) from error
-    click.echo(f"{place} is {'gone' if remove else 'there'}; start {host} again")
+    click.echo("\n".join(map(translated, done)))
 
 
-def _install(host: Host, folder: Path, place: Path, text: str) -> None:
+def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
+    if sys.platform in ("win32", "darwin"):
+        raise common.Stop(Text("menus of this kind are those of Linux desktops"), common.USAGE)
+    folder = share or desktop.of_user()
+    if remove:
+        desktop.remove(folder)
+        return [Text("Kogao is gone from {folder}", folder=folder)]
+    desktop.install(folder, _program("kogao"))
+    return [Text("Kogao is among the programs of {folder}", folder=folder)]
+
+
+def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
+    host = HOSTS[name]
+    sandboxed = Path.home() / ".var/app" / host.sandbox
+    folders = [settings] if settings else _folders(host, sandboxed)
+    said = []
+    for folder in folders:
+        place = folder / host.place
+        if remove:
+            _remove(host, folder, place)
+            said.append(Text("{place} is gone; start {host} again", place=place, host=name))
+        else:
+            _install(host, folder, place)
+            said.append(Text("{place} is there; start {host} again", place=place, host=name))
+    if not remove and settings is None and sandboxed.is_dir():
+        said.append(
+            Text(
+                "{host} is a Flatpak here, which can start Kogao once it may leave its sandbox: "
+                "{command}",
+                host=name,
+                command=f"{_OUT} {host.sandbox}",
+            )
+        )
+    return said
+
+
+def _folders(host: Host, sandboxed: Path) -> list[Path]:
+    """Return the folders of settings that there are; the system's own if there is none yet."""
+    own = host.settings()
+    inner = sandboxed / "config" / host.in_sandbox
+    if not host.in_sandbox or not inner.is_dir():
+        return [own]
+    return [own, inner] if own.is_dir() else [inner]
+
+
+def _install(host: Host, folder: Path, place: Path) -> None:
+    from kogao_core import assets
     from kogao_core.atomic import put
 
-    for word, program in (("@KOGAO@", "kogao"), ("@KOGAO_CLI@", "kogao-cli")):
-        text = text.replace(word, host.quoted(_program(program)))
+    text = assets.path(f"integrations/{host.resource}").read_text(encoding="utf-8")
+    for word, name in (("@KOGAO@", "kogao"), ("@KOGAO_CLI@", "kogao-cli")):
+        text = text.replace(word, host.quoted(_program(name)))
     place.parent.mkdir(parents=True, exist_ok=True)
     put(text.encode(), place)
     place.chmod(0o755)
@@ -129,25 +191,24 @@ def _remove(host: Host, folder: Path, place: Path) -> None:
         _mark(folder / host.mark, wanted=False)
 
 
+def _program(name: str) -> Path:
+    found = installed.program(name)
+    if found is None:
+        raise common.Stop(
+            Text("{program} isn't installed here; pip install kogao", program=name), common.BROKEN
+        )
+    return found
+
+
 def _mark(file: Path, *, wanted: bool) -> None:
     """Add our line to a file of the program's settings, or take it out; the rest stays."""
     from kogao_core.atomic import put
 
     before = file.read_bytes() if file.exists() else b""
-    lines = [line for line in before.splitlines(keepends=True) if _LINE.encode() not in line]
+    lines = [line for line in before.splitlines(keepends=True) if _OURS.encode() not in line]
     if wanted:
         if lines and not lines[-1].endswith(b"\n"):
             lines[-1] += b"\n"
         lines.append(f"{_LINE}\n".encode())
     if b"".join(lines) != before:
         put(b"".join(lines), file)
-
-
-def _program(name: str) -> Path:
-    """Return where one of our programs lies: beside this Python, else on the path."""
-    ending = ".exe" if sys.platform == "win32" else ""
-    beside = Path(sysconfig.get_path("scripts")) / (name + ending)
-    found = beside if beside.is_file() else shutil.which(name)
-    if found is None:
-        raise common.Stop(f"{name} isn't installed here; pip install kogao", common.BROKEN)
-    return Path(found).absolute()

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QMimeDatabase
 
+from kogao_core.cli import desktop
 from kogao_core.photo import formats
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,6 +53,8 @@ def test_the_wheel_lays_every_file_where_desktops_look():
     data = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     shared = data["tool"]["hatch"]["build"]["targets"]["wheel"]["shared-data"]
     assert {Path(source).name for source in shared} == {path.name for path in FOLDER.iterdir()}
+    places = {f"share/{folder}/{name}" for name, folder in desktop.PLACES.items()}
+    assert set(shared.values()) == places
     for source, target in shared.items():
         assert (ROOT / source).is_file()
         assert Path(source).name == Path(target).name

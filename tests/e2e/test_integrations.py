@@ -1,6 +1,7 @@
 """Other programs get their pictures back: darktable itself, and a stand-in for GIMP 3."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,8 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import photo
-from kogao_core.cli import integrate
+from kogao_core import installed, photo
+from kogao_core.cli import desktop, integrate
 
 THEIRS = b"-- mine\nrequire 'tools/script_manager'"
 DARKTABLE = """
@@ -89,6 +90,43 @@ def test_darktables_settings_keep_what_is_in_them(cli, tmp_path):
     assert not (tmp_path / "lua" / "kogao.lua").exists()
 
 
+def test_the_desktop_starts_this_very_program_and_forgets_it(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr(installed, "program", lambda name: Path("/opt/a b/50% $1", name))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    theirs = tmp_path / "applications" / "theirs.desktop"
+    theirs.parent.mkdir()
+    theirs.touch()
+    before = set(tmp_path.rglob("*"))
+    assert cli("integrate", "desktop")[0] == 0
+    entry = (tmp_path / "applications" / f"{desktop.NAME}.desktop").read_text()
+    starts = re.findall("^Exec=.*", entry, re.MULTILINE)
+    program = r'Exec="/opt/a b/50%% \\$1/kogao"'
+    assert starts == [f"{program} %F", f"{program} --sample"]
+    assert all((tmp_path / folder / name).is_file() for name, folder in desktop.PLACES.items())
+    assert cli("integrate", "desktop", "--remove")[0] == 0
+    left = {path for path in set(tmp_path.rglob("*")) - before if desktop.NAME in path.name}
+    assert left == set()
+    assert theirs.exists()
+
+
+@pytest.mark.parametrize("has_own", [True, False])
+def test_darktable_as_a_flatpak_gets_the_script_and_its_user_the_command(
+    cli, tmp_path, monkeypatch, has_own
+):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    own, inner = tmp_path / ".config", tmp_path / ".var/app/org.darktable.Darktable/config"
+    for config in [inner, own][: 1 + has_own]:
+        (config / "darktable").mkdir(parents=True)
+    code, said, _ = cli("integrate", "darktable")
+    assert code == 0
+    assert "flatpak override --user --talk-name=org.freedesktop.Flatpak" in said
+    assert (inner / "darktable/lua/kogao.lua").is_file()
+    assert (own / "darktable/lua/kogao.lua").is_file() == has_own
+    assert cli("integrate", "darktable", "--remove")[0] == 0
+    assert list(tmp_path.rglob("kogao.lua")) == []
+
+
 def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(cli, tmp_path):
     assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
     plug_in = tmp_path / "plug-ins" / "kogao" / "kogao.py"
@@ -99,9 +137,25 @@ def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(cli, tmp_path):
     assert cli("integrate", "gimp", "--settings", tmp_path, "--remove")[0] == 0
 
 
+@pytest.fixture
+def sandbox(tmp_path):
+    """What a program knows of the Flatpak it is in, with a door that notes who leaves."""
+    door = tmp_path / "bin" / "flatpak-spawn"
+    door.parent.mkdir()
+    door.write_text(
+        f'#!/bin/sh\ntest "$1" = --host && shift && echo left >>"{tmp_path}/door"\n"$@"'
+    )
+    door.chmod(0o755)
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    path = f"{door.parent}{os.pathsep}{os.environ['PATH']}"
+    return {"FLATPAK_ID": "a.host", "XDG_CACHE_HOME": str(cache), "PATH": path}
+
+
 @pytest.mark.slow
+@pytest.mark.parametrize("is_sandboxed", [True, False])
 @pytest.mark.parametrize("has_face", [True, False])
-def test_gimp_gets_a_layer_back(cli, small_portrait, tmp_path, has_face):
+def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face, is_sandboxed):
     (tmp_path / "gi.py").write_text(STAND_IN)
     sent, back = tmp_path / "sent.tif", tmp_path / "back.tif"
     with Image.open(small_portrait) as picture:
@@ -109,9 +163,11 @@ def test_gimp_gets_a_layer_back(cli, small_portrait, tmp_path, has_face):
     assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
     done = subprocess.run(
         [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(sent), str(back)],
-        env=os.environ | {"PYTHONPATH": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data")},
+        env=os.environ | {"PYTHONPATH": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data")}
+        | (sandbox if is_sandboxed else {}),
         capture_output=True, text=True, check=True,
     )  # fmt: skip
+    assert (tmp_path / "door").exists() == is_sandboxed
     if has_face:
         assert done.stdout == "done None 1\n"
         assert (photo.read(back).pixels != photo.read(sent).pixels).any()
@@ -136,7 +192,10 @@ def screen():
 @pytest.mark.skipif(
     not (shutil.which("darktable") and shutil.which("Xvfb")), reason="needs darktable and Xvfb"
 )
-def test_darktable_gets_a_photo_back_beside_its_own(cli, request, small_portrait, tmp_path):
+@pytest.mark.parametrize("is_sandboxed", [True, False])
+def test_darktable_gets_a_photo_back_beside_its_own(
+    cli, request, sandbox, small_portrait, tmp_path, is_sandboxed
+):
     settings, done = tmp_path / "settings", tmp_path / "done"
     mine = Path(shutil.copy(small_portrait, tmp_path / "mine's.jpg"))
     assert cli("integrate", "darktable", "--settings", settings)[0] == 0
@@ -146,7 +205,8 @@ def test_darktable_gets_a_photo_back_beside_its_own(cli, request, small_portrait
                "--luacmd", DARKTABLE.format(done=done, **places)]  # fmt: skip
     named = {"DISPLAY": request.getfixturevalue("screen"), "XDG_DATA_HOME": str(tmp_path / "data")}
     with subprocess.Popen(
-        [str(word) for word in command], env=os.environ | named,
+        [str(word) for word in command],
+        env=os.environ | named | (sandbox if is_sandboxed else {}),
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     ) as darktable:  # fmt: skip
         ends = time.monotonic() + 90
@@ -159,3 +219,4 @@ def test_darktable_gets_a_photo_back_beside_its_own(cli, request, small_portrait
     moved = np.abs(result.pixels / 257.0 - was.pixels).max(axis=2) > 16
     assert 0.001 < moved.mean() < 0.5
     assert not places["exported"].exists()
+    assert (tmp_path / "door").exists() == is_sandboxed

@@ -17,6 +17,7 @@ from kogao_core.experiments.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.geometry import Array, Box, Image
+from kogao_core.installed import adding
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.threads import one_blas_thread
 
@@ -127,7 +128,7 @@ class MethodsResult:
 def missing(methods: Sequence[Method] = METHODS) -> list[str]:
     """Return a sentence for each method whose library is absent."""
     return [
-        f"{method.title} needs {method.library}, which is absent: pip install 'kogao[experiments]'"
+        f"{method.title} needs {method.library}, which is absent: {adding('experiments')}"
         for method in methods
         if not _is_here(method)
     ]

@@ -4,8 +4,11 @@
 
 local dt = require "darktable"
 
-local EDITOR = "@KOGAO@ --edit"
-local BY_ITSELF = "@KOGAO_CLI@ warp --in-place"
+-- Within a Flatpak: out of its sandbox, whose /tmp nobody else sees; its cache is a usual folder.
+local SANDBOXED = os.getenv("FLATPAK_ID") ~= nil
+local OUT = SANDBOXED and "flatpak-spawn --host " or ""
+local EDITOR = OUT .. "@KOGAO@ --edit"
+local BY_ITSELF = OUT .. "@KOGAO_CLI@ warp --in-place"
 
 local function quoted(path)
   if dt.configuration.running_os == "windows" then
@@ -42,9 +45,21 @@ local function copied(from, to)
   target:close()
 end
 
+-- The exported file where a program outside can reach it.
+local function within_reach(file)
+  if not SANDBOXED then
+    return file
+  end
+  local moved = os.getenv("XDG_CACHE_HOME") .. "/" .. file:match("[^/]*$")
+  copied(file, moved)
+  os.remove(file)
+  return moved
+end
+
 -- Run a command on exported files; import those that it was done for, each grouped with its photo.
 local function bring_back(command, exported)
-  for image, file in pairs(exported) do
+  for image, given in pairs(exported) do
+    local file = within_reach(given)
     local code = dt.control.execute(command .. " " .. quoted(file))
     if code == 0 then
       local name = free_name(image, file)

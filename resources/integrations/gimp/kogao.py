@@ -5,6 +5,7 @@ Installed by `kogao-cli integrate gimp`, which fills in where the programs lie. 
 none of Kogao's libraries, so Kogao runs as a program of its own, on a file that it writes over.
 """
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -15,8 +16,12 @@ import gi
 gi.require_version("Gimp", "3.0")
 from gi.repository import Gimp, Gio, GLib  # noqa: E402
 
-EDITOR = ["@KOGAO@", "--edit"]
-BY_ITSELF = ["@KOGAO_CLI@", "warp", "--in-place"]
+# Within a Flatpak: out of its sandbox, whose /tmp others may not see; its cache is a usual folder.
+SANDBOXED = "FLATPAK_ID" in os.environ
+OUT = ["flatpak-spawn", "--host"] if SANDBOXED else []
+SHARED = os.environ.get("XDG_CACHE_HOME") if SANDBOXED else None
+EDITOR = [*OUT, "@KOGAO@", "--edit"]
+BY_ITSELF = [*OUT, "@KOGAO_CLI@", "warp", "--in-place"]
 CANCELLED = 6
 COMMANDS = {
     "kogao-edit": ("_Kogao: edit…", EDITOR),
@@ -48,7 +53,7 @@ class Kogao(Gimp.PlugIn):
 
     def run(self, procedure, _mode, image, _drawables, _config, _data):
         """Send what is visible to Kogao, and lay what comes back on top."""
-        with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+        with tempfile.TemporaryDirectory(prefix="kogao-", dir=SHARED) as folder:
             path = str(Path(folder, "picture.tif"))
             file = Gio.File.new_for_path(path)
             flat = image.duplicate()
