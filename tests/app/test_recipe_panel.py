@@ -1,15 +1,36 @@
 """The editor has words and a place for every field of the recipe, and for every choice of one."""
 
+import dataclasses
 from gettext import NullTranslations
+from types import SimpleNamespace
 
 import pytest
 from kogao_app.features import recipe as choices
 from kogao_app.features.recipe import fields
 from kogao_app.features.recipe.panel import RecipePanel
+from scenes import oval_face, textured_photo
 
 from kogao_core import language
 from kogao_core.landmarks import CHOICES
+from kogao_core.pipeline import render
 from kogao_core.settings import CENTERS, SETTINGS
+
+
+@pytest.mark.parametrize(
+    ("shares", "said"),
+    [
+        ((0.4,), "⚠ Held back to 40 %:"),
+        ((1.0, 0.75, 0.4), "⚠ 2 of 3 faces are held back, one to 40 %:"),
+        ((1.0, 1.0), ""),
+    ],
+)
+def test_in_everyday_words_it_says_how_many_faces_are_held_back(panel, shares, said):
+    faces = [oval_face(center=(100.0 + 300.0 * k, 150.0), size=0.5) for k in range(len(shares))]
+    rendering = dataclasses.replace(render(textured_photo(800, 300), faces), shares=shares)
+    panel.show_words(plain=True)
+    panel.show_frame(SimpleNamespace(rendering=rendering, scale=1.0))
+    panel.mark_readings(final=True)
+    assert panel.one_to_one.text().partition(" more")[0] == said
 
 
 @pytest.fixture

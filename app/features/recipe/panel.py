@@ -258,7 +258,15 @@ def _warning(rendering: Rendering) -> tuple[str, bool]:
         return "", True
     if rendering.one_to_one.folds:
         return tr("⚠ The picture folds over itself; choose a smaller amount."), False
-    kept = min(rendering.shares)
+    kept, held = min(rendering.shares), sum(share < 1.0 for share in rendering.shares)
+    if kept < 1.0 and len(rendering.shares) > 1:
+        return tr(
+            "⚠ {held} of {all} faces are held back, one to {percent:.0f} %: more would fold "
+            "the picture.",
+            held=held,
+            all=len(rendering.shares),
+            percent=100 * kept,
+        ), False
     if kept < 1.0:
         return tr("⚠ Held back to {n:.0f} %: more would fold the picture.", n=100 * kept), False
     return tr("⚠ The picture may fold in small places; choose a smaller amount."), False
