@@ -13,6 +13,7 @@ from scenes import oval_face, textured_photo
 from kogao_core import language
 from kogao_core.landmarks import CHOICES
 from kogao_core.pipeline import render
+from kogao_core.recipe import Recipe
 from kogao_core.settings import CENTERS, SETTINGS
 
 
@@ -26,7 +27,9 @@ from kogao_core.settings import CENTERS, SETTINGS
 )
 def test_in_everyday_words_it_says_how_many_faces_are_held_back(panel, shares, said):
     faces = [oval_face(center=(100.0 + 300.0 * k, 150.0), size=0.5) for k in range(len(shares))]
-    rendering = dataclasses.replace(render(textured_photo(800, 300), faces), shares=shares)
+    rendering = dataclasses.replace(
+        render(textured_photo(800, 300), faces, Recipe()), shares=shares
+    )
     panel.show_words(plain=True)
     panel.show_frame(SimpleNamespace(rendering=rendering, scale=1.0))
     panel.mark_readings(final=True)
