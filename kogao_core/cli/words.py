@@ -29,7 +29,8 @@ class Option(click.Option):
     """
 
     def __init__(self, *names: Any, help: Help = None, **settings: Any) -> None:  # noqa: A002
-        super().__init__(*names, help=None if callable(help) else help, **settings)
+        settings["help"] = None if callable(help) else help
+        super().__init__(*names, **settings)
         self._words = help
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
