@@ -6,6 +6,8 @@ import importlib
 from pathlib import Path
 from typing import Final
 
+from kogao_core.language import Text
+
 _SAMPLE: Final = "samples/average.jpg"
 
 
@@ -30,7 +32,10 @@ def path(name: str) -> Path:
         resources = importlib.import_module("kogao_resources")
     except ModuleNotFoundError:
         raise AssetMissing(
-            "Kogao runs from a checkout that isn't installed; run `pip install -e .` in its folder"
+            Text(
+                "Kogao runs from a checkout that isn't installed; run `pip install "
+                "-e .` in its folder"
+            )
         ) from None
     file = Path(resources.__path__[0]) / name
     if not file.is_file():

@@ -14,6 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
+from kogao_core.language import Text
+
 if sys.platform != "win32":
     import fcntl
 
@@ -49,11 +51,13 @@ def check_target(path: str | os.PathLike[str]) -> None:
         mode = Path(path).stat().st_mode
     except OSError as error:
         if error.errno == errno.ELOOP:
-            raise NotAFile(errno.ELOOP, "it is a link that leads in a circle", str(path)) from None
+            raise NotAFile(
+                errno.ELOOP, Text("it is a link that leads in a circle"), str(path)
+            ) from None
         return  # whoever writes there finds out what is wrong, if anything
     for is_kind, name in _KINDS:
         if is_kind(mode):
-            raise NotAFile(errno.EEXIST, f"it is {name}, not a file", str(path))
+            raise NotAFile(errno.EEXIST, Text("it is {name}, not a file", name=name), str(path))
 
 
 def put(

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Affine, Array, Image, frozen
+from kogao_core.language import Text
 from kogao_core.recipe import Recipe
 from kogao_core.wording import shown
 
@@ -45,7 +46,7 @@ class Anchor:
     def __post_init__(self) -> None:
         """Refuse a anchor that can't hold a lattice."""
         if not all(map(isfinite, self.origin_px)) or not 0.0 < self.spacing_px < inf:
-            raise ValueError("a face's anchor needs a finite origin and a spacing above 0")
+            raise ValueError(Text("a face's anchor needs a finite origin and a spacing above 0"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,16 +107,18 @@ class Face:
             object.__setattr__(self, name, _landmarks(getattr(self, name), name, count))
         outline = self.outline
         if len(outline) < 3:
-            raise ValueError(f"a face needs at least 3 outline points, got {len(outline)}")
+            raise ValueError(
+                Text("a face needs at least 3 outline points, got {count}", count=len(outline))
+            )
         if self.targets is not None:
             targets = frozen(self.targets, outline.shape, gaps=True)
             if (np.isnan(targets[:, 0]) != np.isnan(targets[:, 1])).any():
-                raise ValueError("a face's target has only one coordinate")
+                raise ValueError(Text("a face's target has only one coordinate"))
             object.__setattr__(self, "targets", targets)
         if self.confidence is not None:
             confidence = frozen(self.confidence, (len(outline) + 6,), gaps=True)
             if not ((confidence >= 0.0) & (confidence <= 1.0)).all():
-                raise ValueError("confidence must lie between 0 and 1")
+                raise ValueError(Text("confidence must lie between 0 and 1"))
             object.__setattr__(self, "confidence", confidence)
 
     @cached_property
@@ -282,7 +285,9 @@ def _landmarks(points: npt.ArrayLike, name: str, count: int | None) -> Array:
     try:
         return frozen(points, (count, 2))
     except ValueError as error:
-        raise ValueError(f"a face's {name} can't be used: {error}") from None
+        raise ValueError(
+            Text("a face's {name} can't be used: {error}", name=name, error=error)
+        ) from None
 
 
 def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
@@ -373,9 +378,15 @@ def select(faces: Sequence[Face], which: str) -> list[Face]:
         numbers = [int(part) for part in which.split(",")]
     except ValueError:
         raise ValueError(
-            f"face must be all, largest or numbers like 1,3, got {shown(which)}"
+            Text("face must be all, largest or numbers like 1,3, got {which}", which=shown(which))
         ) from None
     for number in numbers:
         if not 1 <= number <= len(faces):
-            raise ValueError(f"there is no face {number}; the photo has {len(faces)}, from 1 up")
+            raise ValueError(
+                Text(
+                    "there is no face {number}; the photo has {count}, from 1 up",
+                    number=number,
+                    count=len(faces),
+                )
+            )
     return [faces[number - 1] for number in sorted(set(numbers))]

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from kogao_core.face import Anchor
 from kogao_core.geometry import Array
+from kogao_core.language import Text
 from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.protection import NOTHING, Protection
@@ -257,9 +258,14 @@ def _check_control_points(
         total += columns * rows
     if not total <= MOST_CONTROL_POINTS:
         raise OutOfBounds(
-            f"these faces take {total:.3g} control points at this lattice, and at most "
-            f"{MOST_CONTROL_POINTS} are worked on; make the lattice coarser (a larger R), choose "
-            "fewer faces, or correct landmarks far from their face"
+            Text(
+                "these faces take {total:.3g} control points at this lattice, and at "
+                "most {most_control_points} are worked on; make the lattice coarser "
+                "(a larger R), choose fewer faces, or correct landmarks far from "
+                "their face",
+                total=total,
+                most_control_points=MOST_CONTROL_POINTS,
+            )
         )
 
 
@@ -269,9 +275,13 @@ def _check_together(problems: Sequence[Problem], empty: Sequence[Lattice]) -> No
         nodes = sum(min(ORDER**2 * problems[k].movers, empty[k].phi[..., 0].size) for k in group)
         if points * min(points, nodes) > MOST_TOGETHER**2:
             raise OutOfBounds(
-                f"faces that touch each other have {points} landmarks and protected places "
-                f"together, more than can be solved at once (about {MOST_TOGETHER}); choose fewer "
-                "faces or protect less"
+                Text(
+                    "faces that touch each other have {points} landmarks and "
+                    "protected places together, more than can be solved at once "
+                    "(about {most_together}); choose fewer faces or protect less",
+                    points=points,
+                    most_together=MOST_TOGETHER,
+                )
             )
 
 

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.language import Text
+
 Array = npt.NDArray[np.float64]
 # Ends (x, y) of a straight line.
 Line = tuple[tuple[float, float], tuple[float, float]]
@@ -169,9 +171,11 @@ def frozen(
             want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
         )
     ):
-        raise ValueError(f"expected points of shape {shape}, got {array.shape}")
+        raise ValueError(
+            Text("expected points of shape {shape}, got {got}", shape=shape, got=array.shape)
+        )
     if np.isinf(array).any() or (not gaps and np.isnan(array).any()):
-        raise ValueError("coordinates must be finite numbers")
+        raise ValueError(Text("coordinates must be finite numbers"))
     array.setflags(write=False)
     return array
 

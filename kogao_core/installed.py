@@ -7,6 +7,8 @@ import sys
 import sysconfig
 from pathlib import Path
 
+from kogao_core.language import Text
+
 
 def is_bundle() -> bool:
     """Tell whether this is a bundle, into which nothing can be installed."""
@@ -36,4 +38,6 @@ def program(name: str) -> Path | None:
 def adding(extra: str) -> str:
     """Return how the libraries of an extra are got, as the end of a sentence."""
     command = f"pip install 'kogao[{extra}]'"
-    return f"not in this bundle, but with {command}" if is_bundle() else command
+    return (
+        Text("not in this bundle, but with {command}", command=command) if is_bundle() else command
+    )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from kogao_core.geometry import Array, Box
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.face import Face
@@ -127,8 +128,16 @@ def check_protection(protection: Protection, image: Box) -> None:
         for name, width in (("width", 2.0 * stroke.radius_px), ("feather", stroke.feather_px)):
             if width > widest:
                 raise OutOfBounds(
-                    f"protected line {number} has a {name} of {width:g} px, on a photo whose "
-                    f"longer side is {longer:g} px; at most {widest:g} px are allowed"
+                    Text(
+                        "protected line {number} has a {name} of {width:g} px, on a "
+                        "photo whose longer side is {longer:g} px; at most "
+                        "{widest:g} px are allowed",
+                        number=number,
+                        name=name,
+                        width=width,
+                        longer=longer,
+                        widest=widest,
+                    )
                 )
 
 
@@ -154,8 +163,12 @@ def check_corners(protection: Protection) -> None:
     corners = sum(len(stroke.points_px) for stroke in protection.strokes)
     if corners > MOST_CORNERS:
         raise OutOfBounds(
-            f"the protected lines have {corners} corners together; at most {MOST_CORNERS} are "
-            "allowed: draw them with fewer"
+            Text(
+                "the protected lines have {corners} corners together; at most "
+                "{most_corners} are allowed: draw them with fewer",
+                corners=corners,
+                most_corners=MOST_CORNERS,
+            )
         )
 
 
@@ -171,6 +184,13 @@ def _check_near(points: Array, image: Box, room_px: float, name: str) -> None:
     if len(far):
         x, y = points[far[0]].tolist()
         raise OutOfBounds(
-            f"{name.format(far[0] + 1)} lies at {x:g}, {y:g}, far outside the photo, which ends at "
-            f"{image.right - 1}, {image.bottom - 1}; correct it"
+            Text(
+                "{format} lies at {x:g}, {y:g}, far outside the photo, which ends at "
+                "{right}, {bottom}; correct it",
+                format=name.format(far[0] + 1),
+                x=x,
+                y=y,
+                right=image.right - 1,
+                bottom=image.bottom - 1,
+            )
         )

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.atomic import Pieces, is_aside, put
+from kogao_core.language import Text
 from kogao_core.strict import BadFile, parse
 
 MOST_BYTES: Final = 4 << 30
@@ -146,8 +147,13 @@ class Originals:
         found = list(self._of(place, present))
         if not found:
             raise NoOriginal(
-                f"no original of {path} is kept in {self.folder}; name a file that was changed in "
-                "place, by the name it had then if it has been moved and changed since"
+                Text(
+                    "no original of {path} is kept in {folder}; name a file that was "
+                    "changed in place, by the name it had then if it has been moved "
+                    "and changed since",
+                    path=path,
+                    folder=self.folder,
+                )
             )
         last = found[0]
         kept, record = next((one for one in found if one[1].knows(present)), last)
@@ -155,12 +161,21 @@ class Originals:
             return False
         if present and not record.knows(present) and not force:
             raise NoOriginal(
-                f"{path} has changed since it was written in place; --force brings the original "
-                "back all the same"
+                Text(
+                    "{path} has changed since it was written in place; --force "
+                    "brings the original back all the same",
+                    path=path,
+                )
             )
         data = kept.read_bytes()
         if _sha256([data]) != record.original:
-            raise NoOriginal(f"the original of {path} is damaged ({kept}); take it from a backup")
+            raise NoOriginal(
+                Text(
+                    "the original of {path} is damaged ({kept}); take it from a backup",
+                    path=path,
+                    kept=kept,
+                )
+            )
         put(data, place, like=None if place.exists() else kept)
         shutil.copystat(kept, place)
         return True

@@ -47,9 +47,13 @@ def read(file: Path) -> Recipe:
             data = opened.read(_MOST_BYTES + 1)
         return Recipe.from_dict(parse(data, _MOST_BYTES).value)
     except OSError as error:
-        raise ValueError(f"the recipe {file} can't be read ({error.strerror})") from error
+        raise ValueError(
+            Text("the recipe {file} can't be read ({reason})", file=file, reason=error.strerror)
+        ) from error
     except ValueError as error:
-        raise ValueError(f"the recipe {file} can't be used: {error}") from error
+        raise ValueError(
+            Text("the recipe {file} can't be used: {error}", file=file, error=error)
+        ) from error
 
 
 def write(recipe: Recipe, file: Path) -> None:
@@ -87,7 +91,11 @@ def file_of(folder: Path, name: str) -> Path:
     name = name.strip()
     if not name or len(name) > LONGEST_NAME or _UNPRINTABLE.search(name):
         raise ValueError(
-            f"a preset's name has 1 to {LONGEST_NAME} letters that print, got {shown(name)}"
+            Text(
+                "a preset's name has 1 to {longest_name} letters that print, got {name}",
+                longest_name=LONGEST_NAME,
+                name=shown(name),
+            )
         )
     fit = _UNFIT.sub(lambda letter: f"%{ord(letter[0]):02X}", name)
     return folder / f"{fit}{ENDING}"

@@ -14,6 +14,7 @@ from kogao_core import __version__, project_json
 from kogao_core.atomic import put
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Line
+from kogao_core.language import Text
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import Recipe
 from kogao_core.strict import BadFile, Node, parse
@@ -145,8 +146,14 @@ class Project:
         # A resized photo's sides are rounded to whole px, each by up to one.
         if abs(width * old.height - height * old.width) > max(old.width, old.height):
             raise BadFile(
-                f"the project is about a photo of {old.width} x {old.height} px, "
-                f"and one of {width} x {height} px has another shape"
+                Text(
+                    "the project is about a photo of {width} x {height} px, and one "
+                    "of {new_width} x {new_height} px has another shape",
+                    width=old.width,
+                    height=old.height,
+                    new_width=width,
+                    new_height=height,
+                )
             )
         resize = Affine.resize(width / old.width, height / old.height)
         return Project(
@@ -251,8 +258,12 @@ def from_node(top: Node) -> Project:
     version = top.field("version").whole(1, 10**6)
     if version > VERSION:
         raise BadFile(
-            f"the file has version {version} and was written by a newer Kogao; "
-            f"this one reads up to version {VERSION}: update it"
+            Text(
+                "the file has version {version} and was written by a newer Kogao; "
+                "this one reads up to version {newest}: update it",
+                version=version,
+                newest=VERSION,
+            )
         )
     top.only(_FIELDS)
     photo = top.field("photo").only([field.name for field in dataclasses.fields(Original)])
@@ -302,12 +313,14 @@ def load(path: str | os.PathLike[str]) -> Project:
     no-such.kogao.json can't be read (No such file or directory)
     """
     if Path(path).exists() and not Path(path).is_file():
-        raise BadFile(f"{path} is no ordinary file")  # a pipe would be waited for
+        raise BadFile(Text("{path} is no ordinary file", path=path))  # a pipe would be waited for
     try:
         with Path(path).open("rb") as file:
             data = file.read(_MOST_BYTES + 1)
     except OSError as error:
-        raise BadFile(f"{path} can't be read ({error.strerror or error})") from None
+        raise BadFile(
+            Text("{path} can't be read ({reason})", path=path, reason=error.strerror or error)
+        ) from None
     return from_node(parse(data, _MOST_BYTES))
 
 

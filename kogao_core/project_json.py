@@ -9,6 +9,7 @@ import numpy as np
 
 from kogao_core.face import Anchor, Face
 from kogao_core.geometry import Array, Line
+from kogao_core.language import Text
 from kogao_core.limits import MOST_CORNERS, MOST_LANDMARKS
 from kogao_core.protection import Protection, Stroke
 from kogao_core.recipe import Recipe
@@ -47,7 +48,12 @@ def faces(nodes: Sequence[Node], unit: int) -> tuple[Face, ...]:
     """Read the faces of a sheet."""
     for name in ("outline", "targets", "confidence"):
         if sum(node.count(name) for node in nodes) > MOST_LANDMARKS:
-            raise BadFile(f"the file's faces have more than {MOST_LANDMARKS} landmarks together")
+            raise BadFile(
+                Text(
+                    "the file's faces have more than {most_landmarks} landmarks together",
+                    most_landmarks=MOST_LANDMARKS,
+                )
+            )
     return tuple(face(node, unit) for node in nodes)
 
 

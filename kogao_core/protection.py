@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.geometry import Affine, Array, frozen
+from kogao_core.language import Text
 from kogao_core.limits import MOST_SAMPLES, OutOfBounds
 
 _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
@@ -52,12 +53,18 @@ class Stroke:
         try:
             object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
         except ValueError as error:
-            raise ValueError(f"a stroke can't be used: {error}") from None
+            raise ValueError(Text("a stroke can't be used: {error}", error=error)) from None
         if not len(self.points_px):
-            raise ValueError("a stroke needs at least one point")
+            raise ValueError(Text("a stroke needs at least one point"))
         for name in ("radius_px", "feather_px"):
             if not 0.0 <= getattr(self, name) < np.inf:
-                raise ValueError(f"{name} must be 0 or more, got {getattr(self, name)!r}")
+                raise ValueError(
+                    Text(
+                        "{name} must be 0 or more, got {value!r}",
+                        name=name,
+                        value=getattr(self, name),
+                    )
+                )
 
     def samples_px(
         self, step_px: float, low: npt.ArrayLike = -np.inf, high: npt.ArrayLike = np.inf
@@ -117,8 +124,12 @@ def _along(points: Array, step_px: float) -> Array:
 def _check_count(samples: float) -> None:
     if not samples <= MOST_SAMPLES:
         raise OutOfBounds(
-            f"a protected line takes more than {MOST_SAMPLES} samples at this lattice; make it "
-            "narrower or shorter, or the lattice coarser (a larger R)"
+            Text(
+                "a protected line takes more than {most_samples} samples at this "
+                "lattice; make it narrower or shorter, or the lattice coarser (a "
+                "larger R)",
+                most_samples=MOST_SAMPLES,
+            )
         )
 
 

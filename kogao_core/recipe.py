@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from kogao_core.language import Text
 from kogao_core.settings import (
     FACE_FIELDS,
     SETTINGS,
@@ -192,12 +193,16 @@ class Recipe:
             If the version is newer, a field is unknown or a value is out of range.
         """
         if not isinstance(values, Mapping):
-            raise ValueError("a recipe must be a JSON object")
+            raise ValueError(Text("a recipe must be a JSON object"))
         values = _upgraded(values)
         unknown = sorted(set(values) - set(SETTINGS))
         if unknown:
             raise ValueError(
-                f"unknown recipe field {shown(unknown[0])}; known: {', '.join(sorted(SETTINGS))}"
+                Text(
+                    "unknown recipe field {unknown}; known: {names}",
+                    unknown=shown(unknown[0]),
+                    names=", ".join(sorted(SETTINGS)),
+                )
             )
         return Recipe(**values)
 
@@ -206,7 +211,13 @@ def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a recipe as this version names them, without the version."""
     version = values.get("version", VERSION)
     if version not in range(1, VERSION + 1):
-        raise ValueError(f"this program reads recipes of version {VERSION}, got {shown(version)}")
+        raise ValueError(
+            Text(
+                "this program reads recipes of version {version}, got {found}",
+                version=VERSION,
+                found=shown(version),
+            )
+        )
     fields = {name: value for name, value in values.items() if name != "version"}
     for step in range(int(version), VERSION):
         fields = _UPGRADES[step](fields)

@@ -152,18 +152,45 @@ class Setting:
         elif self.alternatives:
             if value not in self.choices:
                 allowed = ", ".join(self.choices)
-                raise ValueError(f"{self.name} must be one of {allowed}, got {shown(value)}")
+                raise ValueError(
+                    Text(
+                        "{name} must be one of {allowed}, got {value}",
+                        name=self.name,
+                        allowed=allowed,
+                        value=shown(value),
+                    )
+                )
         elif not isinstance(value, bool):
-            raise ValueError(f"{self.name} must be true or false, got {shown(value)}")
+            raise ValueError(
+                Text(
+                    "{name} must be true or false, got {value}", name=self.name, value=shown(value)
+                )
+            )
 
     def _check_number(self, value: object, low: float, high: float) -> None:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError(f"{self.name} must be a number, got {shown(value)}")
+            raise ValueError(
+                Text("{name} must be a number, got {value}", name=self.name, value=shown(value))
+            )
         if not low <= value <= high:
-            raise ValueError(f"{self.name} must be within {low:g}..{high:g}, got {shown(value)}")
+            raise ValueError(
+                Text(
+                    "{name} must be within {low:g}..{high:g}, got {value}",
+                    name=self.name,
+                    low=low,
+                    high=high,
+                    value=shown(value),
+                )
+            )
         if self.is_whole and value != int(value):
             raise ValueError(
-                f"{self.name} must be a whole number {low:g}..{high:g}, got {shown(value)}"
+                Text(
+                    "{name} must be a whole number {low:g}..{high:g}, got {value}",
+                    name=self.name,
+                    low=low,
+                    high=high,
+                    value=shown(value),
+                )
             )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Final, NoReturn
 
+from kogao_core.language import Text
 from kogao_core.wording import shown
 
 # Control characters, and halves of UTF-16 letters, which no file could be written with again.
@@ -93,7 +94,7 @@ class Node:
         BadFile
             Always.
         """
-        raise BadFile(f"{self.where} {reason}")
+        raise BadFile(Text("{where} {reason}", where=self.where, reason=reason))
 
 
 def parse(data: bytes, most_bytes: int) -> Node:
@@ -107,26 +108,32 @@ def parse(data: bytes, most_bytes: int) -> Node:
         If it is too large or not JSON.
     """
     if len(data) > most_bytes:
-        raise BadFile(f"the file has {len(data)} bytes; at most {most_bytes} are allowed")
+        raise BadFile(
+            Text(
+                "the file has {count} bytes; at most {most_bytes} are allowed",
+                count=len(data),
+                most_bytes=most_bytes,
+            )
+        )
     try:
         value = json.loads(
             data.decode("utf-8-sig"), parse_constant=_no_constant, object_pairs_hook=_once
         )
     except RecursionError:
-        raise BadFile("the file is nested too deeply") from None
+        raise BadFile(Text("the file is nested too deeply")) from None
     except BadFile:
         raise
     except ValueError as error:  # not UTF-8, not JSON, or a number of thousands of digits
-        raise BadFile(f"the file is not JSON ({str(error)[:80]})") from None
+        raise BadFile(Text("the file is not JSON ({error})", error=str(error)[:80])) from None
     return Node(value)
 
 
 def _no_constant(text: str) -> NoReturn:
-    raise BadFile(f"the file holds {text}, which is no number")
+    raise BadFile(Text("the file holds {text}, which is no number", text=text))
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
-        raise BadFile("the file names a field twice")
+        raise BadFile(Text("the file names a field twice"))
     return found

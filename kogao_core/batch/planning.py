@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kogao_core.atomic import is_aside
 from kogao_core.batch.tasks import Task
+from kogao_core.language import Text
 from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.formats import READ_ONLY, READABLE
 from kogao_core.recipe import Recipe
@@ -78,11 +79,16 @@ def plan(
             output = folder / _named(place, suffix)
             if found.setdefault(output, photo) != photo:
                 raise NothingToDo(
-                    f"{found[output]} and {photo} would both become {output}; "
-                    "work on their folders one by one"
+                    Text(
+                        "{found} and {photo} would both become {output}; work on "
+                        "their folders one by one",
+                        found=found[output],
+                        photo=photo,
+                        output=output,
+                    )
                 )
     if not found:
-        raise NothingToDo("no photos there; name files or folders that hold some")
+        raise NothingToDo(Text("no photos there; name files or folders that hold some"))
     _check_places(found, folder)
     keys = _keys(report)
     choices = recipe.to_dict(), which, max_megapixels, landmarks
@@ -121,8 +127,12 @@ def check_free(tasks: Sequence[Task]) -> None:
     if taken:
         count = f"{len(taken)} files exist" if len(taken) > 1 else "a file exists"
         raise NothingToDo(
-            f"{count} where results would go, such as {taken[0]}; choose another folder, or "
-            "--force to replace them"
+            Text(
+                "{count} where results would go, such as {taken}; choose another "
+                "folder, or --force to replace them",
+                count=count,
+                taken=taken[0],
+            )
         )
 
 
@@ -134,10 +144,20 @@ def _check_places(found: Mapping[Path, Path], folder: Path) -> None:
         place = _real(output)
         if place in sources:
             raise NothingToDo(
-                f"{output} is a photo to work on and would be written over; choose another folder"
+                Text(
+                    "{output} is a photo to work on and would be written over; "
+                    "choose another folder",
+                    output=output,
+                )
             )
         if not place.is_relative_to(home):
-            raise NothingToDo(f"a link leads {output} out of {folder}; remove the link")
+            raise NothingToDo(
+                Text(
+                    "a link leads {output} out of {folder}; remove the link",
+                    output=output,
+                    folder=folder,
+                )
+            )
 
 
 def _real(path: Path) -> Path:
@@ -168,7 +188,7 @@ def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
     elif os.path.lexists(path):
         yield path, Path(path.name)
     else:
-        raise NothingToDo(f"{path} doesn't exist")
+        raise NothingToDo(Text("{path} doesn't exist", path=path))
 
 
 def _keys(report: Path | None) -> dict[str, str]:

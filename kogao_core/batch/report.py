@@ -9,6 +9,7 @@ from typing import Final, TextIO
 
 from kogao_core.atomic import check_target
 from kogao_core.batch.tasks import Outcome
+from kogao_core.language import Text
 
 REPORT: Final = "kogao-batch.jsonl"
 """Its name, in the folder of the results."""
@@ -46,7 +47,7 @@ def _appended(report: Path) -> TextIO:
     if report.is_file():
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):
-                raise FileExistsError(errno.EEXIST, "it is no report of a batch", str(report))
+                raise FileExistsError(errno.EEXIST, Text("it is no report of a batch"), str(report))
     was_cut = (
         report.is_file() and report.stat().st_size > 0 and not report.read_bytes().endswith(b"\n")
     )

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from kogao_core.face import LandmarkSource, select
+from kogao_core.language import Text
 from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.model import Photo
 from kogao_core.project import load, sha256_of
@@ -155,7 +156,9 @@ def _replayed(task: Task, photo: Photo) -> Applied:
     try:
         return apply(load(task.project), photo.pixels, sha256_of(task.source))
     except BadFile as error:
-        raise BadFile(f"its project {task.project} can't be used: {error}") from error
+        raise BadFile(
+            Text("its project {project} can't be used: {error}", project=task.project, error=error)
+        ) from error
 
 
 @cache

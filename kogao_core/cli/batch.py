@@ -13,6 +13,7 @@ import click
 
 from kogao_core import installed, wording
 from kogao_core.cli import common, options, words
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.batch import Outcome, Workers
@@ -94,8 +95,12 @@ def command(
         batch.record(batch.run(tasks, workers), report, progress.add)
     except OSError as error:
         raise common.Stop(
-            f"the report {report} can't be written ({error.strerror or error}); make room or "
-            "choose another one, and start again: what is done stays done",
+            Text(
+                "the report {report} can't be written ({reason}); make room or "
+                "choose another one, and start again: what is done stays done",
+                report=report,
+                reason=error.strerror or error,
+            ),
             common.UNREADABLE,
         ) from error
     progress.end(report)
@@ -112,7 +117,7 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise common.Stop(f"nothing matches {path}", common.USAGE)
+            raise common.Stop(Text("nothing matches {path}", path=path), common.USAGE)
         paths += found
     return paths
 
@@ -126,15 +131,22 @@ def _workers(dask: str | None, jobs: int) -> Workers:
         return Workers.dask(dask)
     except ImportError:
         raise common.Stop(
-            f"--dask needs dask.distributed: {installed.adding('cluster')}", common.BROKEN
+            Text("--dask needs dask.distributed: {how}", how=installed.adding("cluster")),
+            common.BROKEN,
         ) from None
     except NoWorkers:
         raise common.Stop(
-            f"the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
+            Text(
+                "the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
+                dask=dask,
+            ),
             common.USAGE,
         ) from None
     except (OSError, ValueError) as error:
-        raise common.Stop(f"no dask scheduler answers at {dask} ({error})", common.USAGE) from error
+        raise common.Stop(
+            Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error),
+            common.USAGE,
+        ) from error
 
 
 class _Progress:

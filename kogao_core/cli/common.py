@@ -104,10 +104,15 @@ def check_free(file: Path, force: bool) -> None:
         check_target(file)
     except NotAFile as error:
         raise Stop(
-            f"{file} can't be replaced: {error.strerror}; name another file", USAGE
+            Text(
+                "{file} can't be replaced: {reason}; name another file",
+                file=file,
+                reason=error.strerror,
+            ),
+            USAGE,
         ) from None
     if file.exists() and not force:
-        raise Stop(f"{file} exists; --force replaces it", USAGE)
+        raise Stop(Text("{file} exists; --force replaces it", file=file), USAGE)
 
 
 limits_megapixels = words.option(
@@ -155,7 +160,7 @@ def takes_photos(command: _Command) -> _Command:
 def input_path(source: Path | None, sample: bool) -> Path:
     """Return the photo to read; exactly one of the two must be asked for."""
     if (source is None) != sample:
-        raise Stop("name one photo, or use --sample", USAGE)
+        raise Stop(Text("name one photo, or use --sample"), USAGE)
     if source is not None:
         return source
     from kogao_core import assets
@@ -169,7 +174,7 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     from kogao_core.photo import READABLE
 
     if bool(inputs) == sample:
-        raise Stop("name photos or folders of photos, or use --sample", USAGE)
+        raise Stop(Text("name photos or folders of photos, or use --sample"), USAGE)
     if sample:
         return [input_path(None, sample)]
     paths: list[Path] = []
@@ -179,7 +184,7 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
             continue
         within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
         if not within:
-            raise Stop(f"there is no photo in {path}", USAGE)
+            raise Stop(Text("there is no photo in {path}", path=path), USAGE)
         paths += within
     return paths
 
@@ -246,15 +251,22 @@ def find_faces(
             faces = found.find(photo.pixels)
         except ValueError as error:  # what `Face` refuses
             raise Stop(
-                f"the landmarks found in {photo.path} are no face: {error}; choose another source "
-                "with --landmarks",
+                Text(
+                    "the landmarks found in {path} are no face: {error}; choose "
+                    "another source with --landmarks",
+                    path=photo.path,
+                    error=error,
+                ),
                 NO_FACE,
             ) from error
     mention_fallback(landmarks)
     if not faces:
         raise Stop(
-            f"no face in {photo.path}; crop closer or place the landmarks by hand in the editor "
-            f"(kogao {photo.path})",
+            Text(
+                "no face in {path}; crop closer or place the landmarks by hand in "
+                "the editor (kogao {path})",
+                path=photo.path,
+            ),
             NO_FACE,
         )
     return faces

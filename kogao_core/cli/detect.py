@@ -11,6 +11,7 @@ import click
 
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
     if file is not None and file.suffix.lower() != ".png":
-        raise click.BadParameter(f"{file} doesn't end in .png.")
+        raise words.bad_value(Text("{file} doesn't end in .png.", file=file))
     return file
 
 
@@ -86,7 +87,10 @@ def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
     try:
         put(png(people.picture(photo.width, photo.height)), file)
     except OSError as error:
-        raise common.Stop(f"{file} can't be written: {error.strerror}", common.UNREADABLE) from None
+        raise common.Stop(
+            Text("{file} can't be written: {reason}", file=file, reason=error.strerror),
+            common.UNREADABLE,
+        ) from None
 
 
 def _found(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kogao_core.cli import common, figures, reports, study, words
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.experiments.setting_times import SettingTime
@@ -66,7 +67,10 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
     except BadFile as error:
         raise common.Stop(error, common.USAGE) from error
     except OSError as error:
-        raise common.Stop(f"{file} can't be read ({error.strerror})", common.UNREADABLE) from error
+        raise common.Stop(
+            Text("{file} can't be read ({reason})", file=file, reason=error.strerror),
+            common.UNREADABLE,
+        ) from error
 
 
 @command.command("domains")
@@ -93,7 +97,9 @@ def distortion_command(**given: Any) -> int:
     from kogao_core.experiments import distortion, distortion_report
 
     if given["percent"] is not None:
-        raise common.Stop("it tries every distance of table 1; leave --percent out", common.USAGE)
+        raise common.Stop(
+            Text("it tries every distance of table 1; leave --percent out"), common.USAGE
+        )
     work = reports.Work("distortion", given)
     found: list[distortion.Distortion] = []
     for subject in work.subjects(work.source()):

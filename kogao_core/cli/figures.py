@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from kogao_core.cli import common, options, words
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,7 +56,10 @@ def command(
     stems = [photo.stem for photo in photos]
     twice = {stem for stem in stems if stems.count(stem) > 1}
     if twice:
-        raise common.Stop(f"several photos are called {min(twice)}; draw them apart", common.USAGE)
+        raise common.Stop(
+            Text("several photos are called {twice}; draw them apart", twice=min(twice)),
+            common.USAGE,
+        )
     code = 0
     for photo in photos:
         try:
@@ -109,6 +113,11 @@ def _write(
             put(drawing.png() if kind == "png" else drawing.svg(), path)
     except OSError as error:
         raise common.Stop(
-            f"{folder} can't be written ({error.strerror or error})", common.UNREADABLE
+            Text(
+                "{folder} can't be written ({reason})",
+                folder=folder,
+                reason=error.strerror or error,
+            ),
+            common.UNREADABLE,
         ) from error
     return list(targets)

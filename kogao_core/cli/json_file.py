@@ -11,6 +11,7 @@ from typing import Any, Final, TypeVar
 import click
 
 from kogao_core.cli import common, words
+from kogao_core.language import Text
 
 STDOUT: Final = Path("-")
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -23,7 +24,9 @@ def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path |
     from kogao_core.photo import READABLE
 
     if file.suffix.lower() in READABLE:
-        raise click.BadParameter(f"{file} is a photo's name; name another file, or - to print.")
+        raise words.bad_value(
+            Text("{file} is a photo's name; name another file, or - to print.", file=file)
+        )
     return file
 
 
@@ -51,10 +54,14 @@ def check(file: Path | None, force: bool) -> None:
         return
     common.check_free(file, force)
     if not file.parent.is_dir():
-        raise common.Stop(f"there is no folder {file.parent}; make it first", common.UNREADABLE)
+        raise common.Stop(
+            Text("there is no folder {folder}; make it first", folder=file.parent),
+            common.UNREADABLE,
+        )
     if not os.access(file.parent, os.W_OK | os.X_OK):
         raise common.Stop(
-            f"the folder {file.parent} isn't writable; choose another one", common.UNREADABLE
+            Text("the folder {folder} isn't writable; choose another one", folder=file.parent),
+            common.UNREADABLE,
         )
 
 
@@ -86,5 +93,8 @@ def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None
             put((json.dumps(found()) + "\n").encode(), file)
         except OSError as error:
             raise common.Stop(
-                f"{file} can't be written ({error.strerror or error})", common.UNREADABLE
+                Text(
+                    "{file} can't be written ({reason})", file=file, reason=error.strerror or error
+                ),
+                common.UNREADABLE,
             ) from error

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from kogao_core.cli import common, options, words
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,7 +58,7 @@ def export(
     photos = common.input_paths(inputs, sample)
     targets = _targets(photos, folder, form)
     if template is not None and form == "json":
-        raise common.Stop("JSON holds our own points; leave --template out", common.USAGE)
+        raise common.Stop(Text("JSON holds our own points; leave --template out"), common.USAGE)
     code = 0
     for photo, target in zip(photos, targets, strict=True):
         try:
@@ -76,7 +77,10 @@ def _targets(photos: Sequence[Path], folder: Path, form: str) -> list[Path]:
     twice = {target for target in targets if targets.count(target) > 1}
     if twice:
         raise common.Stop(
-            f"several photos would be written to {min(twice)}; give those their own folder",
+            Text(
+                "several photos would be written to {twice}; give those their own folder",
+                twice=min(twice),
+            ),
             common.USAGE,
         )
     return targets
@@ -102,7 +106,12 @@ def _write(
         written = interchange.write(faces, target, template)
     except OSError as error:
         raise common.Stop(
-            f"{target} can't be written ({error.strerror or error})", common.UNREADABLE
+            Text(
+                "{target} can't be written ({reason})",
+                target=target,
+                reason=error.strerror or error,
+            ),
+            common.UNREADABLE,
         ) from error
     for one in written:
         click.echo(f"{photo}: {one.path}" + (f" ({one.note})" if one.note else ""))

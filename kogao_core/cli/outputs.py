@@ -67,7 +67,9 @@ class Outputs:
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
-            raise common.Stop("only one of the files can be printed; name the others", common.USAGE)
+            raise common.Stop(
+                Text("only one of the files can be printed; name the others"), common.USAGE
+            )
         for file in files.values():
             if file != STDOUT:
                 common.check_free(file, force)
@@ -77,7 +79,10 @@ class Outputs:
             _check_folder(folder, made=True)
             if folder.is_dir() and any(folder.iterdir()) and not force:
                 raise common.Stop(
-                    f"{folder} isn't empty; choose another, or --force to replace files in it",
+                    Text(
+                        "{folder} isn't empty; choose another, or --force to replace files in it",
+                        folder=folder,
+                    ),
                     common.USAGE,
                 )
 
@@ -120,7 +125,11 @@ def _writing(place: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or error
         raise common.Stop(
-            f"{place} can't be written ({reason}); choose another folder or make room",
+            Text(
+                "{place} can't be written ({reason}); choose another folder or make room",
+                place=place,
+                reason=reason,
+            ),
             common.UNREADABLE,
         ) from error
 
@@ -129,6 +138,8 @@ def _check_folder(folder: Path, *, made: bool) -> None:
     """Stop where files can't be put into a folder; with `made` it will be made if need be."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     if not nearest.is_dir() or (nearest != folder and not made):
-        raise common.Stop(f"there is no folder {folder}", common.UNREADABLE)
+        raise common.Stop(Text("there is no folder {folder}", folder=folder), common.UNREADABLE)
     if not os.access(nearest, os.W_OK):
-        raise common.Stop(f"{nearest} may not be written to", common.UNREADABLE)
+        raise common.Stop(
+            Text("{nearest} may not be written to", nearest=nearest), common.UNREADABLE
+        )

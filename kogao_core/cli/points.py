@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 from kogao_core.cli import common, words
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
@@ -41,7 +42,7 @@ def faces(
     """Return the faces of a file of points, or find them where there is none."""
     if file is None:
         if mapping is not None:
-            raise common.Stop("--points-map needs --points", common.USAGE)
+            raise common.Stop(Text("--points-map needs --points"), common.USAGE)
         return common.find_faces(photo, landmarks, source)
     from kogao_core import interchange
     from kogao_core.geometry import Box

@@ -10,6 +10,7 @@ import click
 from kogao_core import presets
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
+from kogao_core.language import Text
 from kogao_core.recipe import Recipe
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
@@ -68,7 +69,7 @@ def export(name: str, output: Path, force: bool) -> None:
 def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:
     """Take recipes in files as presets of your own; none is taken unless all can be."""
     if name is not None and len(files) > 1:
-        raise common.Stop("--name names one preset; import one file", common.USAGE)
+        raise common.Stop(Text("--name names one preset; import one file"), common.USAGE)
     folder = presets.user_folder()
     with common.stopping(ValueError, common.USAGE):
         named = [
@@ -77,9 +78,13 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
         targets = [presets.file_of(folder, one) for one, _ in named]
     for (one, _), target in zip(named, targets, strict=True):
         if one in presets.BUILT_IN:
-            raise common.Stop(f"{one} comes with the program; give yours a --name", common.USAGE)
+            raise common.Stop(
+                Text("{one} comes with the program; give yours a --name", one=one), common.USAGE
+            )
         if targets.count(target) > 1:
-            raise common.Stop(f"several files are called {one}; rename one", common.USAGE)
+            raise common.Stop(
+                Text("several files are called {one}; rename one", one=one), common.USAGE
+            )
         common.check_free(target, force)
     for one, recipe in named:
         try:
@@ -98,7 +103,9 @@ def _named(name: str) -> Recipe:
     found = _all()
     if name not in found:
         raise common.Stop(
-            f"there is no preset {name}; kogao-cli presets list tells which there are",
+            Text(
+                "there is no preset {name}; kogao-cli presets list tells which there are", name=name
+            ),
             common.USAGE,
         )
     return found[name]

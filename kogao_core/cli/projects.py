@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from kogao_core.cli import common
+from kogao_core.language import Text
 from kogao_core.settings import SETTINGS
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def refuse_choices(context: click.Context) -> None:
         name = parameter.name or ""
         if name in _FROM_PROJECT and context.get_parameter_source(name) is by_user:
             raise common.Stop(
-                f"--project holds every choice; leave out {parameter.opts[0]}", common.USAGE
+                Text("--project holds every choice; leave out {option}", option=parameter.opts[0]),
+                common.USAGE,
             )
 
 
@@ -53,13 +55,18 @@ def check_free(photo: Path, sample: bool, force: bool) -> None:
     from kogao_core.sidecar import sidecar_of
 
     if sample:
-        raise common.Stop("the sample keeps no project; copy it to a folder first", common.USAGE)
+        raise common.Stop(
+            Text("the sample keeps no project; copy it to a folder first"), common.USAGE
+        )
     place = sidecar_of(photo)
     common.check_free(place, force)
     if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
         raise common.Stop(
-            f"the folder {place.parent} isn't writable, so no project can be kept beside the "
-            "photo; leave out --save-project or copy the photo",
+            Text(
+                "the folder {folder} isn't writable, so no project can be kept "
+                "beside the photo; leave out --save-project or copy the photo",
+                folder=place.parent,
+            ),
             common.UNREADABLE,
         )
 
@@ -99,7 +106,10 @@ def save(
         project.save(kept, place)
     except OSError as error:
         raise common.Stop(
-            f"{place} can't be written ({error.strerror or error})", common.UNREADABLE
+            Text(
+                "{place} can't be written ({reason})", place=place, reason=error.strerror or error
+            ),
+            common.UNREADABLE,
         ) from error
     return place
 
@@ -111,7 +121,9 @@ def _usable(file: Path) -> Iterator[None]:
     try:
         yield
     except BadFile as error:
-        raise common.Stop(f"the project {file} can't be used: {error}", common.USAGE) from error
+        raise common.Stop(
+            Text("the project {file} can't be used: {error}", file=file, error=error), common.USAGE
+        ) from error
 
 
 def hash_of(path: Path) -> str:

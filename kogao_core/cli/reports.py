@@ -10,6 +10,7 @@ import click
 
 from kogao_core.cli import common, options, outputs, words
 from kogao_core.cli.progress import ProgressLine
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Report
@@ -111,7 +112,9 @@ class Work:
         ):
             faces = source.find(photo.pixels)
         if not faces:
-            raise common.Stop(f"no face in {path}; leave it out or crop closer", common.NO_FACE)
+            raise common.Stop(
+                Text("no face in {path}; leave it out or crop closer", path=path), common.NO_FACE
+            )
         with common.stopping(ValueError, common.USAGE):
             chosen = select(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from kogao_core.cli import common, words
+from kogao_core.language import Text
 
 
 @words.command("restore")
@@ -25,6 +26,11 @@ def command(file: Path, force: bool) -> None:
             there_was = Originals.of_user().restore(file, force=force)
         except OSError as error:
             raise common.Stop(
-                f"{file} can't be brought back ({error.strerror or error})", common.UNREADABLE
+                Text(
+                    "{file} can't be brought back ({reason})",
+                    file=file,
+                    reason=error.strerror or error,
+                ),
+                common.UNREADABLE,
             ) from error
     click.echo(f"{file} is as it was" + (" again" if there_was else ""))

@@ -12,6 +12,7 @@ import click
 
 from kogao_core.cli import common, outputs, words
 from kogao_core.cli.progress import ProgressLine
+from kogao_core.language import Text
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -37,9 +38,13 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
     try:
         sizes = tuple(float(part) for part in value.split(",") if part)
     except ValueError:
-        raise click.BadParameter(f"{shown(value)} is not a list such as 0.5,1,2.") from None
+        raise words.bad_value(
+            Text("{value} is not a list such as 0.5,1,2.", value=shown(value))
+        ) from None
     if len(set(sizes)) != len(sizes) or not all(0.1 <= size <= _LARGEST_LATTICE for size in sizes):
-        raise click.BadParameter(f"{shown(value)} must be different sizes within 0.1..8.")
+        raise words.bad_value(
+            Text("{value} must be different sizes within 0.1..8.", value=shown(value))
+        )
     return sizes
 
 
@@ -173,7 +178,7 @@ def report(
     from kogao_core.strict import BadFile
 
     if keys and len(keys) != len(folders):
-        raise common.Stop("give one --key for each folder, or none", common.USAGE)
+        raise common.Stop(Text("give one --key for each folder, or none"), common.USAGE)
     to = outputs.Outputs(outputs.asked_for(given), None, force)
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with common.stopping(BadFile, common.UNREADABLE):
@@ -190,5 +195,6 @@ def _disk(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise common.Stop(
-            f"{path} can't be written ({error.strerror or error})", common.UNREADABLE
+            Text("{path} can't be written ({reason})", path=path, reason=error.strerror or error),
+            common.UNREADABLE,
         ) from error

@@ -13,6 +13,7 @@ import click
 
 from kogao_core.cli import common, options, points, projects, summary, words
 from kogao_core.cli import json_file as to_json
+from kogao_core.language import Text
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -34,7 +35,9 @@ def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list
     lines = [_corners(value) for value in values]
     for value, line in zip(values, lines, strict=True):
         if not line or any(len(corner) != 2 or not all(map(isfinite, corner)) for corner in line):
-            raise click.BadParameter(f"{shown(value)} is not a list such as '10,20 10,400'.")
+            raise words.bad_value(
+                Text("{value} is not a list such as '10,20 10,400'.", value=shown(value))
+            )
     return lines
 
 
@@ -113,7 +116,7 @@ def command(
     if in_place:
         _check_in_place(sample, output, save_project)
     elif output is None:
-        raise common.Stop("name an output with -o, or use --in-place", common.USAGE)
+        raise common.Stop(Text("name an output with -o, or use --in-place"), common.USAGE)
     else:
         _check_output(path, output, force)
     output = output or path
@@ -162,7 +165,10 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
 
     if output.exists() and path.exists() and output.samefile(path) and not force:
         raise common.Stop(
-            f"{output} is the photo itself; choose another output, or --force to replace it",
+            Text(
+                "{output} is the photo itself; choose another output, or --force to replace it",
+                output=output,
+            ),
             common.USAGE,
         )
     with _writing():
@@ -171,13 +177,17 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
 
 def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> None:
     if sample:
-        raise common.Stop("the sample isn't written over; copy it to a folder first", common.USAGE)
+        raise common.Stop(
+            Text("the sample isn't written over; copy it to a folder first"), common.USAGE
+        )
     if output is not None:
-        raise common.Stop("--in-place writes over IN; leave out -o", common.USAGE)
+        raise common.Stop(Text("--in-place writes over IN; leave out -o"), common.USAGE)
     if save_project:
         raise common.Stop(
-            "a project is about the photo as it was, which --in-place replaces; leave out "
-            "--save-project",
+            Text(
+                "a project is about the photo as it was, which --in-place replaces; "
+                "leave out --save-project"
+            ),
             common.USAGE,
         )
 

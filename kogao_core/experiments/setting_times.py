@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.atomic import check_target
+from kogao_core.language import Text
 from kogao_core.strict import BadFile, Node, parse
 
 VERSION: Final = 1
@@ -104,7 +105,14 @@ def read(path: Path) -> list[SettingTime]:
         except BadFile as error:
             if _was_cut_off(line):
                 continue
-            raise BadFile(f"line {number} of {path} is no session: {error}") from None
+            raise BadFile(
+                Text(
+                    "line {number} of {path} is no session: {error}",
+                    number=number,
+                    path=path,
+                    error=error,
+                )
+            ) from None
     return found
 
 

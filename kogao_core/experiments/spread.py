@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from kogao_core.language import Text
+
 Case = Callable[[], object]
 Name = TypeVar("Name")
 
@@ -32,7 +34,7 @@ class Spread:
             If there is no value.
         """
         if not values:
-            raise ValueError("a spread needs at least one value")
+            raise ValueError(Text("a spread needs at least one value"))
         ordered = sorted(values)
         half = (len(ordered) + 1) // 2
         return Spread(

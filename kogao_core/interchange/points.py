@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from kogao_core.geometry import Array, frozen
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 from kogao_core.wording import shown
 
@@ -78,13 +79,18 @@ def text_of(data: bytes) -> str:
     '27'
     """
     if len(data) > MOST_BYTES:
-        raise BadFile(f"the file has more than {MOST_BYTES} bytes, too many for landmarks")
+        raise BadFile(
+            Text(
+                "the file has more than {most_bytes} bytes, too many for landmarks",
+                most_bytes=MOST_BYTES,
+            )
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
-        raise BadFile("the file is no text")
+        raise BadFile(Text("the file is no text"))
     _check_lines(text)
     return text
 
@@ -94,7 +100,7 @@ def _check_lines(text: str) -> None:
     ends = [*islice((end.start() for end in _LINE_ENDS.finditer(text)), _MOST_LINES + 1), len(text)]
     for end in ends:
         if len(ends) > _MOST_LINES + 1 or end - start > _LONGEST_LINE:
-            raise BadFile("the file has too many lines, or too long ones, for landmarks")
+            raise BadFile(Text("the file has too many lines, or too long ones, for landmarks"))
         start = end
 
 
@@ -118,7 +124,7 @@ def count_in(text: str, what: str) -> int:
         If it is no number from 0 to `MOST_POINTS`.
     """
     if not (text.isascii() and text.isdecimal() and len(text) < 9 and int(text) <= MOST_POINTS):
-        raise BadFile(f"{shown(text)} can't be the number of {what}")
+        raise BadFile(Text("{text} can't be the number of {what}", text=shown(text), what=what))
     return int(text)
 
 
@@ -146,9 +152,13 @@ def coordinates(rows: Sequence[Sequence[str]]) -> Array:
             x, y = (float(value) for value in row)
         except ValueError:
             text = shown(" ".join(row))
-            raise BadFile(f"point {number} must be two numbers, got {text}") from None
+            raise BadFile(
+                Text("point {number} must be two numbers, got {text}", number=number, text=text)
+            ) from None
         if not all(math.isfinite(value) and abs(value) <= FARTHEST_PX for value in (x, y)):
-            raise BadFile(f"point {number} lies nowhere: {x:g}, {y:g}")
+            raise BadFile(
+                Text("point {number} lies nowhere: {x:g}, {y:g}", number=number, x=x, y=y)
+            )
         found[number - 1] = x, y
     return found
 

@@ -12,6 +12,7 @@ import re
 from typing import Final
 
 from kogao_core.interchange.points import PointSet, coordinates, count_in, number, text_of
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
 FIRST_PIXEL: Final = 1.0
@@ -41,11 +42,13 @@ def parse(data: bytes) -> PointSet:
     lines = [line for line in text_of(data).splitlines() if not line.lstrip().startswith("#")]
     found = _WHOLE.fullmatch("\n".join(lines))
     if found is None:
-        raise BadFile("the file must be 'version: 1', 'n_points: N' and the points in braces")
+        raise BadFile(Text("the file must be 'version: 1', 'n_points: N' and the points in braces"))
     count = count_in(found[1], "points")
     rows = [row.split() for row in found[2].splitlines() if row.strip()]
     if len(rows) != count:
-        raise BadFile(f"the file says {count} points and has {len(rows)}")
+        raise BadFile(
+            Text("the file says {count} points and has {found}", count=count, found=len(rows))
+        )
     return PointSet(coordinates(rows) - FIRST_PIXEL)
 
 

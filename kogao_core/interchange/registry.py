@@ -13,6 +13,7 @@ from kogao_core.geometry import Box
 from kogao_core.interchange import pts, tables, tem
 from kogao_core.interchange.points import MOST_BYTES, PointSet
 from kogao_core.interchange.templates import OWN_NAMES, TEMPLATES, Template, fitting
+from kogao_core.language import Text
 from kogao_core.limits import OutOfBounds, check_faces
 from kogao_core.strict import BadFile
 from kogao_core.wording import shown
@@ -88,7 +89,13 @@ def format_of(path: Path) -> Format:
     """
     form = FORMATS.get(path.suffix.lower().removeprefix("."))
     if form is None:
-        raise BadFile(f"{path} must end in one of {', '.join(f.suffix for f in FORMATS.values())}")
+        raise BadFile(
+            Text(
+                "{path} must end in one of {names}",
+                path=path,
+                names=", ".join(f.suffix for f in FORMATS.values()),
+            )
+        )
     return form
 
 
@@ -117,14 +124,16 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
     except OSError as error:
-        raise BadFile(f"{path} can't be read ({error.strerror or error})") from None
+        raise BadFile(
+            Text("{path} can't be read ({reason})", path=path, reason=error.strerror or error)
+        ) from None
     try:
         if form.name == "json":
             return tables.parse_faces(data)
         found = _PARSERS[form.name](data)
         return [(mapping or fitting(points)).face(points) for points in found]
     except BadFile as error:
-        raise BadFile(f"{path} can't be used: {error}") from None
+        raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
 
 
 def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[Written]:
@@ -154,7 +163,14 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
     form = format_of(path)
     name = wanted or next(iter(form.templates), "")
     if name and name not in form.templates:
-        raise BadFile(f"{form.title} is written in {_choices(form)}, not in {shown(name)}")
+        raise BadFile(
+            Text(
+                "{format} is written in {form}, not in {name}",
+                format=form.title,
+                form=_choices(form),
+                name=shown(name),
+            )
+        )
     if form.name == "json":
         put(tables.faces_text(faces).encode(), path)
         return [Written(path, "")]
@@ -232,8 +248,16 @@ def check_inside(faces: Sequence[Face], image: Box) -> None:
         x, y = (face.eye_center + face.mouth_center) / 2.0
         if not (image.left <= x < image.right and image.top <= y < image.bottom):
             raise BadFile(
-                f"face {number} lies at {x:.0f}, {y:.0f}, outside the photo of {image.width} x "
-                f"{image.height} px; the points belong to another photo or size"
+                Text(
+                    "face {number} lies at {x:.0f}, {y:.0f}, outside the photo of "
+                    "{width} x {height} px; the points belong to another photo or "
+                    "size",
+                    number=number,
+                    x=x,
+                    y=y,
+                    width=image.width,
+                    height=image.height,
+                )
             )
     try:
         check_faces(faces, image, typed=True)

@@ -24,6 +24,7 @@ from kogao_core.interchange.points import (
     number,
     text_of,
 )
+from kogao_core.language import Text
 from kogao_core.limits import MOST_LANDMARKS
 from kogao_core.strict import BadFile, Node
 from kogao_core.strict import parse as parse_json
@@ -56,19 +57,21 @@ def parse_csv(data: bytes) -> list[PointSet]:
         sign = ";" if ";" in text.partition("\n")[0] else ","
         rows = [row for row in csv.reader(io.StringIO(text), delimiter=sign, strict=True) if row]
     except csv.Error as error:
-        raise BadFile(f"the file is no table ({error})") from None
+        raise BadFile(Text("the file is no table ({error})", error=error)) from None
     header = [name.strip().lower() for name in rows[0]] if rows else []
     if header.count("x") != 1 or header.count("y") != 1:
-        raise BadFile("the file's first row must name the columns x and y")
+        raise BadFile(Text("the file's first row must name the columns x and y"))
     if any(len(row) != len(header) for row in rows[1:]):
-        raise BadFile(f"every row must have {len(header)} columns, like the first")
+        raise BadFile(
+            Text("every row must have {count} columns, like the first", count=len(header))
+        )
     place, x, y = (header.index(name) if name in header else -1 for name in ("face", "x", "y"))
     faces: dict[str, list[list[str]]] = {}
     for row in rows[1:]:
         pair = [row[x], row[y]] if sign == "," else [row[k].replace(",", ".") for k in (x, y)]
         faces.setdefault(row[place].strip() if place >= 0 else "", []).append(pair)
     if not faces or len(faces) > _MOST_FACES:
-        raise BadFile(f"the file holds {len(faces)} faces")
+        raise BadFile(Text("the file holds {count} faces", count=len(faces)))
     return [PointSet(coordinates(points)) for points in faces.values()]
 
 
@@ -116,9 +119,14 @@ def parse_faces(data: bytes) -> list[Face]:
     """
     faces = parse_json(data, MOST_BYTES).field("faces").items(_MOST_FACES)
     if not faces:
-        raise BadFile("the file holds no face")
+        raise BadFile(Text("the file holds no face"))
     if sum(face.count("outline") for face in faces) > MOST_LANDMARKS:
-        raise BadFile(f"the file's faces have more than {MOST_LANDMARKS} landmarks together")
+        raise BadFile(
+            Text(
+                "the file's faces have more than {most_landmarks} landmarks together",
+                most_landmarks=MOST_LANDMARKS,
+            )
+        )
     return [_face(face) for face in faces]
 
 

@@ -9,6 +9,7 @@ is needed; whole numbers are taken to be pixel centres.
 from __future__ import annotations
 
 from kogao_core.interchange.points import Line, PointSet, coordinates, count_in, number, text_of
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
 
@@ -40,10 +41,12 @@ def parse(data: bytes) -> PointSet:
     stripped = [row.strip() for row in text_of(data).splitlines()]
     rows = [row for row in stripped if row and not row.startswith("#")]
     if not rows:
-        raise BadFile("the file is empty")
+        raise BadFile(Text("the file is empty"))
     count = count_in(rows[0], "points")
     if len(rows) <= count:
-        raise BadFile(f"the file says {count} points and has {len(rows) - 1}")
+        raise BadFile(
+            Text("the file says {count} points and has {found}", count=count, found=len(rows) - 1)
+        )
     points = coordinates([row.split() for row in rows[1 : count + 1]])
     return PointSet(points, _lines(rows[count + 1 :], count))
 
@@ -53,7 +56,13 @@ def _lines(rows: list[str], points: int) -> tuple[Line, ...]:
         return ()
     count = count_in(rows[0], "lines")
     if len(rows) != 1 + 3 * count:
-        raise BadFile(f"the file says {count} lines, which take {3 * count} rows, and has others")
+        raise BadFile(
+            Text(
+                "the file says {count} lines, which take {rows} rows, and has others",
+                count=count,
+                rows=3 * count,
+            )
+        )
     return tuple(_line(rows[k : k + 3], points) for k in range(1, len(rows), 3))
 
 
@@ -61,9 +70,15 @@ def _line(rows: list[str], points: int) -> Line:
     closed, count, numbers = rows
     found = tuple(count_in(text, "a point") for text in numbers.split())
     if closed not in ("0", "1") or len(found) != count_in(count, "a line's points"):
-        raise BadFile("a line must be 0 or 1, the number of its points, and the points")
+        raise BadFile(Text("a line must be 0 or 1, the number of its points, and the points"))
     if any(point >= points for point in found):
-        raise BadFile(f"a line joins point {max(found)}, and the points end at {points - 1}")
+        raise BadFile(
+            Text(
+                "a line joins point {found}, and the points end at {points}",
+                found=max(found),
+                points=points - 1,
+            )
+        )
     return Line(found, closed == "1")
 
 

@@ -18,6 +18,7 @@ from kogao_core.interchange.curves import along, placed, shares_of
 from kogao_core.interchange.mean_face import means
 from kogao_core.interchange.points import Line, PointSet
 from kogao_core.landmarks.aam.points import OUTLINE_LABELS
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 from kogao_core.wording import shown
 
@@ -74,14 +75,17 @@ class Template:
         """
         if len(points.points) <= max(self.ours):
             raise BadFile(
-                f"the mapping asks for point {max(self.ours)}, and the file's end at "
-                f"{len(points.points) - 1}"
+                Text(
+                    "the mapping asks for point {ours}, and the file's end at {count}",
+                    ours=max(self.ours),
+                    count=len(points.points) - 1,
+                )
             )
         line = points.points[list(self.outline)]
         if len(line) != OUTLINE_POINTS or self.count != _OWN:
             line = along(line, OUTLINE_POINTS)
         if not np.linalg.norm(np.diff(line, axis=0), axis=1).all():
-            raise BadFile("the outline's points lie on one another")
+            raise BadFile(Text("the outline's points lie on one another"))
         eyes, mouth = points.points[list(self.eyes)], points.points[list(self.mouth)]
         return Face(line, eyes, mouth, source=SOURCE)
 
@@ -200,8 +204,12 @@ def template(wanted: str) -> Template:
     parts = [_numbers(part) for part in wanted.split("/")] if _SPEC.fullmatch(wanted) else []
     if len(parts) != 3 or len(parts[0]) < 3 or (len(parts[1]), len(parts[2])) != (_EYES, _MOUTH):
         raise ValueError(
-            f"{shown(wanted)} is none of {', '.join(TEMPLATES)}, nor a mapping of outline, 4 eye "
-            "corners and 2 mouth corners such as 0-16/36,39,42,45/48,54"
+            Text(
+                "{wanted} is none of {names}, nor a mapping of outline, 4 eye "
+                "corners and 2 mouth corners such as 0-16/36,39,42,45/48,54",
+                wanted=shown(wanted),
+                names=", ".join(TEMPLATES),
+            )
         )
     outline, eyes, mouth = parts
     return Template(wanted, None, outline, eyes, mouth)
@@ -239,7 +247,11 @@ def fitting(points: PointSet) -> Template:
     count = len(points.points)
     if str(count) not in TEMPLATES:
         raise BadFile(
-            f"{count} points are none of the templates known ({', '.join(TEMPLATES)}); say which "
-            "are the outline, the eyes and the mouth (docs/interchange.md)"
+            Text(
+                "{count} points are none of the templates known ({names}); say which "
+                "are the outline, the eyes and the mouth (docs/interchange.md)",
+                count=count,
+                names=", ".join(TEMPLATES),
+            )
         )
     return TEMPLATES[str(count)]

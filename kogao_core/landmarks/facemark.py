@@ -22,6 +22,7 @@ from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.mesh import LEAST_SCORE
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.language import Text
 
 POINTS: Final = 68
 _JAW: Final = slice(0, 17)
@@ -115,17 +116,24 @@ def _loaded(model: Path) -> Any:
             start = file.read(len(_KAZEMI))
             text = start + file.read(_MOST_BYTES) if start.startswith(_YAML) else b""
     except OSError as error:
-        raise ModelRefused(f"the model {model} can't be read ({error.strerror})") from error
+        raise ModelRefused(
+            Text("the model {model} can't be read ({reason})", model=model, reason=error.strerror)
+        ) from error
     if len(text) > _MOST_BYTES:
-        raise ModelRefused(f"{model} is too large for a landmark model; give another file")
+        raise ModelRefused(
+            Text("{model} is too large for a landmark model; give another file", model=model)
+        )
     if start.startswith(_YAML):
         facemark = _silent_lbf()
     elif start == _KAZEMI:
         facemark = cv2.face.createFacemarkKazemi()
     else:
         raise ModelRefused(
-            f"{model} is no landmark model that cv2.face reads; give an LBF (.yaml) or Kazemi "
-            "(.dat) file of 68 points"
+            Text(
+                "{model} is no landmark model that cv2.face reads; give an LBF "
+                "(.yaml) or Kazemi (.dat) file of 68 points",
+                model=model,
+            )
         )
     try:
         whole = not start.startswith(_YAML) or (_is_flat(text) and _is_whole(model))
@@ -134,7 +142,9 @@ def _loaded(model: Path) -> Any:
     except (cv2.error, SystemError):
         whole = False
     if not whole:
-        raise ModelRefused(f"the landmark model {model} is damaged, or not one of 68 points")
+        raise ModelRefused(
+            Text("the landmark model {model} is damaged, or not one of 68 points", model=model)
+        )
     return facemark
 
 

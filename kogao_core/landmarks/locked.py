@@ -9,6 +9,7 @@ from typing import Final
 
 from kogao_core import assets
 from kogao_core.landmarks.errors import ModelRefused
+from kogao_core.language import Text
 
 DETECTOR: Final = "models/face_detection_back.tflite"
 MESH: Final = "models/face_landmarks_detector.tflite"
@@ -32,7 +33,10 @@ def network(name: str) -> Path:
     locked = {entry["file"]: entry["sha256"] for entry in manifest["assets"]}
     if hashlib.sha256(path.read_bytes()).hexdigest() != locked[path.name]:
         raise ModelRefused(
-            f"{path} is damaged or another file than Kogao came with; kogao-cli doctor says how to "
-            "mend the installation"
+            Text(
+                "{path} is damaged or another file than Kogao came with; kogao-cli "
+                "doctor says how to mend the installation",
+                path=path,
+            )
         )
     return path

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from kogao_core.face import OUTLINE_POINTS, Face
 from kogao_core.geometry import Affine
+from kogao_core.language import Text
 
 # Mean of 118 hand-labelled frontal faces, made symmetric, its outline ended where every outline is
 # (`outline.ended`); origin in the middle of the points' box, unit from end to end. Averaged
@@ -53,7 +54,7 @@ def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: floa
     (array([140. ,  97.6]), array([340. ,  97.6]))
     """
     if not width_px > 0.0:
-        raise ValueError(f"width_px must be above 0, got {width_px!r}")
+        raise ValueError(Text("width_px must be above 0, got {width_px!r}", width_px=width_px))
     place = Affine.similarity(width_px, angle_degrees, center_px)
     points = place(_mean_points())
     eyes = OUTLINE_POINTS + 4

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from kogao_core.atomic import aside
 from kogao_core.geometry import Box, Image
+from kogao_core.language import Text
 from kogao_core.photo import coefficients
 from kogao_core.photo.coefficients import Coefficients, Plane, UnreadableCoefficients
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
@@ -117,7 +118,7 @@ def keep_blocks(
     """
     whole = blocks.whole
     if (whole.frame.height, whole.frame.width) != before.shape[:2]:
-        raise CannotKeepBlocks("its size has changed")
+        raise CannotKeepBlocks(Text("its size has changed"))
     changed = _changed_units(before, after, whole.frame.unit_px)
     box = _around(changed)
     with aside(folder) as place, hushed() as complaints:
@@ -181,11 +182,11 @@ def _pixels(units: Box, whole: Coefficients) -> Box:
 
 def _check_alike(whole: Coefficients, part: Coefficients) -> None:
     if whole.frame.colours != part.frame.colours:
-        raise CannotKeepBlocks("its colours are coded in another way")
+        raise CannotKeepBlocks(Text("its colours are coded in another way"))
     if whole.frame.factors != part.frame.factors:
-        raise CannotKeepBlocks("its chroma is subsampled in a rare way")
+        raise CannotKeepBlocks(Text("its chroma is subsampled in a rare way"))
     if not np.array_equal(whole.used, part.used):
-        raise CannotKeepBlocks("its quantisation tables can't be written again")
+        raise CannotKeepBlocks(Text("its quantisation tables can't be written again"))
 
 
 def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mask:

@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.language import Text
 from kogao_core.photo.segments import segments
 
 _BLOCK_PX: Final = 8
@@ -142,7 +143,7 @@ def read(data: bytes, folder: Path) -> Coefficients:
     )
     copy.unlink()
     if not is_done:
-        raise UnreadableCoefficients("its blocks can't be read")
+        raise UnreadableCoefficients(Text("its blocks can't be read"))
     return Coefficients(frame, planes, tables, numbers, _codes(needed) <= _usual_codes())
 
 
@@ -176,7 +177,7 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
         *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
     )
     if not is_done:
-        raise OSError("its blocks can't be written")
+        raise OSError(Text("its blocks can't be written"))
     written = file.read_bytes()
     file.unlink()
     return written
@@ -185,15 +186,15 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
 def _frame(needed: list[tuple[int, bytes]]) -> Frame:
     frames = [(code, segment) for code, segment in needed if code in _ANY_FRAME]
     if len(frames) != 1 or len(frames[0][1]) < 10:
-        raise UnreadableCoefficients("its blocks can't be read")
+        raise UnreadableCoefficients(Text("its blocks can't be read"))
     code, segment = frames[0]
     height, width = (int.from_bytes(segment[at : at + 2], "big") for at in (5, 7))
     parts = [segment[at : at + 3] for at in range(10, len(segment) - 2, 3)]
     factors = tuple((part[1] & 15, part[1] >> 4) for part in parts)
     if len(segment) != 10 + 3 * segment[9] or not all(map(all, [(height, width), *factors])):
-        raise UnreadableCoefficients("its blocks can't be read")
+        raise UnreadableCoefficients(Text("its blocks can't be read"))
     if code not in _FRAMES or len(parts) not in (1, 3):
-        raise UnreadableCoefficients("it is coded in a rare way")
+        raise UnreadableCoefficients(Text("it is coded in a rare way"))
     if len(parts) == 1:
         # A grey file is coded block by block, whatever its factors say.
         return Frame(height, width, ((1, 1),), GREY)

@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image as Pillow
 
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 
 _LOCK: Final = threading.Lock()
 _levels: Final[list[int]] = []
@@ -54,7 +55,7 @@ def decode(data: bytes) -> Image:
     with _silent_opencv():
         stored = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if stored is None:
-        raise ValueError("OpenCV can't decode it")
+        raise ValueError(Text("OpenCV can't decode it"))
     if stored.ndim == 3 and stored.shape[2] in (3, 4):
         flip = cv2.COLOR_BGR2RGB if stored.shape[2] == 3 else cv2.COLOR_BGRA2RGBA
         return np.asarray(cv2.cvtColor(stored, flip))
@@ -98,5 +99,5 @@ def encode(pixels: Image, suffix: str, how: Sequence[int] = ()) -> bytes:
     with _silent_opencv():
         done, data = cv2.imencode(suffix, stored, how)
     if not done:
-        raise ValueError("OpenCV can't encode it")
+        raise ValueError(Text("OpenCV can't encode it"))
     return data.tobytes()

@@ -8,6 +8,7 @@ from typing import Final, NoReturn
 from xml.sax.saxutils import quoteattr
 
 import kogao_core
+from kogao_core.language import Text
 from kogao_core.photo import xmp
 from kogao_core.photo.errors import CannotDisclose
 
@@ -154,5 +155,8 @@ def _event(what: str, when: datetime) -> str:
 
 def _refuse(reason: str) -> NoReturn:
     raise CannotDisclose(
-        f"the photo's XMP can't take an edit record ({reason}); save without one, or repair it"
+        Text(
+            "the photo's XMP can't take an edit record ({reason}); save without one, or repair it",
+            reason=reason,
+        )
     )

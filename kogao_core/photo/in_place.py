@@ -9,6 +9,7 @@ from typing import Final
 
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.originals import Originals
 from kogao_core.photo import formats, kinds
 from kogao_core.photo.colour import CONVERTED
@@ -41,28 +42,50 @@ def check_in_place(photo: Photo) -> None:
     path, form = photo.path, formats.BY_NAME[photo.format]
     if form.encode is None:
         raise RefusedOutput(
-            f"{path} is a {form.title} photo, which can't be written in place; write the result "
-            "as .jpg or .tif with -o"
+            Text(
+                "{path} is a {format} photo, which can't be written in place; write "
+                "the result as .jpg or .tif with -o",
+                path=path,
+                format=form.title,
+            )
         )
     if FORMATS.get(path.suffix.lower()) != photo.format:
         raise RefusedOutput(
-            f"{path} is a {form.title} photo by its content; name it {path.stem}{form.suffixes[0]}"
+            Text(
+                "{path} is a {format} photo by its content; name it {stem}{suffix}",
+                path=path,
+                format=form.title,
+                stem=path.stem,
+                suffix=form.suffixes[0],
+            )
         )
     check_output(path, force=True)
     if not os.access(path, os.W_OK):
-        raise CannotWrite(f"{path} may not be written; change its permissions, or write to another")
+        raise CannotWrite(
+            Text(
+                "{path} may not be written; change its permissions, or write to another", path=path
+            )
+        )
     converted = [note for note in photo.notes if note.startswith(CONVERTED)]
     other = [*converted, *filter(None, [form.recoded(photo)])]
     if other:
         raise RefusedOutput(
-            f"{path} wouldn't come back as it is, but {other[0]}; write the result to another file "
-            "with -o"
+            Text(
+                "{path} wouldn't come back as it is, but {other}; write the result "
+                "to another file with -o",
+                path=path,
+                other=other[0],
+            )
         )
     more = [extra.name for extra in photo.extras if extra.kind in _PICTURES]
     if more and photo.format != "JPEG":
         raise RefusedOutput(
-            f"{path} would lose what else it holds ({', '.join(dict.fromkeys(more))}); write the "
-            "result to another file with -o"
+            Text(
+                "{path} would lose what else it holds ({names}); write the result to "
+                "another file with -o",
+                path=path,
+                names=", ".join(dict.fromkeys(more)),
+            )
         )
 
 
@@ -109,8 +132,13 @@ def write_in_place(
             originals.keep(photo.path, pieces)
         except OSError as error:
             raise CannotWrite(
-                f"the original of {photo.path} can't be kept in {originals.folder} "
-                f"({error.strerror or error}); make room, or write to another file"
+                Text(
+                    "the original of {path} can't be kept in {folder} ({reason}); "
+                    "make room, or write to another file",
+                    path=photo.path,
+                    folder=originals.folder,
+                    reason=error.strerror or error,
+                )
             ) from error
 
     if source is not photo:
@@ -129,5 +157,8 @@ def _as_read(photo: Photo, originals: Originals) -> Photo:
     except OSError:
         pass
     raise CannotWrite(
-        f"{photo.path} has been changed by another program since it was read; open it again"
+        Text(
+            "{path} has been changed by another program since it was read; open it again",
+            path=photo.path,
+        )
     )

@@ -12,6 +12,7 @@ from typing import IO, Final
 from PIL import Image as Pillow
 from PIL import ImageChops
 
+from kogao_core.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.segments import START_OF_SCAN, segments
 
@@ -44,13 +45,17 @@ def check(file: IO[bytes], path: Path) -> None:
     start = file.tell()
     data_bytes = os.fstat(file.fileno()).st_size - start
     if frame is not None and 8 * data_bytes < _LEAST_BITS[frame[1]] * _blocks(frame):
-        raise ValueError("fewer data than blocks")
+        raise ValueError(Text("fewer data than blocks"))
     codes = _codes(file, start)
     scans = sum(code == START_OF_SCAN for _, code in zip(range(_MOST_MARKERS), codes, strict=False))
     if scans > MOST_SCANS or next(codes, None) is not None:
         raise UnreadablePhoto(
-            f"{path} is a JPEG in more than {MOST_SCANS} scans, which would take very long; save "
-            "it as an ordinary JPEG or as PNG first"
+            Text(
+                "{path} is a JPEG in more than {most_scans} scans, which would take "
+                "very long; save it as an ordinary JPEG or as PNG first",
+                path=path,
+                most_scans=MOST_SCANS,
+            )
         )
 
 

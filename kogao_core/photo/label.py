@@ -10,6 +10,7 @@ from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
 from kogao_core.geometry import Box, Image
+from kogao_core.language import Text
 from kogao_core.photo.errors import CannotDisclose
 
 LONGEST: Final = 100
@@ -58,14 +59,21 @@ def check_label(text: str, font: str | None = None) -> None:
         If it is no line of at most `LONGEST` letters, or the font is missing or lacks a letter.
     """
     if not text.strip() or len(text) > LONGEST or not text.isprintable():
-        raise CannotDisclose(f"a label is one line of 1 to {LONGEST} letters; write another one")
+        raise CannotDisclose(
+            Text(
+                "a label is one line of 1 to {longest} letters; write another one", longest=LONGEST
+            )
+        )
     face = _font(font, _READABLE_PX)
     # U+FFFF is no character: what a font shows for it is what it shows for those it lacks.
     lacking = bytes(face.getmask("\uffff"))
     for letter in sorted(set(text)):
         if not letter.isspace() and bytes(face.getmask(letter)) == lacking:
             raise CannotDisclose(
-                f"the label's font has no {letter!r}; name a font file that has it"
+                Text(
+                    "the label's font has no {letter!r}; name a font file that has it",
+                    letter=letter,
+                )
             )
 
 
@@ -81,7 +89,7 @@ def _mask(text: str, font: str | None, width: int, height: int) -> Image:
             ImageDraw.Draw(mask).text(middle, text, fill=255, font=face, anchor="mm")
             return np.asarray(mask) / 255.0
         size = int(0.9 * size)
-    raise CannotDisclose("the photo is too small for the label; shorten it or leave it out")
+    raise CannotDisclose(Text("the photo is too small for the label; shorten it or leave it out"))
 
 
 def _plate(text: str, face: _Font, size: int) -> tuple[int, int]:
@@ -95,9 +103,11 @@ def _font(font: str | None, size: int) -> _Font:
     try:
         found = ImageFont.load_default(size) if font is None else ImageFont.truetype(font, size)
     except (OSError, ValueError):
-        raise CannotDisclose(f"{font} can't be used as a font; name a .ttf or .otf file") from None
+        raise CannotDisclose(
+            Text("{font} can't be used as a font; name a .ttf or .otf file", font=font)
+        ) from None
     if not isinstance(found, _Font):  # Pillow without FreeType
-        raise CannotDisclose("this Pillow draws no text; install its wheel with FreeType")
+        raise CannotDisclose(Text("this Pillow draws no text; install its wheel with FreeType"))
     return found
 
 

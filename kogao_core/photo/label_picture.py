@@ -14,6 +14,7 @@ from PIL import ImageCms
 
 from kogao_core.display import Rgb8, rgba8
 from kogao_core.geometry import Box, Image
+from kogao_core.language import Text
 from kogao_core.photo.errors import CannotDisclose, UnreadablePhoto
 from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import read
@@ -90,13 +91,17 @@ def _read(label: LabelPicture) -> tuple[Rgb8, bytes | None]:
     try:
         picture = read(label.file, max_megapixels=_MOST_MEGAPIXELS, bits=8)
     except UnreadablePhoto as error:
-        raise CannotDisclose(f"the label's picture can't be used: {error}") from error
+        raise CannotDisclose(
+            Text("the label's picture can't be used: {error}", error=error)
+        ) from error
     mark = rgba8(picture.pixels)
     if mark.shape[2] == 3:
         mark = np.dstack([mark, np.full(mark.shape[:2], _OPAQUE, np.uint8)])
     rows, columns = (np.flatnonzero(mark[..., 3].any(axis=axis)) for axis in (1, 0))
     if not len(rows):
-        raise CannotDisclose(f"{label.file} is transparent all over; choose another label")
+        raise CannotDisclose(
+            Text("{file} is transparent all over; choose another label", file=label.file)
+        )
     seen = mark[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     return seen, picture.icc_profile if picture.channels > 2 else None
 
@@ -107,8 +112,11 @@ def _place(label: LabelPicture, pixels: Image, mark: Rgb8) -> Box:
     rows, columns = (round(scale * side) for side in mark.shape[:2])
     if not (0 < columns <= width and 0 < rows <= height):
         raise CannotDisclose(
-            f"the label's picture doesn't fit into the photo at {label.percent:g} % of its area; "
-            "choose another share, or leave it out"
+            Text(
+                "the label's picture doesn't fit into the photo at {percent:g} % of "
+                "its area; choose another share, or leave it out",
+                percent=label.percent,
+            )
         )
     left = width - columns if label.corner.endswith("right") else 0
     top = height - rows if label.corner.startswith("bottom") else 0

@@ -13,6 +13,7 @@ from typing import IO, Final, Literal
 from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
+from kogao_core.language import Text
 from kogao_core.photo import extras, formats
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import Source, common
@@ -72,25 +73,39 @@ def read(
         with _present(path).open("rb") as file:
             return _read_open(file, path, max_megapixels, bits)
     except PermissionError:
-        raise UnreadablePhoto(f"{path} may not be read; check its permissions") from None
+        raise UnreadablePhoto(
+            Text("{path} may not be read; check its permissions", path=path)
+        ) from None
     except OSError as error:
         reason = error.strerror or error
-        raise UnreadablePhoto(f"{path} can't be read ({reason}); try again or copy it") from error
+        raise UnreadablePhoto(
+            Text("{path} can't be read ({reason}); try again or copy it", path=path, reason=reason)
+        ) from error
 
 
 def _present(path: Path) -> Path:
     if path.is_dir():
-        raise UnreadablePhoto(f"{path} is a folder; name a photo inside it")
+        raise UnreadablePhoto(Text("{path} is a folder; name a photo inside it", path=path))
     if path.is_symlink() and not path.exists():
         raise UnreadablePhoto(
-            f"{path} is a link to {path.readlink()}, where there is nothing; name the photo itself"
+            Text(
+                "{path} is a link to {target}, where there is nothing; name the photo itself",
+                path=path,
+                target=path.readlink(),
+            )
         )
     if not path.exists():
-        raise UnreadablePhoto(f"{path} doesn't exist; check the name and the folder")
+        raise UnreadablePhoto(
+            Text("{path} doesn't exist; check the name and the folder", path=path)
+        )
     if not path.is_file():
-        raise UnreadablePhoto(f"{path} is not an ordinary file; copy the photo to a file first")
+        raise UnreadablePhoto(
+            Text("{path} is not an ordinary file; copy the photo to a file first", path=path)
+        )
     if path.stat().st_size == 0:
-        raise UnreadablePhoto(f"{path} is empty (0 bytes); copy it again from where it came")
+        raise UnreadablePhoto(
+            Text("{path} is empty (0 bytes); copy it again from where it came", path=path)
+        )
     return path
 
 
@@ -108,15 +123,22 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
         except UnidentifiedImageError:
             known = formats.either([form.title for form in formats.ALL])
             raise UnreadablePhoto(
-                f"{path} is not a {known} photo; convert it to one of them first"
+                Text(
+                    "{path} is not a {known} photo; convert it to one of them first",
+                    path=path,
+                    known=known,
+                )
             ) from None
         except MemoryError:
             raise UnreadablePhoto(
-                f"{path} doesn't fit into memory; make it smaller or close other programs"
+                Text(
+                    "{path} doesn't fit into memory; make it smaller or close other programs",
+                    path=path,
+                )
             ) from None
         except Exception as error:  # decoders raise almost anything on damaged files
             raise UnreadablePhoto(
-                f"{path} is damaged or incomplete; copy it again from where it came"
+                Text("{path} is damaged or incomplete; copy it again from where it came", path=path)
             ) from error
     photo.pixels.setflags(write=False)
     notes = (*photo.notes, *(f"the file is slightly damaged: {one}" for one in complaints[:1]))
@@ -149,7 +171,14 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
     megapixels = width * height / 1e6
     if megapixels > max_megapixels:
         raise UnreadablePhoto(
-            f"{path} is {width} x {height} px, {_rounded(megapixels)} megapixels; the limit is "
-            f"{max_megapixels:g}: raise --max-megapixels on the command line if it is genuine, "
-            "or make it smaller"
+            Text(
+                "{path} is {width} x {height} px, {megapixels} megapixels; the limit "
+                "is {max_megapixels:g}: raise --max-megapixels on the command line "
+                "if it is genuine, or make it smaller",
+                path=path,
+                width=width,
+                height=height,
+                megapixels=_rounded(megapixels),
+                max_megapixels=max_megapixels,
+            )
         )

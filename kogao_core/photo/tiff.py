@@ -15,6 +15,7 @@ from PIL import TiffImagePlugin
 
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.photo import deep, photoshop, tiff_pixels
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.stderr import hushed
@@ -76,7 +77,9 @@ def is_tiff(file: IO[bytes], path: Path) -> bool:
     head = file.read(4)
     file.seek(0)
     if head in _BIG_HEADS:
-        raise UnreadablePhoto(f"{path} is a BigTIFF file; save it as an ordinary TIFF first")
+        raise UnreadablePhoto(
+            Text("{path} is a BigTIFF file; save it as an ordinary TIFF first", path=path)
+        )
     return head in HEADS
 
 
@@ -99,7 +102,7 @@ class TiffTags:
         tags = Pillow.Exif()
         tags.load_from_fp(file)
         if _WIDTH not in tags or _HEIGHT not in tags:
-            raise ValueError("a directory without a picture")
+            raise ValueError(Text("a directory without a picture"))
         return TiffTags(tags, _iptc(file))
 
     def _first(self, tag: int, default: int) -> int:
@@ -117,7 +120,7 @@ class TiffTags:
         for places, lengths in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
             parts = zip(self._all(places), self._all(lengths), strict=False)
             if any(start + length > file_bytes for start, length in parts):
-                raise ValueError("the file ends before its pixels")
+                raise ValueError(Text("the file ends before its pixels"))
 
     def _all(self, tag: int) -> tuple[int, ...]:
         value = self.tags.get(tag, ())
@@ -160,8 +163,12 @@ class TiffTags:
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
-                f"{path} is a TIFF of a compression that Kogao doesn't read "
-                f"({compression_name(number)}); save it uncompressed, or with LZW or Deflate"
+                Text(
+                    "{path} is a TIFF of a compression that Kogao doesn't read "
+                    "({compression}); save it uncompressed, or with LZW or Deflate",
+                    path=path,
+                    compression=compression_name(number),
+                )
             )
 
     def check_layout(self, path: Path) -> None:
@@ -185,8 +192,12 @@ class TiffTags:
         )
         if not plain:
             raise UnreadablePhoto(
-                f"{path} is a TIFF of a kind that Kogao doesn't read; save it as interleaved RGB "
-                "with 8 or 16 bits, or 32-bit float, with straight alpha"
+                Text(
+                    "{path} is a TIFF of a kind that Kogao doesn't read; save it as "
+                    "interleaved RGB with 8 or 16 bits, or 32-bit float, with "
+                    "straight alpha",
+                    path=path,
+                )
             )
 
     def decode(self, file: IO[bytes]) -> Image:

@@ -14,6 +14,7 @@ import numpy as np
 
 from kogao_core.atomic import NotAFile, Pieces, check_target, put
 from kogao_core.geometry import Box, Image
+from kogao_core.language import Text
 from kogao_core.photo import encoding, formats, kinds
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, Format
@@ -107,7 +108,14 @@ def write(
         reason = error.strerror or error
         too_long = error.errno == errno.ENAMETOOLONG
         remedy = "choose a shorter name" if too_long else "choose another folder or make room"
-        raise CannotWrite(f"{path} can't be written ({reason}); {remedy}") from error
+        raise CannotWrite(
+            Text(
+                "{path} can't be written ({reason}); {remedy}",
+                path=path,
+                reason=reason,
+                remedy=remedy,
+            )
+        ) from error
 
 
 def read_ahead(photo: Photo, path: str | os.PathLike[str]) -> object:
@@ -182,20 +190,32 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
     """
     path = Path(path)
     if path.is_dir():
-        raise RefusedOutput(f"{path} is a folder; name a file inside it")
+        raise RefusedOutput(Text("{path} is a folder; name a file inside it", path=path))
     form = FORMATS.get(path.suffix.lower())
     if form is None:
-        raise RefusedOutput(f"{path} must end in one of {', '.join(FORMATS)}")
+        raise RefusedOutput(
+            Text("{path} must end in one of {names}", path=path, names=", ".join(FORMATS))
+        )
     if not path.parent.is_dir():
-        raise CannotWrite(f"the folder {path.parent} doesn't exist; make it first")
+        raise CannotWrite(
+            Text("the folder {folder} doesn't exist; make it first", folder=path.parent)
+        )
     if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise CannotWrite(f"the folder {path.parent} isn't writable; choose another one")
+        raise CannotWrite(
+            Text("the folder {folder} isn't writable; choose another one", folder=path.parent)
+        )
     try:
         check_target(path)
     except NotAFile as error:
-        raise RefusedOutput(f"{path} can't be replaced: {error.strerror}; name a file") from None
+        raise RefusedOutput(
+            Text(
+                "{path} can't be replaced: {reason}; name a file", path=path, reason=error.strerror
+            )
+        ) from None
     if path.exists() and not force:
-        raise RefusedOutput(f"{path} exists; choose another name, or --force to replace it")
+        raise RefusedOutput(
+            Text("{path} exists; choose another name, or --force to replace it", path=path)
+        )
     return form
 
 
@@ -261,7 +281,15 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
         reason = f"more than {longest} px a side"
     if reason:
         other = formats.exact_endings(pixels, form)
-        raise RefusedOutput(f"{path}: {form.title} can't hold {reason}; write it as {other}")
+        raise RefusedOutput(
+            Text(
+                "{path}: {format} can't hold {reason}; write it as {other}",
+                path=path,
+                format=form.title,
+                reason=reason,
+                other=other,
+            )
+        )
 
 
 def _shows_through(pixels: Image) -> bool:
@@ -310,5 +338,11 @@ def _encoded(photo: Photo, pixels: Image, path: Path, form: Format, part: Box | 
         target = formats.BY_NAME[form]
         other = formats.exact_endings(pixels, target)
         raise CannotWrite(
-            f"{path} can't be encoded as {target.title} ({error}); write it as {other}"
+            Text(
+                "{path} can't be encoded as {format} ({error}); write it as {other}",
+                path=path,
+                format=target.title,
+                error=error,
+                other=other,
+            )
         ) from error

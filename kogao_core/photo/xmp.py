@@ -9,6 +9,8 @@ import re
 from typing import Final
 from xml.parsers import expat
 
+from kogao_core.language import Text
+
 RDF: Final = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 DESCRIPTION: Final = (f"{RDF} RDF", f"{RDF} Description")
 _WRAPPER: Final = "adobe:ns:meta/ xmpmeta"
@@ -80,7 +82,7 @@ class Walk:
 
 
 def _refuse_types(*_: object) -> None:
-    raise BadXmp("it declares a document type")
+    raise BadXmp(Text("it declares a document type"))
 
 
 def tag_end(packet: bytes, start: int) -> int:
@@ -102,7 +104,7 @@ def tag_name(packet: bytes, start: int) -> bytes:
 def _tag(packet: bytes, start: int) -> re.Match[bytes]:
     tag = _TAG.match(packet, start)
     if tag is None:
-        raise BadXmp("it isn't UTF-8")
+        raise BadXmp(Text("it isn't UTF-8"))
     return tag
 
 

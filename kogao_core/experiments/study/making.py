@@ -15,6 +15,7 @@ from kogao_core.experiments.study.origin import Origin, PhotoRecord, digest
 from kogao_core.experiments.study.plan import Key, Meaning, Study
 from kogao_core.experiments.study.variants import Variant, variants
 from kogao_core.experiments.subjects import Progress, Subject, no_progress
+from kogao_core.language import Text
 from kogao_core.recipe import PAPER, Recipe
 
 PAGE_FILE: Final = "index.html"
@@ -50,7 +51,12 @@ class Choices:
     def __post_init__(self) -> None:
         """Refuse a seed that a key couldn't hold."""
         if self.seed and (len(self.seed) > plan.LONGEST_SEED or not self.seed.isprintable()):
-            raise ValueError(f"a seed has at most {plan.LONGEST_SEED} printable letters")
+            raise ValueError(
+                Text(
+                    "a seed has at most {most} printable letters",
+                    most=plan.LONGEST_SEED,
+                )
+            )
 
 
 def check_folder(folder: Path) -> None:
@@ -62,13 +68,20 @@ def check_folder(folder: Path) -> None:
         If something lies there already, or its parent is missing.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise RefusedFolder(f"{folder} isn't empty; name a new folder for the study")
+        raise RefusedFolder(
+            Text("{folder} isn't empty; name a new folder for the study", folder=folder)
+        )
     if plan.key_path(folder).exists():
         raise RefusedFolder(
-            f"{plan.key_path(folder)} is the key of another study; name another folder"
+            Text(
+                "{file} is the key of another study; name another folder",
+                file=plan.key_path(folder),
+            )
         )
     if not folder.resolve().parent.is_dir():
-        raise RefusedFolder(f"the folder {folder.resolve().parent} doesn't exist; make it first")
+        raise RefusedFolder(
+            Text("the folder {folder} doesn't exist; make it first", folder=folder.resolve().parent)
+        )
 
 
 def make(

@@ -19,6 +19,7 @@ from typing import Any, Final, get_args
 from kogao_core.atomic import put
 from kogao_core.experiments.study.origin import Origin, PhotoRecord, PictureFigures
 from kogao_core.experiments.study.variants import Kind, Variant
+from kogao_core.language import Text
 from kogao_core.recipe import Recipe
 from kogao_core.settings import PAPER_CENTERS
 from kogao_core.strict import BadFile, Node, parse
@@ -232,9 +233,16 @@ def _parsed(path: Path, refusal: str) -> Node:
         with path.open("rb") as file:
             return parse(file.read(_MOST_BYTES + 1), _MOST_BYTES)
     except OSError as error:
-        raise BadFile(f"{refusal} ({path.name}: {error.strerror or error})") from None
+        raise BadFile(
+            Text(
+                "{refusal} ({name}: {reason})",
+                refusal=refusal,
+                name=path.name,
+                reason=error.strerror or error,
+            )
+        ) from None
     except BadFile as error:
-        raise BadFile(f"{refusal}: {error}") from None
+        raise BadFile(Text("{refusal}: {error}", refusal=refusal, error=error)) from None
 
 
 def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:

@@ -27,6 +27,7 @@ from kogao_core.experiments.study.session import (
     drawn_order,
     order_seen,
 )
+from kogao_core.language import Text
 from kogao_core.strict import BadFile, Node, parse
 
 SUFFIX: Final = ".jsonl"
@@ -105,7 +106,7 @@ class Log:
         if b"\n" in data:
             held = load(path)
             if (held.study, held.rater) != (study.identity, rater):
-                raise BadFile(f"{path} holds ratings of another study or rater")
+                raise BadFile(Text("{path} holds ratings of another study or rater", path=path))
             self.session = held.session(study)
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -135,7 +136,7 @@ class Log:
             size = os.fstat(file).st_size
             try:
                 if os.write(file, data) != len(data):
-                    raise OSError(errno.ENOSPC, "it took only part of the line")
+                    raise OSError(errno.ENOSPC, Text("it took only part of the line"))
                 os.fsync(file)
             except OSError:
                 # What didn't count mustn't be found later: it would stand there twice.
@@ -171,9 +172,11 @@ def load(path: Path) -> Ratings:
         with path.open("rb") as file:
             data = file.read(_MOST_BYTES + 1)
     except OSError as error:
-        raise BadFile(f"{path} can't be read ({error.strerror or error})") from None
+        raise BadFile(
+            Text("{path} can't be read ({reason})", path=path, reason=error.strerror or error)
+        ) from None
     if len(data) > _MOST_BYTES:
-        raise BadFile(f"{path} is too large for a file of ratings")
+        raise BadFile(Text("{path} is too large for a file of ratings", path=path))
     lines, torn = _lines(data)
     try:
         top = next(lines)
@@ -186,9 +189,11 @@ def load(path: Path) -> Ratings:
         order = None if version == 1 else plan.names(top.field("order"))
         records = tuple(record(line, version) for line in lines)
     except StopIteration:
-        raise BadFile(f"{path} holds no ratings") from None
+        raise BadFile(Text("{path} holds no ratings", path=path)) from None
     except BadFile as error:
-        raise BadFile(f"{path} is no file of ratings: {error}") from None
+        raise BadFile(
+            Text("{path} is no file of ratings: {error}", path=path, error=error)
+        ) from None
     return Ratings(study, rater, order, records, torn)
 
 
@@ -258,8 +263,11 @@ def newest(many: Sequence[Ratings]) -> list[Ratings]:
         shorter, longer = sorted((other, ratings), key=lambda one: len(one.records))
         if longer.records[: len(shorter.records)] != shorter.records:
             raise BadFile(
-                f"rater {ratings.rater} has two files that contradict each other; "
-                "take the wrong one away"
+                Text(
+                    "rater {rater} has two files that contradict each other; take "
+                    "the wrong one away",
+                    rater=ratings.rater,
+                )
             )
         kept[who] = longer
     return list(kept.values())

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from kogao_core.experiments.study.plan import Study
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
 Answer = Literal["natural", "unnatural"]
@@ -125,7 +126,7 @@ class Session:
         rated = len(self.study.ratings)
         blocks = sorted(self.order[:rated]), sorted(self.order[rated:])
         if blocks != (sorted(self.study.ratings), sorted(self.study.satisfaction)):
-            raise BadFile("the order doesn't hold every picture of this study once")
+            raise BadFile(Text("the order doesn't hold every picture of this study once"))
         past, self.records = self.records, []
         for record in past:
             self.take(record)
@@ -156,12 +157,22 @@ class Session:
         """
         number = len(self.records) + 1
         if record.number != number:
-            raise BadFile(f"line {number} is missing, or {record.number} is there twice")
+            raise BadFile(
+                Text(
+                    "line {number} is missing, or {other} is there twice",
+                    number=number,
+                    other=record.number,
+                )
+            )
         if record.back:
             if not self._answers or next(reversed(self._answers)) != record.picture:
-                raise BadFile(f"line {number} takes back what wasn't the last answer")
+                raise BadFile(
+                    Text("line {number} takes back what wasn't the last answer", number=number)
+                )
         elif record.picture != self.current or (record.answer is None) != self.grading:
-            raise BadFile(f"line {number} is about a picture that wasn't shown then")
+            raise BadFile(
+                Text("line {number} is about a picture that wasn't shown then", number=number)
+            )
 
     def take(self, record: Record) -> None:
         """Let a record count; see `check` for what is refused."""

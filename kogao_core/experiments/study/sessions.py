@@ -11,6 +11,7 @@ from typing import Any, BinaryIO, Final
 from kogao_core.experiments.study import plan, results
 from kogao_core.experiments.study.results import Log
 from kogao_core.experiments.study.session import Record, Session
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
 if sys.platform == "win32":
@@ -93,7 +94,7 @@ class Sessions:
             If the folder can't be written to.
         """
         if not plan.is_rater(rater):
-            raise BadFile("A code is made of a to z, 0 to 9 and dashes, 32 at most.")
+            raise BadFile(Text("A code is made of a to z, 0 to 9 and dashes, 32 at most."))
         with self._lock:
             if rater not in self._open:
                 path = self.folder / plan.RATINGS_FOLDER / f"{rater}{results.SUFFIX}"
@@ -120,7 +121,7 @@ class Sessions:
         """
         with self._lock:
             if rater not in self._open:
-                raise BadFile("this session isn't open; load the page again")
+                raise BadFile(Text("this session isn't open; load the page again"))
             log = self._open[rater][0]
             if record.number <= len(log.session.records):
                 raise Behind(_state_of(log.session))
@@ -143,7 +144,10 @@ def _held(path: Path, rater: str) -> BinaryIO:
     except (BlockingIOError, PermissionError):
         file.close()
         raise BadFile(
-            f"The session {rater} is open in another program; go on there, or end that one."
+            Text(
+                "The session {rater} is open in another program; go on there, or end that one.",
+                rater=rater,
+            )
         ) from None
     except OSError:
         file.close()

@@ -16,6 +16,7 @@ from kogao_core.experiments.study.results import Ratings
 from kogao_core.experiments.study.session import Session
 from kogao_core.experiments.study.statistics import Grades, Share
 from kogao_core.experiments.study.variants import Variant
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
 _MOST_FILES: Final = 10_000
@@ -98,7 +99,9 @@ def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> 
         judged = (meaning.variant for meaning in key.pictures.values())
         answers.update(dict.fromkeys((v for v in judged if v.kind != "satisfaction"), 0))
     if extra:
-        raise BadFile(f"the ratings of study {min(extra)} belong to none of these folders")
+        raise BadFile(
+            Text("the ratings of study {extra} belong to none of these folders", extra=min(extra))
+        )
     total.shares = {variant: Share(hits[variant], answers[variant]) for variant in sorted(answers)}
     total.measured = _measured(total.keys)
     return total
@@ -146,14 +149,21 @@ def _by_study(files: Iterable[Path]) -> dict[str, list[Ratings]]:
 def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     named = {*study.ratings, *study.satisfaction}
     if key.identity != study.identity or named != set(key.pictures):
-        raise BadFile(f"{key_file} is the key of another study; name the right one with --key")
+        raise BadFile(
+            Text(
+                "{key_file} is the key of another study; name the right one with --key",
+                key_file=key_file,
+            )
+        )
 
 
 def _session(study: plan.Study, ratings: Ratings) -> Session:
     try:
         return ratings.session(study)
     except BadFile as error:
-        raise BadFile(f"the ratings of {ratings.rater} can't be used: {error}") from None
+        raise BadFile(
+            Text("the ratings of {rater} can't be used: {error}", rater=ratings.rater, error=error)
+        ) from None
 
 
 def _count(

@@ -17,6 +17,7 @@ from kogao_core.landmarks.aam.model import KEYPOINTS, Model, Packed, Scale, Star
 from kogao_core.landmarks.aam.points import COUNT
 from kogao_core.landmarks.aam.shape import PLACING, ShapeModel
 from kogao_core.landmarks.errors import ModelRefused
+from kogao_core.language import Text
 
 FORMAT: Final = 1
 MOST_BYTES: Final = 4_000_000
@@ -45,23 +46,33 @@ def read(path: Path) -> Model:
         reason = f"{path.name} can't be read as a Kogao face model"
         detail = " ".join(str(error).split()).rstrip(".")
         raise ModelRefused(
-            f"{reason} ({detail}); reinstall Kogao or train the model again"
+            Text(
+                "{reason} ({detail}); reinstall Kogao or train the model again",
+                reason=reason,
+                detail=detail,
+            )
         ) from error
 
 
 def _read_arrays(path: Path) -> Arrays:
     if path.stat().st_size > MOST_BYTES:
-        raise ValueError(f"it is larger than {MOST_BYTES} bytes")
+        raise ValueError(Text("it is larger than {most_bytes} bytes", most_bytes=MOST_BYTES))
     with zipfile.ZipFile(path) as archive:
         # A stored entry can't unpack to more than the file holds.
         if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
-            raise ValueError("its arrays are compressed")
+            raise ValueError(Text("its arrays are compressed"))
         if archive.testzip() is not None:
-            raise ValueError("it is damaged")
+            raise ValueError(Text("it is damaged"))
     with np.load(path, allow_pickle=False) as stored:
         version = _checked(stored, "format", np.int32, (1,))
         if version[0] != FORMAT:
-            raise ValueError(f"it has format {version[0]}, this program reads {FORMAT}")
+            raise ValueError(
+                Text(
+                    "it has format {version}, this program reads {format}",
+                    version=version[0],
+                    format=FORMAT,
+                )
+            )
         return {name: stored[name] for name in stored.files}
 
 
@@ -69,12 +80,20 @@ def _checked(
     arrays: Arrays, name: str, kind: npt.DTypeLike, shape: tuple[int, ...]
 ) -> npt.NDArray[Any]:
     if name not in arrays:
-        raise ValueError(f"{name} is missing")
+        raise ValueError(Text("{name} is missing", name=name))
     array = arrays[name]
     if array.dtype != kind or array.shape != shape:
-        raise ValueError(f"{name} has type {array.dtype} and shape {array.shape}, not {shape}")
+        raise ValueError(
+            Text(
+                "{name} has type {dtype} and shape {shape}, not {expected}",
+                name=name,
+                dtype=array.dtype,
+                shape=array.shape,
+                expected=shape,
+            )
+        )
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} isn't finite")
+        raise ValueError(Text("{name} isn't finite", name=name))
     return array
 
 
@@ -82,7 +101,7 @@ def _length(arrays: Arrays, name: str, axis: int, most: int) -> int:
     shape = np.shape(arrays.get(name, 0))
     length = shape[axis] if len(shape) > axis else 0
     if not 1 <= length <= most:
-        raise ValueError(f"{name} has shape {shape}")
+        raise ValueError(Text("{name} has shape {shape}", name=name, shape=shape))
     return int(length)
 
 
@@ -117,7 +136,7 @@ def _scales(arrays: Arrays, modes: int) -> tuple[Scale, ...]:
         or updates.min() < 1
         or updates.max() > _MOST_UPDATES
     ):
-        raise ValueError("its scales make no sense")
+        raise ValueError(Text("its scales make no sense"))
     return tuple(
         _scale(arrays, index, float(units[index]), int(updates[index]), modes)
         for index in range(count)
@@ -135,7 +154,7 @@ def _scale(arrays: Arrays, index: int, unit_px: float, updates: int, modes: int)
 
     positions = _checked(arrays, f"places_{index}", np.float32, (places, 2))
     if np.abs(positions).max() > 4.0:
-        raise ValueError(f"places_{index} lie far from any face")
+        raise ValueError(Text("places_{index} lie far from any face", index=index))
     return Scale(
         unit_px,
         positions,

@@ -17,6 +17,7 @@ from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, plan
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.language import Text
 
 MODEL: Final = "models/edges.npz"
 _DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError)
@@ -60,9 +61,13 @@ class EdgeNetwork:
             with np.load(path, allow_pickle=False) as file:
                 parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
         except (OSError, EOFError, KeyError, ValueError, *_DAMAGED_ARCHIVE) as error:
-            raise ModelRefused(f"{path} is damaged ({error}); reinstall Kogao") from error
+            raise ModelRefused(
+                Text("{path} is damaged ({error}); reinstall Kogao", path=path, error=error)
+            ) from error
         if [array.shape for array in parameters] != network.shapes():
-            raise ModelRefused(f"{path.name} isn't a model of the outline's edge; reinstall Kogao")
+            raise ModelRefused(
+                Text("{name} isn't a model of the outline's edge; reinstall Kogao", name=path.name)
+            )
         return EdgeNetwork(parameters)
 
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@ from typing import IO, Any, Final
 
 import numpy as np
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds, metadata, trailers
 from kogao_core.photo.contents import aspect
 from kogao_core.photo.errors import UnreadablePhoto
@@ -51,7 +52,7 @@ def _decode(source: Source) -> Photo:
     source.check(*image.size)
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
     if image.mode.split(";")[0] not in _LAYOUTS:
-        raise ValueError(f"an unknown layout {image.mode}")
+        raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
     exif = image.info.get("exif")
     ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
@@ -77,8 +78,10 @@ def _opened(source: Source) -> Any:
         import pi_heif
     except ImportError:
         raise UnreadablePhoto(
-            f"{source.path} is a HEIC photo; to read it, install the extra: "
-            "pip install 'kogao[heic]'"
+            Text(
+                "{path} is a HEIC photo; to read it, install the extra: pip install 'kogao[heic]'",
+                path=source.path,
+            )
         ) from None
     return pi_heif.open_heif(source.file, convert_hdr_to_8bit=source.bits == 8)
 

@@ -9,6 +9,7 @@ from typing import IO, Final
 
 from PIL import ImageCms
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds, tiff
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
@@ -32,7 +33,10 @@ def _decode(source: Source) -> Photo:
         import rawpy
     except ImportError:
         raise UnreadablePhoto(
-            f"{path} is a raw photo; to read it, install the extra: pip install 'kogao[raw]'"
+            Text(
+                "{path} is a raw photo; to read it, install the extra: pip install 'kogao[raw]'",
+                path=path,
+            )
         ) from None
     data = source.data()
     try:
@@ -46,7 +50,11 @@ def _decode(source: Source) -> Photo:
             )
     except rawpy.LibRawFileUnsupportedError:
         raise UnreadablePhoto(
-            f"{path} is no raw photo that LibRaw knows; develop it elsewhere and open the result"
+            Text(
+                "{path} is no raw photo that LibRaw knows; develop it elsewhere and "
+                "open the result",
+                path=path,
+            )
         ) from None
     profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     note = f"developed to {source.bits} bits with the camera's white balance"
