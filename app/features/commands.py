@@ -8,7 +8,6 @@ from typing import Final
 from PySide6.QtCore import QEvent, QObject, QSettings, QSysInfo, Qt, qVersion
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
-    QDialog,
     QDialogButtonBox,
     QHeaderView,
     QKeySequenceEdit,
@@ -29,15 +28,16 @@ from ..actions import Spec, first_key
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label, row_of
-from ..widgets.dialogs import question
+from ..widgets.dialogs import Dialog, question
 from .feature import Context, Feature
 
-_SIZE_PX: Final = (440, 360)
+_PALETTE_PX: Final = (440, 360)
+_KEYS_PX: Final = (480, 520)
 _ROWS: Final = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
 _GROUP = "shortcuts"
 
 
-class Palette(QDialog):
+class Palette(Dialog):
     """Type to narrow the list, Return to run what is selected, Escape to leave.
 
     Parameters
@@ -49,9 +49,7 @@ class Palette(QDialog):
     """
 
     def __init__(self, actions: Iterable[QAction], parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Commands"))
+        super().__init__(tr("Commands"), parent, _PALETTE_PX)
         self.words, self.list = QLineEdit(), QListWidget()
         self.words.setPlaceholderText(tr("What do you want to do?"))
         self.words.setAccessibleName(tr("Search commands"))
@@ -64,7 +62,6 @@ class Palette(QDialog):
         column = column_of(self, margin=8)
         column.addWidget(self.words)
         column.addWidget(self.list)
-        self.resize(*_SIZE_PX)
         self.words.textChanged.connect(self._narrow)
         self.words.returnPressed.connect(self._run)
         self.list.itemClicked.connect(self._run)
@@ -113,7 +110,7 @@ def restore(settings: QSettings, actions: Mapping[str, QAction]) -> None:
     settings.endGroup()
 
 
-class ShortcutsDialog(QDialog):
+class ShortcutsDialog(Dialog):
     """A list of actions, and a field that takes a new key for the selected one.
 
     Parameters
@@ -129,9 +126,7 @@ class ShortcutsDialog(QDialog):
     def __init__(
         self, actions: Mapping[str, QAction], settings: QSettings, parent: QWidget
     ) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Keys"))
+        super().__init__(tr("Keys"), parent, _KEYS_PX)
         self._actions, self._settings = actions, settings
         self._first = {name: first_key(action) for name, action in actions.items()}
         self._names = list(self._first)
@@ -147,7 +142,6 @@ class ShortcutsDialog(QDialog):
         self.table.currentCellChanged.connect(self._show_current)
         self._lay_out()
         self.table.setCurrentCell(0, 0)
-        self.resize(480, 520)
 
     def _lay_out(self) -> None:
         label = QLabel(tr("&New key"))

@@ -9,9 +9,7 @@ from typing import Final
 
 import cv2
 import numpy as np
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
-    QDialog,
     QDialogButtonBox,
     QGridLayout,
     QLabel,
@@ -34,7 +32,7 @@ from ..i18n import reason, tr
 from ..render.pyramid import PicturePyramid, Rgb8
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label
-from ..widgets.dialogs import room_px, table
+from ..widgets.dialogs import Dialog, table
 from ..widgets.pictures import scaled
 from .faces import Faces
 from .feature import Context, Feature
@@ -176,7 +174,7 @@ def _round_faces(first: Sheet, second: Sheet, image: Box) -> Box:
     return Box(left, top, right, bottom).clipped(image)
 
 
-class ModesDialog(QDialog):
+class ModesDialog(Dialog):
     """Two pictures above the times of table 2 and a table of points.
 
     Parameters
@@ -188,9 +186,8 @@ class ModesDialog(QDialog):
     """
 
     def __init__(self, comparison: ModesCompared, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Manual and automatic"))
+        width_px = 2 * _PICTURE_PX + 12 * GRID_PX
+        super().__init__(tr("Manual and automatic"), parent, (width_px, _HEIGHT_PX))
         self.times = _times_table(comparison.sides)
         self.points = _points_table(comparison)
         grid = QGridLayout()
@@ -207,7 +204,6 @@ class ModesDialog(QDialog):
         rows.addWidget(muted_label(summary(comparison.faces)))
         rows.addWidget(self.points, 1)
         rows.addWidget(buttons)
-        self.resize(2 * _PICTURE_PX + 12 * GRID_PX, min(_HEIGHT_PX, room_px(parent)))
 
 
 def summary(faces: Sequence[FaceCompared]) -> str:

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import (
-    QDialog,
     QDialogButtonBox,
     QGridLayout,
     QLabel,
@@ -26,15 +25,15 @@ from ..i18n import tr
 from ..preferences import PREFERENCES, Preference
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, muted_label
-from ..widgets.dialogs import ask_path
+from ..widgets.dialogs import Dialog, ask_path
 from . import presets
 from .feature import Context, Feature
 from .recipe import RecipeEditing
 
-_WIDTH_PX: Final = 520
+_SIZE_PX: Final = (520, 0)
 
 
-class PreferencesDialog(QDialog):
+class PreferencesDialog(Dialog):
     """A row for each of `PREFERENCES`.
 
     Parameters
@@ -55,9 +54,7 @@ class PreferencesDialog(QDialog):
     changed = Signal()
 
     def __init__(self, settings: QSettings, recipes: Mapping[str, Recipe], parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Preferences"))
+        super().__init__(tr("Preferences"), parent, _SIZE_PX)
         self._settings, self._recipes = settings, recipes
         self.controls: dict[str, ChoiceBox | QLineEdit] = {}
         rows = QGridLayout()
@@ -72,7 +69,6 @@ class PreferencesDialog(QDialog):
         column.addLayout(rows)
         column.addStretch()
         column.addWidget(buttons)
-        self.setMinimumWidth(_WIDTH_PX)
 
     def _add(self, what: Preference, rows: QGridLayout, row: int) -> None:
         control = self._folder(what) if what.kind == "folder" else self._choice(what)

@@ -7,8 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
+    QDialog,
     QFileDialog,
     QHeaderView,
     QMessageBox,
@@ -23,12 +25,46 @@ from kogao_core.photo import READABLE
 from ..i18n import tr
 
 _MARGIN_PX = 60  # what a title bar and a task bar take
+_LINE_PX = 18  # a line of text for which sizes are given
 
 
 def photo_filter(formats: Iterable[str] = READABLE, *more: str) -> str:
     """Return the filter of a dialog for photos: their endings, and other patterns."""
     patterns = " ".join((*(f"*{suffix}" for suffix in formats), *more))
     return tr("Photos ({patterns})", patterns=patterns)
+
+
+class Dialog(QDialog):
+    """A dialog that is gone once it is closed, and as large as its texts need.
+
+    Parameters
+    ----------
+    title : str
+        What it is called.
+    parent : QWidget
+        The window.
+    size_px : (int, int)
+        Width and height for small text; it grows with larger one, as far as the screen has room.
+    """
+
+    def __init__(self, title: str, parent: QWidget, size_px: tuple[int, int]) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle(title)
+        grown = max(1.0, self.fontMetrics().height() / _LINE_PX)
+        room = parent.screen().availableSize() - QSize(_MARGIN_PX, _MARGIN_PX)
+        self.resize((QSize(*size_px) * grown).boundedTo(room))
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Grow until no line is cut: Qt reckons with the lines that a wider dialog would have."""
+        layout = self.layout()
+        if layout is not None:
+            layout.activate()
+            least = layout.totalMinimumSize()
+            width = max(self.width(), least.width())
+            height = max(least.height(), layout.totalMinimumHeightForWidth(width))
+            self.resize(width, max(self.height(), height))
+        super().showEvent(event)
 
 
 def ask_path(
@@ -121,11 +157,6 @@ def button(text: str, slot: Callable[[], object]) -> QPushButton:
     made.setAutoDefault(False)
     made.clicked.connect(slot)
     return made
-
-
-def room_px(window: QWidget) -> int:
-    """Return how high a dialog may be on the window's screen."""
-    return window.screen().availableGeometry().height() - _MARGIN_PX
 
 
 def table(

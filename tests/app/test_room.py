@@ -137,11 +137,15 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share
                 driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, size, (name, mode)))
 
 
+@pytest.mark.parametrize("share", [1.0, 1.5, 2.0])
 @pytest.mark.parametrize("dress", ["light", "dark"])
-def test_no_text_of_a_dialog_is_cut(dress, dialogs, qapp):
+def test_no_text_of_a_dialog_is_cut(request, qapp, text_size, dress, share):
+    text_size(share)
     theme.apply(qapp, dress)
-    for dialog in dialogs:
+    for dialog in request.getfixturevalue("dialogs"):
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
+        room = dialog.screen().availableSize()
+        assert dialog.size().boundedTo(room) == dialog.size()
 
 
 def test_retouch_has_few_controls(start, photo):

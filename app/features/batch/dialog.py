@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QDialog,
     QLabel,
     QLineEdit,
     QListWidget,
@@ -26,13 +25,14 @@ from kogao_core.recipe import Recipe
 from ...i18n import tr
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
-from ...widgets.dialogs import ask_path, button, photo_filter
+from ...widgets.dialogs import Dialog, ask_path, button, photo_filter
 from .order import BatchProgress, Order
 
 _MOST_JOBS: Final = 64
 # Each photo in hand takes about eight times its pixels: more at once is the user's own choice.
 _JOBS: Final = max(1, min(4, (os.cpu_count() or 2) - 1))
 _LIST_PX: Final = 96
+_SIZE_PX: Final = (560, 620)
 
 
 class OrderForm(QWidget):
@@ -153,7 +153,7 @@ class OrderForm(QWidget):
         ask_path(self, tr("Results go to"), lambda path: self.folder.setText(str(path)), "folder")
 
 
-class BatchDialog(QDialog):
+class BatchDialog(Dialog):
     """Takes the order for a batch and follows it.
 
     Signals
@@ -168,8 +168,9 @@ class BatchDialog(QDialog):
     stopped = Signal()
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setWindowTitle(tr("Batch"))
+        super().__init__(tr("Batch"), parent, _SIZE_PX)
+        # It can be closed while it works, and opened again.
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
         self._report: Path | None = None
         self.form = OrderForm()
         self.form.changed.connect(self._allow)
@@ -186,7 +187,6 @@ class BatchDialog(QDialog):
         self.report.setToolTip(tr("One line a photo, with what became of it"))
         self._lay_out()
         self.show_idle()
-        self.resize(560, 620)
 
     def _lay_out(self) -> None:
         self._bad_title = named(tr("&Not done"), self.bad)

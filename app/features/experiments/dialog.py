@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
-    QDialog,
     QDialogButtonBox,
     QGridLayout,
     QHeaderView,
@@ -24,7 +23,7 @@ from kogao_core.geometry import Image
 from ...i18n import tr
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, column_of, heading, muted_label
-from ...widgets.dialogs import room_px, table
+from ...widgets.dialogs import Dialog, table
 from ...widgets.pictures import scaled
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ class Findings:
     texts: dict[str, str] = field(default_factory=dict)
 
 
-class ExperimentDialog(QDialog):
+class ExperimentDialog(Dialog):
     """Follows an experiment and shows what came of it.
 
     Parameters
@@ -81,9 +80,7 @@ class ExperimentDialog(QDialog):
     """
 
     def __init__(self, title: str, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(title)
+        super().__init__(title, parent, _SIZE_PX)
         self.progress = QProgressBar()
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
@@ -100,7 +97,6 @@ class ExperimentDialog(QDialog):
         column.addWidget(self.progress)
         column.addWidget(_scrolled(self._page), 1)
         column.addWidget(self._buttons())
-        self.resize(_SIZE_PX[0], min(_SIZE_PX[1], room_px(parent)))
 
     def show_progress(self, done: int, of: int) -> None:
         """Show that so many runs are done, of so many."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QCheckBox,
-    QDialog,
     QDialogButtonBox,
     QHBoxLayout,
     QLineEdit,
@@ -24,13 +23,13 @@ from kogao_core.settings import CORNERS, LABEL_SHARE
 from ...i18n import sentence, tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
-from ...widgets.dialogs import ask_path, photo_filter
+from ...widgets.dialogs import Dialog, ask_path, photo_filter
 from .told import Told
 
-_WIDTH_PX: Final = 460
+_SIZE_PX: Final = (460, 0)
 
 
-class SavingDialog(QDialog):
+class SavingDialog(Dialog):
     """Choices that are off at first: an edit record, a label of text, and one that is a picture.
 
     Parameters
@@ -49,9 +48,7 @@ class SavingDialog(QDialog):
     chosen = Signal(object)
 
     def __init__(self, now: Told, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(tr("Save options"))
+        super().__init__(tr("Save options"), parent, _SIZE_PX)
         self.record = QCheckBox(tr("Add an &edit record to the photo's data (XMP)"))
         self.record.setToolTip(tr("That the photo was retouched, when, how and by which program"))
         self.record.setChecked(now.record)
@@ -112,7 +109,6 @@ class SavingDialog(QDialog):
                 column.addWidget(part)
         column.addWidget(self.note)
         column.addWidget(self.buttons)
-        self.setMinimumWidth(_WIDTH_PX)
 
     def _ask_picture(self) -> None:
         at = Path(self.picture.text())
