@@ -261,7 +261,7 @@ def _times_table(sides: tuple[Side, Side]) -> QTableWidget:
 
 
 def _points_table(comparison: ModesCompared) -> QTableWidget:
-    head = [tr("Face"), tr("Point by hand"), tr("Found"), tr("Landmark"), tr("Target")]
+    head = [tr("Face"), tr("By hand"), tr("Found"), tr("Landmark"), tr("Target")]
     rows = []
     for index, _, apart in comparison.faces:
         for point, partner in enumerate(apart.partners.tolist()):

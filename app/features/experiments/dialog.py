@@ -109,7 +109,9 @@ class ExperimentDialog(Dialog):
         self.state.setText("\n".join([findings.lead, *findings.left_out]))
         self._show_pictures(findings.pictures)
         for content in findings.tables:
-            self._page.addWidget(heading(content.caption))
+            caption = heading(content.caption)
+            caption.setWordWrap(True)
+            self._page.addWidget(caption)
             self.tables.append(_table(content))
             self._page.addWidget(self.tables[-1])
             if content.note:
