@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
 
-from .i18n import tr
+from .i18n import bare, tr
 
 Names = tuple[str | None, ...]
 _FIRST_KEY = "first_key"
@@ -150,3 +151,10 @@ def fill_toolbar(bar: QToolBar, names: Names, actions: Mapping[str, QAction]) ->
             bar.addSeparator()
         else:
             bar.addAction(actions[name])
+            actions[name].changed.connect(partial(_rename_button, actions[name]))
+            _rename_button(actions[name])
+
+
+def _rename_button(action: QAction) -> None:
+    # Qt leaves the letter of ``開く(&O)`` on the button.
+    action.setIconText(bare(action.text()).rstrip("…"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final
 
 from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
@@ -18,7 +19,8 @@ from kogao_core.language import (
     use_language,
 )
 
-__all__ = ["language_names", "reason", "sentence", "speak", "tr", "tr_count", "translated"]
+__all__ = ["bare", "language_names", "reason", "sentence", "speak", "tr", "tr_count", "translated"]
+_LETTER: Final = re.compile(r"\(&\w\)")
 _QT: Final = "qtbase"  # its own texts: buttons of dialogs, menus of text fields
 
 
@@ -47,6 +49,11 @@ def speak(app: QCoreApplication, asked: str) -> None:
             QLocale(code), _QT, "_", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
         ):
             app.installTranslator(words)
+
+
+def bare(text: str) -> str:
+    """Return a text without the mark of the letter that Alt leads to, or ``(&X)`` behind a word."""
+    return _LETTER.sub("", text).replace("&", "")
 
 
 def language_names() -> dict[str, str]:

@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 from kogao_core import __version__
 
 from ..actions import Spec, first_key
-from ..i18n import tr
+from ..i18n import bare, tr
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label, row_of
 from ..widgets.dialogs import Dialog, question
@@ -96,7 +96,7 @@ class Palette(Dialog):
 
 
 def _title(action: QAction) -> str:
-    name = action.text().replace("&", "").rstrip("…")
+    name = bare(action.text()).rstrip("…")
     key = action.shortcut().toString()
     return f"{name}   {key}" if key else name
 
@@ -166,7 +166,7 @@ class ShortcutsDialog(Dialog):
         table.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)
         for row, name in enumerate(self._names):
             action = self._actions[name]
-            table.setItem(row, 0, QTableWidgetItem(action.text().replace("&", "")))
+            table.setItem(row, 0, QTableWidgetItem(bare(action.text())))
             table.setItem(row, 1, QTableWidgetItem(action.shortcut().toString()))
         return table
 
@@ -189,7 +189,7 @@ class ShortcutsDialog(Dialog):
             (other for other in self._names if other != name and self._has(other, key)), None
         )
         if owner is not None:
-            what = self._actions[owner].text().replace("&", "")
+            what = bare(self._actions[owner].text())
             self.note.setText(tr("{key} belongs to “{what}”", key=key.toString(), what=what))
             self.key.setKeySequence(self._actions[name].shortcut())
             return

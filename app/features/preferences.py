@@ -21,7 +21,7 @@ from kogao_core.recipe import Recipe
 
 from .. import preferences, theme
 from ..actions import Spec
-from ..i18n import tr
+from ..i18n import bare, tr
 from ..preferences import PREFERENCES, Preference
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, muted_label
@@ -74,7 +74,7 @@ class PreferencesDialog(Dialog):
         control = self._folder(what) if what.kind == "folder" else self._choice(what)
         self.controls[what.name] = control
         control.setToolTip(what.tip())
-        control.setAccessibleName(what.title().replace("&", ""))
+        control.setAccessibleName(bare(what.title()))
         control.setAccessibleDescription(what.tip())
         title = QLabel(what.title())
         title.setBuddy(control)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QSettings, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
 
-from ..i18n import tr
+from ..i18n import bare, tr
 from ..theme import GRID_PX
 from ..widgets.controls import heading, muted_label
 from .feature import Context, Feature
@@ -122,7 +122,7 @@ class EmptyState(QFrame):
 
 
 def _button(action: QAction) -> QPushButton:
-    button = QPushButton(action.text().replace("&", ""))
+    button = QPushButton(bare(action.text()))
     button.setToolTip(action.toolTip())
     button.clicked.connect(action.trigger)
     return button

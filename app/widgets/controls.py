@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..i18n import tr
+from ..i18n import bare, tr
 from ..theme import GRID_PX
 from .spoken import speak_values
 from .typed import SliderScale, ValueField
@@ -310,9 +310,9 @@ class ValueSlider(QWidget):
         """Take another name, with its mnemonic, another explanation, and texts for the values."""
         self._scale, self._tip = scale, tip
         self.slider.scale = scale
-        self.field.rename(title.replace("&", ""), scale)
+        self.field.rename(bare(title), scale)
         self.title.setText(title)
-        self.slider.setAccessibleName(title.replace("&", ""))
+        self.slider.setAccessibleName(bare(title))
         self._show_tip()
 
     def show_first(self, value: float) -> None:
@@ -360,8 +360,8 @@ class Fold(QWidget):
         self._content = content
         self.button = QToolButton()
         self.button.setText(title)
-        self.button.setAccessibleName(title.replace("&", ""))
-        self.button.setToolTip(tr("Show or hide: {what}", what=title.replace("&", "")))
+        self.button.setAccessibleName(bare(title))
+        self.button.setToolTip(tr("Show or hide: {what}", what=bare(title)))
         self.button.setProperty("fold", "true")
         self.button.setCheckable(True)
         self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -386,7 +386,7 @@ def action_button(action: QAction) -> QToolButton:
     """Return a narrow button for an action, which the Tab key reaches."""
     button = QToolButton()
     button.setDefaultAction(action)
-    button.setAccessibleName(action.text().replace("&", ""))
+    button.setAccessibleName(bare(action.text()))
     button.setProperty("segment", "true")
     button.setProperty("snug", "true")
     button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -404,7 +404,7 @@ def named(text: str, buddy: QWidget) -> QLabel:
     """Return the title of a control, which also names it for screen readers."""
     label = heading(text)
     label.setBuddy(buddy)
-    buddy.setAccessibleName(text.replace("&", ""))
+    buddy.setAccessibleName(bare(text))
     return label
 
 

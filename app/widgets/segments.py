@@ -8,6 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 
+from ..i18n import bare
+
 
 def segmented(name: str, actions: Sequence[QAction]) -> QWidget:
     """Return the actions of an exclusive group side by side, without gaps.
@@ -27,7 +29,7 @@ def segmented(name: str, actions: Sequence[QAction]) -> QWidget:
     for place, action in enumerate(actions):
         button = QToolButton()
         button.setDefaultAction(action)
-        button.setAccessibleName(action.text().replace("&", ""))
+        button.setAccessibleName(bare(action.text()))
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         ends = {0: "first", len(actions) - 1: "last"}
         button.setProperty("part", ends.get(place, "middle"))

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections import defaultdict
 
 import pytest
-from PySide6.QtGui import QKeySequence
+from kogao_app.actions import fill_toolbar
+from kogao_app.i18n import bare
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QLabel,
+    QMainWindow,
     QMenu,
     QMenuBar,
     QWidget,
@@ -63,3 +66,16 @@ def test_a_letter_with_alt_leads_to_one_place_of_a_dialog(two, dialogs):
 def test_every_menu_goes_with_its_window():
     tops = [one for one in QApplication.topLevelWidgets() if isinstance(one, QMenu)]
     assert [menu.title() for menu in tops if menu.parent() is None] == []
+
+
+def test_a_letter_behind_the_word_is_on_no_button_and_in_no_name(qtbot):
+    window = QMainWindow()
+    qtbot.addWidget(window)
+    action = QAction("開く(&O)…", window)
+    bar = window.addToolBar("buttons")
+    fill_toolbar(bar, ("open",), {"open": action})
+    button = bar.widgetForAction(action)
+    assert (button.text(), action.text()) == ("開く", "開く(&O)…")
+    action.setText("写真を開く(&O)…")
+    assert button.text() == "写真を開く"
+    assert bare("&Save a copy…") == "Save a copy…"
