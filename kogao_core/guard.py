@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Collection, Iterator, Sequence
+from itertools import chain
 from typing import Final
+
+import numpy as np
 
 from kogao_core.falloff import NO_FALLOFF
 from kogao_core.field import Field
-from kogao_core.lattice import groups
+from kogao_core.lattice import groups, meet
 from kogao_core.one_to_one import (
     LEAST_MEASURED_DET,
     certify,
@@ -15,18 +19,20 @@ from kogao_core.one_to_one import (
     falloff_slope,
     least_det,
 )
+from kogao_core.samples import least_dets
 
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6
+_SLIGHT_SLOPE: Final = 0.05  # of a displacement that has no part in a fold
 
 
 def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     """Scale the displacements of faces that would fold, and refuse a fade that would.
 
-    A lattice that stands alone is held back until it is proven one-to-one; faces whose lattices
-    reach into each other are held back together, until proven or at least measured so. Beside a
-    falloff the proof is needed in any case. A fade is kept only where it is proven harmless;
-    without it the lossless threshold holds.
+    A lattice that stands alone is held back until it is proven one-to-one. Of faces whose lattices
+    reach into each other those that reach a fold are held back together, until the whole is proven
+    or at least measured one-to-one. Beside a falloff the proof is needed in any case. A fade is
+    kept only where it is proven harmless; without it the lossless threshold holds.
 
     Parameters
     ----------
@@ -59,8 +65,7 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     shares = [1.0] * len(field.lattices)
     for group in groups(field.lattices):
         part = Field(tuple(field.lattices[k] for k in group), falloff=field.falloff)
-        share = _largest_safe_share(part)
-        for k in group:
+        for k, share in zip(group, _largest_safe_shares(part), strict=True):
             shares[k] = share
     held = _scaled(field, shares)
     if not edges_are_safe(held):
@@ -68,20 +73,72 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     return held, tuple(shares)
 
 
-def _largest_safe_share(field: Field) -> float:
+def _largest_safe_shares(field: Field) -> list[float]:
+    """Return how much is kept of each displacement of a group."""
     # What the falloff bears is known without a search: its bound grows with the displacement.
     slope = falloff_slope(field)
     most = 1.0 if slope < 1.0 else _BELOW_ONE / slope
-    if _safe(_scaled(field, [most] * len(field.lattices))):
-        return most
+    shares, together = [most] * len(field.lattices), list[set[int]]()
+    while not _safe(held := _scaled(field, shares)):
+        if len(shares) == 1:
+            return [_bisected(lambda share: _safe(_scaled(field, [share])), most)]
+        found = _joined([*together, *_folding(held, range(len(shares)))])
+        if found == together:  # slight slopes make the difference
+            found = [set(range(len(shares)))]
+        for members in (one for one in found if one not in together):
+            share = _largest_safe_share(field, shares, members, most)
+            for k in members:
+                shares[k] = share
+        together = found
+    return shares
+
+
+def _largest_safe_share(
+    field: Field, shares: Sequence[float], members: set[int], most: float
+) -> float:
+    """Return how much some lattices may keep, the others of their group keeping their shares."""
+    held = _scaled(field, [1.0 if k in members else one for k, one in enumerate(shares)])
+
+    def is_sound(share: float) -> bool:
+        tried = _scaled(held, [share if k in members else 1.0 for k in range(len(shares))])
+        return members.isdisjoint(chain.from_iterable(_folding(tried, members)))
+
+    return _bisected(is_sound, most)
+
+
+def _bisected(allows: Callable[[float], bool], most: float) -> float:
     low, high = 0.0, most
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2.0
-        if _safe(_scaled(field, [middle] * len(field.lattices))):
+        if allows(middle):
             low = middle
         else:
             high = middle
     return low
+
+
+def _folding(field: Field, near: Collection[int]) -> Iterator[set[int]]:
+    """Yield, for each cell near some lattices that comes close to a fold, those that bend it."""
+    for lattice in field.lattices:
+        if not any(meet(lattice, field.lattices[k]) for k in near):
+            continue
+        folds = least_dets(field, lattice, LEAST_MEASURED_DET) < LEAST_MEASURED_DET
+        if not folds.any():
+            continue
+        x, y = lattice.cell_edges_px
+        spans = np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
+        slopes = np.stack([a.most_in(a.steepest, spans)[folds] for a in field.lattices])
+        for bends in ((slopes >= _SLIGHT_SLOPE) | (slopes == slopes.max(axis=0))).T:
+            yield set(np.flatnonzero(bends).tolist())
+
+
+def _joined(sets: Sequence[set[int]]) -> list[set[int]]:
+    """Return sets of which no two have a member in common."""
+    found: list[set[int]] = []
+    for one in sets:
+        near = [other for other in found if other & one]
+        found = [other for other in found if not other & one] + [one.union(*near)]
+    return found
 
 
 def is_safe(field: Field) -> bool:
@@ -118,8 +175,11 @@ def _safe(field: Field) -> bool:
     return least_det(field, LEAST_MEASURED_DET) >= LEAST_MEASURED_DET
 
 
-def _scaled(field: Field, shares: list[float]) -> Field:
+def _scaled(field: Field, shares: Sequence[float]) -> Field:
     if all(share == 1.0 for share in shares):
         return field
-    lattices = (a.scaled(share) for a, share in zip(field.lattices, shares, strict=True))
+    lattices = (
+        lattice if share == 1.0 else lattice.scaled(share)
+        for lattice, share in zip(field.lattices, shares, strict=True)
+    )
     return dataclasses.replace(field, lattices=tuple(lattices))
