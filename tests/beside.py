@@ -276,7 +276,7 @@ CASES = [
     Case("credentials", ".jpg", jpeg(jumbf(b"c2pa")),
          kinds.CREDENTIALS),
     Case("remote credentials", ".jpg", jpeg(xmp=packet('dcterms:provenance="https://e.org/x"')),
-         kinds.CREDENTIALS, (b"dcterms:provenance",)),
+         kinds.CREDENTIALS_LINK, (b"dcterms:provenance",)),
     Case("credentials of a PNG", ".png", png((b"caBX", b"c2pa" + MARK)), kinds.CREDENTIALS),
     Case("credentials of a TIFF", ".tif", tiff({52545: (7, MARK)}), kinds.CREDENTIALS),
     Case("credentials of a WebP", ".webp", webp((b"C2PA", MARK)), kinds.CREDENTIALS),

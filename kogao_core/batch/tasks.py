@@ -124,7 +124,7 @@ def work(task: Task) -> Outcome:
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.background import held_of
     from kogao_core.photo import bits_of, read, write
-    from kogao_core.photo.disclosure import disclose, undisclosed
+    from kogao_core.photo.disclosure import disclose, signing, undisclosed
     from kogao_core.pipeline import render
 
     output = Path(task.output)
@@ -138,7 +138,7 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     left_out = undisclosed(photo, rendering.pixels, task.disclosure)
     photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
     output.parent.mkdir(parents=True, exist_ok=True)
-    note = write(photo, pixels, output, force=True)
+    note = write(photo, pixels, output, force=True, sign=signing(task.disclosure, done.what))
     achieved = tuple(round(percent, 3) for percent in rendering.achieved)
     return achieved, "; ".join(filter(None, [done.note, note, left_out]))
 

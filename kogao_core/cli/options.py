@@ -148,8 +148,21 @@ _DISCLOSING: Final = (
             high=LABEL_SHARE[1],
         ),
     ),
+    words.option(
+        "--sign-certificate",
+        "certificate",
+        metavar="FILE",
+        help="Sign content credentials (C2PA) that name the photo as the source; your certificate "
+        "and those that vouch for it, as PEM (pip install 'kogao[credentials]').",
+    ),
+    words.option(
+        "--sign-key",
+        "key",
+        metavar="FILE",
+        help="The certificate's private key, as PEM; its password from KOGAO_SIGN_PASSWORD.",
+    ),
 )
-_TOLD: Final = ("record", "label", "font", "picture", "corner", "share")
+_TOLD: Final = ("record", "label", "font", "picture", "corner", "share", "certificate", "key")
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -173,23 +186,36 @@ def _disclosure(
     picture: str | None,
     corner: Corner,
     share: float,
+    certificate: str | None,
+    key: str | None,
 ) -> Disclosure:
-    """Return what results disclose, after checking that the labels can be drawn."""
+    """Return what results disclose, after checking that they can."""
     from kogao_core.photo.disclosure import Disclosure
-    from kogao_core.photo.label_picture import LabelPicture
 
-    laid = None if picture is None else LabelPicture(picture, corner, share)
-    if label is not None or laid is not None:
-        from kogao_core.photo import CannotDisclose
+    if (certificate is None) != (key is None):
+        raise common.Stop(
+            Text("a signature takes both --sign-certificate and --sign-key"), common.USAGE
+        )
+    laid, signer = None, None
+    if label is not None or picture is not None or (certificate is not None and key is not None):
+        from kogao_core.photo.credentials import Signer, check_signer
+        from kogao_core.photo.errors import CannotDisclose, MissingExtra
         from kogao_core.photo.label import check_label
-        from kogao_core.photo.label_picture import check_picture
+        from kogao_core.photo.label_picture import LabelPicture, check_picture
 
-        with common.stopping(CannotDisclose, common.USAGE):
+        with (
+            common.stopping(CannotDisclose, common.USAGE),
+            common.stopping(MissingExtra, common.BROKEN),
+        ):
             if label is not None:
                 check_label(label, font)
-            if laid is not None:
+            if picture is not None:
+                laid = LabelPicture(picture, corner, share)
                 check_picture(laid)
-    return Disclosure(record, label or "", font, laid)
+            if certificate is not None and key is not None:
+                signer = Signer(certificate, key)
+                check_signer(signer)
+    return Disclosure(record, label or "", font, laid, signer)
 
 
 _PAPERS: Final = (

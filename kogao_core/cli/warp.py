@@ -247,29 +247,28 @@ def _write(
     rendering: Rendering,
     what: str,
     disclosure: Disclosure,
-    write: Callable[[Photo, Image], str],
+    write: Callable[..., str],
 ) -> str:
-    from kogao_core.photo.disclosure import disclose, undisclosed
+    from kogao_core.photo.disclosure import disclose, signing, undisclosed
 
     left_out = undisclosed(photo, rendering.pixels, disclosure)
     with _writing():
-        note = write(*disclose(photo, rendering.pixels, disclosure, what=what))
+        told = disclose(photo, rendering.pixels, disclosure, what=what)
+        note = write(*told, sign=signing(disclosure, what))
     return "; ".join(filter(None, [note, left_out]))
 
 
-def _write_to(
-    output: Path, force: bool, photo: Photo, pixels: Image, ahead: Callable[[], object]
-) -> str:
+def _write_to(output: Path, force: bool, photo: Photo, pixels: Image, **more: Any) -> str:
     from kogao_core.photo import write
 
-    return write(photo, pixels, output, force=force, ahead=ahead)
+    return write(photo, pixels, output, force=force, **more)
 
 
-def _write_in_place(photo: Photo, pixels: Image, ahead: Callable[[], object]) -> str:
+def _write_in_place(photo: Photo, pixels: Image, **more: Any) -> str:
     from kogao_core.originals import Originals
     from kogao_core.photo import write_in_place
 
-    return write_in_place(photo, pixels, Originals.of_user(), ahead)
+    return write_in_place(photo, pixels, Originals.of_user(), **more)
 
 
 @contextmanager

@@ -5,10 +5,13 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 
 from kogao_core.geometry import Image
+from kogao_core.photo.credentials import Signer, signed
 from kogao_core.photo.label_picture import LabelPicture, lay_over
 from kogao_core.photo.model import Photo, is_same
+from kogao_core.photo.writing import Sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,17 +29,25 @@ class Disclosure:
         A font file for the label, for letters that the built-in Latin font lacks.
     picture : LabelPicture, optional
         A picture to lay over a corner.
+    signer : Signer, optional
+        Who signs content credentials, see `signing`.
     """
 
     record: bool = False
     label: str = ""
     font: str | None = None
     picture: LabelPicture | None = None
+    signer: Signer | None = None
 
     @property
     def is_wanted(self) -> bool:
         """Whether anything is to be disclosed."""
-        return self.record or bool(self.label) or self.picture is not None
+        return self.record or self.is_labelled or self.signer is not None
+
+    @property
+    def is_labelled(self) -> bool:
+        """Whether the picture shows it."""
+        return bool(self.label) or self.picture is not None
 
 
 NO_DISCLOSURE = Disclosure()
@@ -97,11 +108,29 @@ def disclose(
     return photo, pixels
 
 
+def signing(disclosure: Disclosure, what: str) -> Sign | None:
+    """Return what signs a result on its way into a file, for `write`; None, where nobody does.
+
+    Parameters
+    ----------
+    disclosure : Disclosure
+        What to disclose.
+    what : str
+        A few words on what was done.
+    """
+    if disclosure.signer is None:
+        return None
+    return partial(signed, signer=disclosure.signer, what=what)
+
+
 def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
     if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
-    is_labelled = bool(disclosure.label) or disclosure.picture is not None
-    wanted = {"label": is_labelled, "edit record": disclosure.record}
+    wanted = {
+        "label": disclosure.is_labelled,
+        "edit record": disclosure.record,
+        "signature": disclosure.signer is not None,
+    }
     missing = " and ".join(name for name, asked in wanted.items() if asked)
     return f"nothing was changed, so there is no {missing}"

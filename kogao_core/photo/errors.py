@@ -17,3 +17,7 @@ class RefusedOutput(CannotWrite):
 
 class CannotDisclose(CannotWrite):
     """A disclosure can't be added to the photo."""
+
+
+class MissingExtra(CannotDisclose):
+    """It takes a library that isn't installed."""

@@ -16,7 +16,7 @@ from kogao_core.photo.colour import CONVERTED
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.model import Photo, Stamp, is_same
-from kogao_core.photo.writing import check_output, write
+from kogao_core.photo.writing import Sign, check_output, write
 
 _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 
@@ -94,6 +94,7 @@ def write_in_place(
     pixels: Image,
     originals: Originals,
     ahead: Callable[[], object] | None = None,
+    sign: Sign | None = None,
 ) -> str:
     """Write new pixels over the photo's own file; see `write` for what stays as it was.
 
@@ -107,7 +108,7 @@ def write_in_place(
         Of the photo's own shape and type.
     originals : Originals
         Where the file is kept before it is written over.
-    ahead : callable, optional
+    ahead, sign : callable, optional
         See `write`.
 
     Returns
@@ -143,7 +144,7 @@ def write_in_place(
 
     if source is not photo:
         ahead = None  # what lies there now is a result
-    return write(source, pixels, photo.path, force=True, ahead=ahead, before=keep)
+    return write(source, pixels, photo.path, force=True, ahead=ahead, before=keep, sign=sign)
 
 
 def _as_read(photo: Photo, originals: Originals) -> Photo:

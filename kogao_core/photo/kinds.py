@@ -132,7 +132,12 @@ FURTHER: Final = Kind(
 )
 CREDENTIALS: Final = Kind(
     "content credentials (C2PA)",
-    "APP11, `caBX`, tag 52545, `C2PA`, `uuid`; `dcterms:provenance`",
+    "APP11, `caBX`, tag 52545, `C2PA`, `uuid`",
+    why="no changed photo fulfils them; kept as the source's where the result is signed",
+)
+CREDENTIALS_LINK: Final = Kind(
+    "a link to content credentials (C2PA)",
+    "`dcterms:provenance`",
     why="no changed photo fulfils them",
 )
 SAMSUNG: Final = Kind("Samsung's data at the end", "`SEFT`, `sefd`", why=_UNKNOWN)

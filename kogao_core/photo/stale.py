@@ -23,7 +23,7 @@ _STALE: Final[dict[str, Kind]] = {
     f"{_GOOGLE}1.0/depthmap/ ": kinds.DEPTH,
     f"{_GOOGLE}dd/1.0/": kinds.DEPTH,
     f"{_GOOGLE}1.0/image/ ": kinds.ORIGINAL,
-    "http://purl.org/dc/terms/ provenance": kinds.CREDENTIALS,
+    "http://purl.org/dc/terms/ provenance": kinds.CREDENTIALS_LINK,
 }
 _PICTURES: Final = tuple(
     name.strip().encode() for name, kind in _STALE.items() if kind in (kinds.DEPTH, kinds.ORIGINAL)

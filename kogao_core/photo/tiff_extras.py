@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from kogao_core.photo import kinds, tiff
 from kogao_core.photo.kinds import Extra
 
-_LAYERS, _CREDENTIALS = 37724, 52545
+_LAYERS, CREDENTIALS = 37724, 52545
 _SUB_DIRECTORIES: Final = 330
 _EXIF_DIRECTORY, _MAKER_NOTE = 0x8769, 0x927C
 # How pixels are stored, and where: the new file says so itself. Blocks with a way of their own.
@@ -25,7 +25,7 @@ _STORAGE: Final = {
 }  # fmt: skip
 _NAMED: Final = {
     _LAYERS: Extra(kinds.LAYERS),
-    _CREDENTIALS: Extra(kinds.CREDENTIALS),
+    CREDENTIALS: Extra(kinds.CREDENTIALS),
     _SUB_DIRECTORIES: Extra(kinds.FURTHER),
 }
 _PHOTOMETRIC, _SAMPLES = 262, 277

@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo, is_same
 
+Sign: TypeAlias = Callable[[Photo, Pieces, Format], Pieces]
+
 
 def write(
     photo: Photo,
@@ -30,6 +32,7 @@ def write(
     force: bool = False,
     ahead: Callable[[], object] | None = None,
     before: Callable[[Pieces], object] | None = None,
+    sign: Sign | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
@@ -54,6 +57,9 @@ def write(
     before : callable, optional
         Called with what the file is to hold, just before it is put in place; it keeps what is
         there, and nothing is kept beside it.
+    sign : callable, optional
+        Given the photo, a changed one's file and its format; returns that file with content
+        credentials (`disclosure.signing`).
 
     Returns
     -------
@@ -96,7 +102,9 @@ def write(
             keep = formats.BY_NAME[form].keep if form == photo.format else None
             ahead = ahead or partial(read_ahead, photo, path)
             pieces, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
-            note = _worth_knowing(photo, pixels, form, kept)
+            if sign is not None:
+                pieces = sign(photo, pieces, form)
+            note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
         if before is not None:
             before(pieces)
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
@@ -301,7 +309,7 @@ def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
     return form == photo.format and is_same(photo.pixels, pixels) and photo.is_as_read
 
 
-def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str) -> str:
+def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str, *, is_signed: bool) -> str:
     """Return the notes on a changed photo: what it lost, and what of its file was kept."""
     held = {
         kinds.IPTC: photo.photoshop,
@@ -309,13 +317,18 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str) -> str:
         kinds.ASPECT: photo.aspect,
     }
     extras = [*photo.extras, *(Extra(kind) for kind, block in held.items() if block)]
+    signed = ""
+    if is_signed:  # credentials of the photo's own go into the new ones
+        extras = [one for one in extras if one.kind is not kinds.CREDENTIALS]
+        signed = "signed, with the photo as its source"
     target = formats.BY_NAME[form]
     lost = target.not_kept(extras)
     grey = ""
     if photo.icc_profile and target.becomes_colour(pixels):
         grey = "grey became RGB, without its colour profile"
     spread = _spread(photo, pixels)
-    return "; ".join(filter(None, [*photo.notes, lost, target.lacks(photo), grey, spread, kept]))
+    notes = [*photo.notes, lost, target.lacks(photo), grey, spread, kept, signed]
+    return "; ".join(filter(None, notes))
 
 
 def _spread(photo: Photo, pixels: Image) -> str:

@@ -147,7 +147,7 @@ def mark(tmp_path):
 
 def want_picture(box, mark):
     QTest.keyClick(box.pictured, Qt.Key.Key_Space)
-    box.picture.setText(str(mark))
+    box.picture.line.setText(str(mark))
     box.corner.setCurrentIndex(box.corner.findData("bottom-left"))
     box.share.setValue(10)
     accept(box)
@@ -166,8 +166,30 @@ def test_a_picture_is_laid_over_copies_and_remembered(empty, start, jpeg, tmp_pa
     assert (rows.max(), columns.min()) == (red.shape[0] - 1, 0)
     assert red.mean() == pytest.approx(0.1, abs=0.01)
     box = options(start())
-    assert (box.pictured.isChecked(), box.picture.text()) == (True, str(mark))
+    assert (box.pictured.isChecked(), box.picture.path) == (True, str(mark))
     assert (box.corner.currentData(), box.share.value()) == ("bottom-left", 10)
+
+
+def test_a_copy_is_signed_by_the_users_own_certificate(empty, start, jpeg, tmp_path):
+    from signers import Person  # or skips
+
+    person = Person(tmp_path / "person")
+    empty.open(jpeg)
+    box = options(empty)
+    QTest.keyClick(box.signed, Qt.Key.Key_Space)
+    box.certificate.line.setText(person.certificate)
+    box.key.line.setText(person.certificate)
+    accept(box)
+    assert "holds no private key" in box.note.text()
+    box.key.line.setText(person.key_file)
+    accept(box)
+    assert not box.isVisible()
+    empty.change_something()
+    save(empty, tmp_path / "copy.jpg")
+    assert "signed, with the photo as its source" in empty.say()
+    assert person.told(tmp_path / "copy.jpg")[0] == "Trusted"
+    box = options(start())
+    assert (box.signed.isChecked(), box.key.path) == (True, person.key_file)
 
 
 def test_a_picture_that_cant_be_read_is_said_at_once(empty, tmp_path):

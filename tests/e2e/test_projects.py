@@ -324,6 +324,39 @@ def test_a_picture_is_laid_over_a_result_that_was_asked_for_it(cli, kept, tmp_pa
     one_line(code, err, 2, "the label's picture can't be used: .*none doesn't exist")
 
 
+def test_a_result_is_signed_by_whoever_was_named(cli, kept, tmp_path):
+    from signers import Person  # or skips
+
+    person = Person(tmp_path / "person")
+    asked = "--sign-certificate", person.certificate, "--sign-key", person.key_file
+    code, said, err = cli("warp", kept, "-o", tmp_path / "a.jpg", *asked, "--disclose")
+    assert (code, err) == (0, "")
+    assert "signed, with the photo as its source" in said
+    state, manifest, _ = person.told(tmp_path / "a.jpg")
+    assert state == "Trusted"
+    assert "1 face made smaller: 4 % towards centre 2" in str(manifest)
+    assert "1 done" in cli("batch", kept, "-o", tmp_path / "out", "-j", 1, *asked)[2]
+    assert person.told(tmp_path / "out" / "a.jpg")[0] == "Trusted"
+    shutil.copy(kept, tmp_path / "mine.jpg")
+    assert cli("warp", "--in-place", tmp_path / "mine.jpg", *asked)[0] == 0
+    assert person.told(tmp_path / "mine.jpg")[0] == "Trusted"
+
+
+@pytest.mark.parametrize(
+    ("asked", "code", "words"),
+    [
+        (["--sign-key", "k.pem"], 2, "takes both --sign-certificate and --sign-key"),
+        (["--sign-key", "k.pem", "--sign-certificate", "c.pem"], 1, "needs an extra: pip install"),
+    ],
+)
+def test_what_it_takes_to_sign_is_said_before_work_begins(
+    cli, kept, tmp_path, monkeypatch, asked, code, words
+):
+    monkeypatch.setitem(sys.modules, "c2pa", None)
+    ended, _, err = cli("warp", kept, "-o", tmp_path / "a.jpg", *asked)
+    one_line(ended, err, code, words)
+
+
 def test_a_batch_does_again_what_has_another_picture_to_show(cli, kept, tmp_path, mark):
     call = ("batch", kept, "-o", tmp_path / "out", "-j", 1, "--label-picture", mark)
     assert "1 done" in cli(*call)[2]

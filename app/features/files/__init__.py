@@ -18,7 +18,7 @@ from kogao_core.photo import (
     write,
     write_in_place,
 )
-from kogao_core.photo.disclosure import Disclosure, disclose, undisclosed
+from kogao_core.photo.disclosure import Disclosure, disclose, signing, undisclosed
 from kogao_core.pipeline import render
 from kogao_core.sidecar import SUFFIX
 from kogao_core.threads import beside
@@ -362,8 +362,9 @@ def save_copy(
         )
         left_out = undisclosed(photo, rendering.pixels, disclosure)
         copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
+        sign = signing(disclosure, done.what)
         if originals is not None:
-            kept = write_in_place(copy, pixels, originals, ahead)
+            kept = write_in_place(copy, pixels, originals, ahead, sign)
         else:  # the dialog has asked before replacing a file
-            kept = write(copy, pixels, path, force=True, ahead=ahead)
+            kept = write(copy, pixels, path, force=True, ahead=ahead, sign=sign)
     return " ".join(sentence(note) for note in (kept, left_out) if note)

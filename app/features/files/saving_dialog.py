@@ -9,13 +9,13 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialogButtonBox,
-    QHBoxLayout,
     QLineEdit,
     QPushButton,
     QWidget,
 )
 
 from kogao_core.photo import CannotDisclose
+from kogao_core.photo.credentials import check_signer
 from kogao_core.photo.label import LONGEST, check_label
 from kogao_core.photo.label_picture import check_picture
 from kogao_core.settings import CORNERS, LABEL_SHARE
@@ -29,8 +29,44 @@ from .told import Told
 _SIZE_PX: Final = (460, 0)
 
 
+class FileLine(QWidget):
+    """A line for the path of a file, and a button to look for it.
+
+    Parameters
+    ----------
+    title : str
+        What the file is.
+    path : str
+        Where it is so far.
+    filters : tuple of str
+        Kinds of files.
+    """
+
+    def __init__(self, title: str, path: str, filters: tuple[str, ...]) -> None:
+        super().__init__()
+        self._title, self._filters = title, filters
+        self.line = QLineEdit(path)
+        self.line.setAccessibleName(title)
+        self.line.setPlaceholderText(title)
+        self.choose = QPushButton(tr("Choose…"))
+        self.choose.setAccessibleName(tr("{title}, choose", title=title))
+        self.choose.setAutoDefault(False)
+        self.choose.clicked.connect(self._ask)
+        column_of(self).addLayout(row_of(self.line, self.choose))
+
+    @property
+    def path(self) -> str:
+        """What is in the line."""
+        return self.line.text().strip()
+
+    def _ask(self) -> None:
+        at = Path(self.path) if self.path and Path(self.path).exists() else None
+        put = self.line.setText
+        ask_path(self, self._title, lambda it: put(str(it)), filters=self._filters, at=at)
+
+
 class SavingDialog(Dialog):
-    """Choices that are off at first: an edit record, a label of text, and one that is a picture.
+    """Choices that are off at first: an edit record, labels, and signed content credentials.
 
     Parameters
     ----------
@@ -58,6 +94,7 @@ class SavingDialog(Dialog):
         self.label.setMaxLength(LONGEST)
         self._bind(self.labelled, now.labelled, self.label)
         self._add_picture(now)
+        self._add_signer(now)
         self.note = muted_label()
         self.note.setWordWrap(True)
         self._lay_out()
@@ -65,12 +102,7 @@ class SavingDialog(Dialog):
     def _add_picture(self, now: Told) -> None:
         self.pictured = QCheckBox(tr("Lay a &picture over a corner"))
         self.pictured.setToolTip(tr("Such as the mark that Norway prescribes for advertisements"))
-        self.picture = QLineEdit(now.picture)
-        self.picture.setAccessibleName(tr("File of the picture"))
-        self.choose = QPushButton(tr("Choose…"))
-        self.choose.setAccessibleName(tr("Choose the file of the picture"))
-        self.choose.setAutoDefault(False)
-        self.choose.clicked.connect(self._ask_picture)
+        self.picture = FileLine(tr("File of the picture"), now.picture, (photo_filter(),))
         self.corner = ChoiceBox()
         for name, title in CORNERS.items():
             self.corner.addItem(translated(title), name)
@@ -80,8 +112,17 @@ class SavingDialog(Dialog):
         self.share.setSuffix(tr(" %"))
         self.share.setToolTip(tr("Share of the photo's area; Norway asks for about 7 %"))
         self.share_title = named(tr("&Share of the area"), self.share)
-        inside = self.picture, self.choose, self.corner, self.share
-        self._bind(self.pictured, now.pictured, *inside)
+        self._bind(self.pictured, now.pictured, self.picture, self.corner, self.share)
+
+    def _add_signer(self, now: Told) -> None:
+        self.signed = QCheckBox(
+            tr("Si&gn content credentials (C2PA) that name the photo as source")
+        )
+        self.signed.setToolTip(tr("It takes a certificate of your own, and its key"))
+        pem = tr("PEM files ({patterns})", patterns="*.pem *.crt *.cer *.key"), tr("All files (*)")
+        self.certificate = FileLine(tr("Certificate"), now.certificate, pem)
+        self.key = FileLine(tr("Private key"), now.key, pem)
+        self._bind(self.signed, now.signed, self.certificate, self.key)
 
     def _bind(self, box: QCheckBox, on: bool, *inside: QWidget) -> None:
         """Let controls work only while their box is ticked."""
@@ -99,26 +140,18 @@ class SavingDialog(Dialog):
         self.buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
         self.buttons.accepted.connect(self._take)
         self.buttons.rejected.connect(self.reject)
-        file = row_of(self.picture, self.choose)
         place = row_of(self.corner_title, self.corner, None, self.share_title, self.share)
         column = column_of(self, margin=4 * GRID_PX, spacing=2 * GRID_PX)
-        for part in (about, self.record, self.labelled, self.label, self.pictured, file, place):
-            if isinstance(part, QHBoxLayout):
-                column.addLayout(part)
-            else:
-                column.addWidget(part)
-        column.addWidget(self.note)
-        column.addWidget(self.buttons)
-
-    def _ask_picture(self) -> None:
-        at = Path(self.picture.text())
-        ask_path(
-            self,
-            tr("The picture to lay over photos"),
-            lambda path: self.picture.setText(str(path)),
-            filters=[photo_filter()],
-            at=at if at.exists() and at != Path() else None,
+        above: tuple[QWidget, ...] = (
+            *(about, self.record, self.labelled, self.label),
+            *(self.pictured, self.picture),
         )
+        below = self.signed, self.certificate, self.key, self.note, self.buttons
+        for part in above:
+            column.addWidget(part)
+        column.addLayout(place)
+        for part in below:
+            column.addWidget(part)
 
     def _take(self) -> None:
         told = Told(
@@ -126,9 +159,12 @@ class SavingDialog(Dialog):
             self.labelled.isChecked(),
             self.label.text(),
             self.pictured.isChecked(),
-            self.picture.text().strip(),
+            self.picture.path,
             self.corner.currentData(),
             float(self.share.value()),
+            self.signed.isChecked(),
+            self.certificate.path,
+            self.key.path,
         )
         wanted = told.disclosure
         try:
@@ -136,6 +172,8 @@ class SavingDialog(Dialog):
                 check_label(told.label)
             if wanted.picture is not None:
                 check_picture(wanted.picture)
+            if wanted.signer is not None:
+                check_signer(wanted.signer)
         except CannotDisclose as problem:
             self.note.setText(sentence(problem))
             return

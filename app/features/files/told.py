@@ -7,6 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QSettings
 
+from kogao_core.photo.credentials import Signer
 from kogao_core.photo.disclosure import Disclosure
 from kogao_core.photo.label import LONGEST
 from kogao_core.photo.label_picture import LabelPicture
@@ -23,14 +24,17 @@ class Told:
 
     Parameters
     ----------
-    record, labelled, pictured : bool
-        Whether there is an edit record, a label of text, and one that is a picture.
+    record, labelled, pictured, signed : bool
+        Whether there is an edit record, a label of text, one that is a picture, and credentials
+        that are signed.
     label, picture : str
         The text, and the picture's file.
     corner : str
         Where the picture lies.
     percent : float
         How much of the photo's area it takes.
+    certificate, key : str
+        Files that it takes to sign.
     """
 
     record: bool = False
@@ -40,6 +44,9 @@ class Told:
     picture: str = ""
     corner: Corner = "top-left"
     percent: float = 7.0
+    signed: bool = False
+    certificate: str = ""
+    key: str = ""
 
     @staticmethod
     def remembered(settings: QSettings) -> Told:
@@ -58,6 +65,9 @@ class Told:
             picture=str(kept("picture", "")),
             corner=next((name for name in CORNERS if name == corner), "top-left"),
             percent=min(max(float(str(kept("share", 7.0))), least), most),
+            signed=bool(kept("signed", False)),
+            certificate=str(kept("certificate", "")),
+            key=str(kept("key", "")),
         )
 
     def remember(self, settings: QSettings) -> None:
@@ -69,12 +79,17 @@ class Told:
         settings.setValue(f"{_GROUP}/picture", self.picture)
         settings.setValue(f"{_GROUP}/corner", self.corner)
         settings.setValue(f"{_GROUP}/share", self.percent)
+        settings.setValue(f"{_GROUP}/signed", self.signed)
+        settings.setValue(f"{_GROUP}/certificate", self.certificate)
+        settings.setValue(f"{_GROUP}/key", self.key)
 
     @property
     def disclosure(self) -> Disclosure:
         """What of it is wanted."""
         laid = LabelPicture(self.picture, self.corner, self.percent) if self.pictured else None
-        return Disclosure(self.record, self.label if self.labelled else "", picture=laid)
+        signer = Signer(self.certificate, self.key) if self.signed else None
+        label = self.label if self.labelled else ""
+        return Disclosure(self.record, label, picture=laid, signer=signer)
 
 
 def words(what: Disclosure) -> str:
@@ -86,4 +101,6 @@ def words(what: Disclosure) -> str:
         parts.append(tr("the label “{label}”", label=what.label))
     if what.picture:
         parts.append(tr("a picture as label"))
+    if what.signer:
+        parts.append(tr("signed content credentials"))
     return tr("Results carry {what} (Save options).", what=" + ".join(parts)) if parts else ""

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Final
 
 from PIL import ImageCms
 
 from kogao_core.language import Text
-from kogao_core.photo import kinds, tiff
+from kogao_core.photo import kinds, tiff, tiff_extras
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
+from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
 
 _SUFFIXES: Final = (
@@ -66,11 +68,20 @@ def _decode(source: Source) -> Photo:
     return dataclasses.replace(photo, exif=tags.exif, xmp=tags.xmp, notes=(note,))
 
 
+def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    file.seek(0)
+    head = file.read(4)
+    file.seek(0)
+    if head in tiff.HEADS and tiff_extras.CREDENTIALS in tiff.TiffTags.read(file).tags:
+        yield Extra(kinds.CREDENTIALS)
+
+
 RAW: Final = FileFormat(
     name="RAW",
     title="raw",
     suffixes=_SUFFIXES,
     is_lossless=True,
     reader=Reader(_is_raw, _decode, is_by_name=True),
+    inside=_inside,
     note=kinds.MOVED_NOTE,
 )
