@@ -224,6 +224,11 @@ class Document(QObject):
         return self._committed
 
     @property
+    def base(self) -> State:
+        """What lies below the first undo step: what was found, or what the project held."""
+        return self._base
+
+    @property
     def in_gesture(self) -> bool:
         """True between a first preview and its commit or abort."""
         return self._state is not self._committed

@@ -143,12 +143,12 @@ class Editor(QObject):
         self.readings = Readings(context)
         self.figure = Figure(context, self.readings)
         self.hints = Hints(context, self.points, self.recipe, self.protect, self.manual)
-        self.speech = Speech(context, self.points, self.recipe)
         self.screen = Screen(context)
         self.workspaces = Workspaces(context)
         self.marks = Marks(context, self.recipe, self.files)
         self.history = History(context)
         self.commands = Commands(context)
+        self.speech = Speech(context, self.points, self.recipe, self.faces, self.history)
 
     def _mount(self) -> None:
         """Join what all features say, and lay their panels out."""

@@ -185,12 +185,17 @@ def name(handle: Handle, count: int) -> str:
             return tr("a new landmark")
 
 
+def index_of(face: Face, handle: Handle) -> int:
+    """Return which of the face's points a landmark is: outline, eyes and mouth in turn."""
+    first = {"outline": 0, "eye": len(face.outline), "mouth": len(face.outline) + 4}
+    return first[handle.kind] + handle.index
+
+
 def confidence(face: Face, handle: Handle) -> float | None:
     """Return how sure the landmark is, 0 to 1; None where nobody says or it is no landmark."""
-    first = {"outline": 0, "eye": len(face.outline), "mouth": len(face.outline) + 4}
-    if face.confidence is None or handle.kind not in first:
+    if face.confidence is None or handle.kind not in ("outline", "eye", "mouth"):
         return None
-    return float(face.confidence[first[handle.kind] + handle.index])
+    return float(face.confidence[index_of(face, handle)])
 
 
 def _part(index: int, count: int) -> str:

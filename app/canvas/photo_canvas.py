@@ -19,6 +19,7 @@ from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
 from .overlays.unlisted import badges
+from .spoken import Parts
 from .viewport import Viewport, notches
 
 GRAB_RADIUS_PX: Final = 12.0
@@ -62,6 +63,10 @@ class PhotoCanvas(Viewport):
         The divider between before and after is dragged to this share of the width.
     nudged(int, int), nudge_ended
         Arrow keys: steps in px of the photo, and the key let go.
+    taken(Handle)
+        A screen reader takes a point for the arrow keys.
+    entered
+        The canvas has the focus now.
     """
 
     picked = Signal(int)
@@ -79,14 +84,17 @@ class PhotoCanvas(Viewport):
     wiped = Signal(float)
     nudged = Signal(int, int)
     nudge_ended = Signal()
+    taken = Signal(object)
+    entered = Signal()
 
     def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
         super().__init__(view, parent)
+        self.parts: Parts = Parts(self)
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(
             tr(
-                "Click a face to select it, drag its points to correct them, or click with Ctrl "
-                "where the outline is; arrow keys nudge a point. "
+                "Its faces are listed here, and the points of the selected one. “Next point” takes "
+                "one, arrow keys move it. "
                 "With a tool in hand they move its place, and Enter sets it down and lifts it"
             )
         )
@@ -355,6 +363,11 @@ class PhotoCanvas(Viewport):
             self.nudge_ended.emit()
         else:
             event.ignore()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Tell that the keys are for the canvas now."""
+        super().focusInEvent(event)
+        self.entered.emit()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """End a nudge whose key is let go elsewhere."""

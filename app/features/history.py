@@ -42,12 +42,16 @@ class History(Feature):
         if self.document.in_gesture:
             self.document.abort()
         else:
+            what = self.document.undo.undoText()
             self.document.undo.undo()
+            self.working.emit(tr("Undone: {what}", what=what) if what else "")
 
     def redo(self) -> None:
         """Do the gesture again that was taken back."""
         if not self.document.in_gesture:
+            what = self.document.undo.redoText()
             self.document.undo.redo()
+            self.working.emit(tr("Done again: {what}", what=what) if what else "")
 
     def stop(self) -> None:
         """Follow no more: a stack of undo steps tells of its own end, too."""

@@ -38,6 +38,7 @@ class Marks(Feature):
         canvas = self.window.canvas
         canvas.hovered.connect(self._point)
         canvas.nudged.connect(self._take_by_key)
+        canvas.taken.connect(self._take_by_key)
         for name in ("next-point", "previous-point"):
             self.actions[name].triggered.connect(self._take_by_key)
         files.welcomed.connect(lambda: self._explain(True))

@@ -75,6 +75,7 @@ class Points(Feature):
         canvas.dragged.connect(self.drag)
         canvas.released.connect(self.release)
         canvas.fetched.connect(self.fetch)
+        canvas.taken.connect(self.take)
         canvas.nudged.connect(self.nudge)
         canvas.nudge_ended.connect(self.document.commit)
         canvas.hovered.connect(self.hover)
@@ -183,7 +184,15 @@ class Points(Feature):
         self.document.commit()
         here = self.view.selected
         place = movable.index(here) + step if here in movable else min(0, step)
-        handle = movable[place % len(movable)]
+        self._take_up(movable[place % len(movable)])
+
+    def take(self, handle: Handle) -> None:
+        """Select a point for the arrow keys, which go to the photo from now on."""
+        self.document.commit()
+        self.window.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+        self._take_up(handle)
+
+    def _take_up(self, handle: Handle) -> None:
         self._select(handle)
         self.window.status.name_point(self._name_of(handle))
 

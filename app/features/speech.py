@@ -1,81 +1,129 @@
-"""The canvas in words, for a screen reader: faces chosen, points taken and moved, messages."""
+"""What else is only seen, in words for a screen reader: moves, warnings, messages, switches."""
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QLabel
 
 from kogao_core.geometry import Array
 from kogao_core.pipeline import Rendering
 
+from ..accessibility import announce
 from ..canvas import handles
 from ..canvas.handles import Handle
-from ..i18n import tr
+from ..canvas.spoken import LEAST_PX, face_name, ways
+from ..i18n import bare, tr
 from ..render.live import RenderedFrame
-from ..widgets.spoken import announce
+from .faces import Faces
 from .feature import Context, Feature
+from .history import History
 from .points import Points
 from .recipe import RecipeEditing
 
-_LEAST_PX = 0.05
-
 
 class Speech(Feature):
-    """Announces what else is only seen: the choice at once, a move with what became of it."""
+    """Announces the choice at once, a move with what became of it, and what the window says.
 
-    def __init__(self, context: Context, points: Points, recipe: RecipeEditing) -> None:
+    What takes the focus needs no announcement: it is read out by itself.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        points: Points,
+        recipe: RecipeEditing,
+        faces: Faces,
+        history: History,
+    ) -> None:
         super().__init__(context)
         self._point: Handle | None = None
         # Where the selected point was when it was last spoken of, px of the photo.
         self._at: Array = np.zeros(2)
+        # What warns while something isn't as it should be.
+        self._warning: dict[QLabel, bool] = dict.fromkeys(
+            (recipe.panel.gauge.text, recipe.panel.one_to_one), False
+        )
         points.restyled.connect(self._tell_point)
         recipe.chosen.connect(self._tell_face)
-        self.live.drawn.connect(self._tell_move)
-        self.window.bar.appeared.connect(lambda: self._say(self.window.bar.text.text()))
+        faces.found.connect(self._tell_found)
+        history.working.connect(self._say)
+        self.live.drawn.connect(self._tell_drawn)
+        self.window.bar.appeared.connect(self._tell_message)
+        for action in self.actions.values():
+            if action.isCheckable():
+                action.triggered.connect(partial(self._tell_switch, action))
 
     def _tell_face(self) -> None:
-        face, count = self.view.face, len(self.document.state.faces)
+        face = self.view.face
         if face is None:
             self._say(tr("All faces"))
-        else:
-            off = face in self.document.state.off
-            words = tr("Face {n} of {count}", n=face + 1, count=count)
-            self._say(tr("{face}, left as it is", face=words) if off else words)
+        elif not self.window.canvas.hasFocus():
+            self._say(face_name(self.view, face))
+
+    def _tell_found(self, count: int) -> None:
+        # That there is none stands in the bar, with what to do.
+        if count:
+            self._say(tr("Faces found: {n}", n=count))
 
     def _tell_point(self) -> None:
-        """Name the point that the arrow keys move from now on."""
+        """Name the point that the arrow keys move from now on, unless it has the focus."""
         point = self.view.selected
         if point == self._point:
             return
         self._point = point
         if point is not None:
             self._at = handles.position(self.document.state, point)
-            self._say(self._name(point))
+            if not self.window.canvas.hasFocus():
+                self._say(self._name(point))
 
-    def _tell_move(self, frame: RenderedFrame) -> None:
-        """Say how far the selected point went, once it is known whether the warp folds there."""
+    def _tell_drawn(self, frame: RenderedFrame) -> None:
+        """Tell what has become of a change, once that is known for the photo as a whole."""
+        if not self.document.in_gesture and self.live.is_final(frame):
+            said = [*self._move(frame.rendering), *self._warnings()]
+            if said:
+                self._say(", ".join(said))
+
+    def _move(self, rendering: Rendering) -> list[str]:
+        """Say how far the selected point went, and whether the warp folds there."""
         point = self.view.selected
-        moving = self.document.in_gesture or not self.live.is_final(frame)
-        if point is None or point != self._point or moving:
-            return
+        if point is None or point != self._point:
+            return []
         to = handles.position(self.document.state, point)
         away, self._at = to - self._at, to
-        if np.abs(away).max() >= _LEAST_PX:
-            parts = (self._name(point), *_ways(*away.tolist()), _verdict(frame.rendering))
-            self._say(", ".join(parts))
+        if np.abs(away).max() < LEAST_PX:
+            return []
+        return [self._name(point), *ways(away), _verdict(rendering)]
+
+    def _warnings(self) -> list[str]:
+        """Return what warns since the last change, and what no longer does."""
+        said = []
+        for label, before in self._warning.items():
+            self._warning[label] = warns = bool(label.property("warn"))
+            if warns != before:
+                said.append(label.text())
+        return list(filter(None, said))
+
+    def _tell_message(self) -> None:
+        """Read out what stands over the photo, and which buttons there are beside "Dismiss"."""
+        bar = self.window.bar
+        steps = [bare(button.text()) for button in bar.buttons[:-1]]
+        words = [tr("Buttons: {names}", names=", ".join(steps))] if steps else []
+        wrong = bar.property("bar") == "wrong"
+        announce(self.window.canvas, " ".join([bar.text.text(), *words]), urgent=wrong)
+
+    def _tell_switch(self, action: QAction) -> None:
+        what = bare(action.text())
+        on = action.isChecked()
+        self._say(tr("{what}: on", what=what) if on else tr("{what}: off", what=what))
 
     def _name(self, point: Handle) -> str:
         return handles.name(point, len(self.document.state.faces[point.face].outline))
 
     def _say(self, text: str) -> None:
         announce(self.window.canvas, text)
-
-
-def _ways(right_px: float, down_px: float) -> list[str]:
-    """Return how far something went along either axis, px of the photo."""
-    across = tr("{px:.3g} px right") if right_px > 0 else tr("{px:.3g} px left")
-    along = tr("{px:.3g} px down") if down_px > 0 else tr("{px:.3g} px up")
-    ways = ((across, abs(right_px)), (along, abs(down_px)))
-    return [words.format(px=round(px, 1)) for words, px in ways if px >= _LEAST_PX]
 
 
 def _verdict(rendering: Rendering) -> str:

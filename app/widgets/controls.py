@@ -18,9 +18,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ..accessibility import speak
 from ..i18n import bare, tr
 from ..theme import GRID_PX
-from .spoken import speak_values
+from .spoken import SpokenSlider
 from .typed import SliderScale, ValueField
 
 # Notches of a wheel that follow each other faster are one gesture, and so is a double click.
@@ -75,7 +76,7 @@ class GestureSlider(QSlider):
 
     def __init__(self, scale: SliderScale) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        speak_values(GestureSlider)
+        speak(GestureSlider, SpokenSlider)
         turn_in_focus_only(self)
         self.scale = scale
         self.setRange(scale.low, scale.high)

@@ -2,45 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import (
-    QAccessible,
-    QAccessibleActionInterface,
-    QAccessibleAnnouncementEvent,
-    QAccessibleInterface,
-    QAccessibleValueInterface,
-)
-from PySide6.QtWidgets import QAccessibleWidget, QWidget
-from shiboken6.Shiboken import VoidPtr
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAccessible, QAccessibleActionInterface, QAccessibleValueInterface
+from PySide6.QtWidgets import QAccessibleWidget
+
+from ..accessibility import DECREASE, FOCUS, INCREASE, NOTHING
 
 if TYPE_CHECKING:
     from .controls import GestureSlider
-
-Text = QAccessible.Text
-# Names that every platform's bridge knows; Qt translates what is said of them.
-_INCREASE: Final = "Increase"
-_DECREASE: Final = "Decrease"
-_FOCUS: Final = "SetFocus"
-# What `interface_cast` returns where there is no such interface: PySide crashes over None.
-NOTHING: Final = VoidPtr(0)
-
-
-@cache
-def speak_values(kind: type[GestureSlider]) -> None:
-    """Tell Qt how sliders of a kind are spoken; it holds for as long as the program runs."""
-
-    def interface(_: str, thing: QObject) -> QAccessibleInterface | None:
-        return SpokenSlider(thing) if isinstance(thing, kind) else None
-
-    QAccessible.installFactory(interface)
-
-
-def announce(widget: QWidget, text: str) -> None:
-    """Have a screen reader say something that just happened, after what it is saying now."""
-    QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(widget, text))
 
 
 class SpokenSlider(QAccessibleWidget):
@@ -53,7 +24,8 @@ class SpokenSlider(QAccessibleWidget):
 
     def text(self, kind: QAccessible.Text) -> str:
         """Return its value with the unit, or what any widget says."""
-        return self._slider.amount_text() if kind == Text.Value else super().text(kind)
+        value = kind == QAccessible.Text.Value
+        return self._slider.amount_text() if value else super().text(kind)
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
         """Return what tells and sets its value, and what it can be told to do."""
@@ -97,14 +69,14 @@ class _Actions(QAccessibleActionInterface):
         self._slider = slider
 
     def actionNames(self) -> list[str]:
-        return [_FOCUS, _INCREASE, _DECREASE] if self._slider.isEnabled() else []
+        return [FOCUS, INCREASE, DECREASE] if self._slider.isEnabled() else []
 
     def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
         return []
 
     def doAction(self, name: str) -> None:
-        if name == _FOCUS:
+        if name == FOCUS:
             self._slider.setFocus(Qt.FocusReason.OtherFocusReason)
-        elif name in (_INCREASE, _DECREASE):
-            step = 1 if name == _INCREASE else -1
+        elif name in (INCREASE, DECREASE):
+            step = 1 if name == INCREASE else -1
             self._slider.take_step(self._slider.value() + step)

@@ -5,12 +5,16 @@ from __future__ import annotations
 import gc
 
 import pytest
+from kogao_app.canvas.handles import Handle
+from kogao_app.canvas.spoken import Part
 from kogao_app.features import speech
 from kogao_app.features.recipe import fields
 from kogao_app.widgets.controls import ValueSlider
-from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from kogao_app.widgets.messages import BarAction
+from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
+from scenes import oval_face
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 TEXT = QAccessible.Text
@@ -97,31 +101,195 @@ def test_sliders_come_and_go_while_they_are_asked(qtbot):
 @pytest.fixture
 def heard(monkeypatch):
     said = []
-    monkeypatch.setattr(speech, "announce", lambda _, text: said.append(text))
+    monkeypatch.setattr(speech, "announce", lambda _, text, **__: said.append(text))
     return said
 
 
-def test_a_point_is_named_and_its_move_told_once_it_is_known_whether_it_folds(opened, heard):
+@pytest.fixture
+def told(monkeypatch):
+    """What is told of parts of the canvas: which event, and the part's name."""
+    events = []
+
+    def take(event):
+        if isinstance(event.object(), Part):
+            events.append((event.type().name, event.object().name))
+
+    monkeypatch.setattr(QAccessible, "updateAccessibility", take)
+    return events
+
+
+def in_front(driver):
+    driver.window.activateWindow()
+    driver.qtbot.waitUntil(driver.window.isActiveWindow)
+    return driver
+
+
+def test_a_move_is_told_once_it_is_known_whether_it_folds(opened, heard):
     for _ in range(2):
         opened.key(KEYS.Key_Period, CONTROL)
-    assert heard == ["outline 1, left temple", "outline 2, left cheek"]
     opened.press_key(opened.canvas, KEYS.Key_Left, times=3)
     opened.settle()
-    assert heard[2:] == ["outline 2, left cheek, 3 px left, no folds"]
+    assert heard == ["outline 2, left cheek, 3 px left, no folds"]
     opened.key(KEYS.Key_Z, CONTROL)
     opened.settle()
-    assert heard[3:] == ["outline 2, left cheek, 1 px right, no folds"]
+    assert heard[1:] == [
+        "Undone: outline 2, left cheek 1.0 px",
+        "outline 2, left cheek, 1 px right, no folds",
+    ]
 
 
-def test_what_stands_over_the_photo_is_said(opened, heard):
+def test_a_point_taken_while_the_keys_go_elsewhere_is_named(opened, heard):
+    opened.panel("recipe").percent.slider.setFocus()
+    opened.editor.points.grab(Handle("mouth", 0, 1), 0.0, 0.0)
+    opened.editor.points.release()
+    assert heard == ["right mouth corner"]
+
+
+def test_what_stands_over_the_photo_is_said_with_its_buttons(opened, heard):
     opened.editor.points.say("The clipboard holds no settings.")
-    assert heard == ["The clipboard holds no settings."]
+    opened.editor.points.say("It is gone.", BarAction("Open…", print))
+    assert heard == ["The clipboard holds no settings.", "It is gone. Buttons: Open…"]
 
 
 def test_the_choice_of_a_face_is_said(two, heard):
+    two.panel("faces").list.setFocus()
     two.editor.recipe.choose(1)
     two.editor.recipe.choose(None)
-    assert heard == ["Face 2 of 2", "All faces"]
+    assert heard == ["Face 2 of 2, selected, 4 %", "All faces"]
+
+
+def test_what_a_key_switches_and_what_was_found_is_said(opened, heard):
+    opened.key(KEYS.Key_H)
+    opened.key(KEYS.Key_H)
+    opened.key(KEYS.Key_F, CONTROL)
+    opened.settle()
+    assert heard == ["Heat map of the move: on", "Heat map of the move: off", "Faces found: 1"]
+
+
+def test_a_warning_is_said_when_it_comes_and_when_it_goes(opened, heard):
+    slider = opened.panel("recipe").percent.slider
+    opened.press_key(slider, KEYS.Key_PageUp, times=5)
+    opened.settle()
+    assert heard == ["⚠ 49.7 % found it unnatural"]
+    opened.press_key(slider, KEYS.Key_PageDown, times=5)
+    opened.settle()
+    assert heard[1:] == ["0.0 % found it unnatural"]
+
+
+def parts(interface):
+    return [interface.child(place) for place in range(interface.childCount())]
+
+
+def test_the_canvas_holds_faces_and_the_selected_one_its_points(two):
+    canvas = of(two.canvas)
+    assert [face.text(TEXT.Name) for face in parts(canvas)] == [
+        "Face 1 of 2, 4 %",
+        "Face 2 of 2, 4 %",
+    ]
+    assert [face.childCount() for face in parts(canvas)] == [0, 0]
+    canvas.child(1).actionInterface().doAction("Press")
+    assert two.editor.view.face == 1
+    assert canvas.child(1).text(TEXT.Name) == "Face 2 of 2, selected, 4 %"
+    assert [face.state().selected for face in parts(canvas)] == [False, True]
+    points = parts(canvas.child(1))
+    assert len(points) == 27 + 21
+    assert points[10].text(TEXT.Name) == "outline 11, chin"
+    assert points[10].parent().object() is canvas.child(1).object()
+    assert canvas.child(1).parent().object() is two.canvas
+    assert [canvas.child(1).indexOfChild(point) for point in points] == list(range(48))
+    assert [canvas.indexOfChild(face) for face in parts(canvas)] == [0, 1]
+    two.key(KEYS.Key_I)
+    two.settle()
+    assert canvas.child(1).text(TEXT.Name) == "Face 2 of 2, selected, left as it is"
+    assert canvas.child(1).childCount() == 0
+
+
+def test_a_point_tells_where_it_is_and_where_it_was_at_first(opened):
+    chin = of(opened.canvas).child(0).child(10)
+    x, y = opened.state.faces[0].outline[10]
+    assert chin.text(TEXT.Description) == f"x {x:.0f}, y {y:.0f}"
+    chin.actionInterface().doAction("Press")
+    assert opened.editor.view.selected == Handle("outline", 0, 10)
+    opened.press_key(opened.canvas, KEYS.Key_Left, times=3)
+    opened.press_key(opened.canvas, KEYS.Key_Down)
+    opened.settle()
+    assert chin.text(TEXT.Description) == (
+        f"x {x - 3:.0f}, y {y + 1:.0f}, 3 px left, 1 px down of where it was at first"
+    )
+    assert chin.state().selected
+    target = of(opened.canvas).child(0).child(37)
+    assert target.text(TEXT.Name) == "target 11, chin"
+    target.actionInterface().doAction("Press")
+    opened.press_key(opened.canvas, KEYS.Key_Up)
+    assert target.text(TEXT.Description).endswith("set by hand")
+
+
+def test_a_part_lies_where_it_is_seen(opened):
+    canvas = opened.canvas
+    face = of(canvas).child(0)
+    mouth = face.child(25)
+    at = canvas.viewport().mapToGlobal(opened.on_screen(Handle("mouth", 0, 0)))
+    assert mouth.rect().adjusted(4, 4, -4, -4).contains(at)
+    assert face.rect().contains(mouth.rect())
+    assert of(canvas).childAt(at.x(), at.y()).object() is face.object()
+    assert face.childAt(at.x(), at.y()).object() is mouth.object()
+    assert not mouth.state().offscreen
+    canvas.zoom_to(30.0)
+    assert mouth.state().offscreen
+
+
+def test_the_focus_goes_to_the_point_that_keys_walk_to(opened, told):
+    in_front(opened)
+    opened.canvas.setFocus()
+    opened.key(KEYS.Key_Period, CONTROL)
+    assert told[-1] == ("Focus", "outline 1, left temple")
+    first = of(opened.canvas).child(0).child(0)
+    assert first.state().focused
+    assert not of(opened.canvas).state().focused
+    assert of(opened.canvas).focusChild().object() is first.object()
+    opened.panel("recipe").percent.slider.setFocus()
+    assert not first.state().focused
+    told.clear()
+    opened.canvas.setFocus()
+    opened.qtbot.waitUntil(lambda: ("Focus", "outline 1, left temple") in told)
+    opened.panel("recipe").percent.slider.setFocus()
+    told.clear()
+    opened.key(KEYS.Key_Period, CONTROL)
+    later = []
+    QTimer.singleShot(0, lambda: later.append(True))
+    opened.qtbot.waitUntil(lambda: bool(later))
+    assert told.count(("Focus", "outline 2, left cheek")) == 1, "told once"
+
+
+def test_a_face_and_a_place_that_change_are_told_once_the_gesture_is_over(two, told):
+    in_front(two)
+    two.canvas.setFocus()
+    two.editor.recipe.choose(0)
+    assert told[-1] == ("Focus", "Face 1 of 2, selected, 4 %")
+    two.key(KEYS.Key_Period, CONTROL)
+    told.clear()
+    QTest.keyPress(two.canvas, KEYS.Key_Left)
+    assert told == []
+    QTest.keyRelease(two.canvas, KEYS.Key_Left)
+    assert told == [("DescriptionChanged", "outline 1, left temple")]
+    told.clear()
+    two.press_key(two.panel("recipe").percent.slider, KEYS.Key_Right)
+    assert ("NameChanged", "Face 1 of 2, selected, 4.1 %") in told
+
+
+def test_parts_come_and_go_while_they_are_asked(two, source):
+    canvas = of(two.canvas)
+    for count in (3, 1, 2, 4) * 3:
+        old = parts(canvas)
+        source.faces = [oval_face(center=(60 + 90 * n, 170), size=0.3) for n in range(count)]
+        two.key(KEYS.Key_F, CONTROL)
+        two.settle()
+        two.editor.recipe.choose(count - 1)
+        assert len(parts(canvas)) == count
+        assert parts(canvas.child(count - 1))[10].text(TEXT.Name) == "outline 11, chin"
+        del old
+        gc.collect()
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def test_an_announcement_is_an_event_of_the_canvas(opened, monkeypatch):
