@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
@@ -104,7 +103,8 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
 
 def build(owner: QWidget, spec: Spec) -> QAction:
     """Return an action as a child of `owner`, where its key holds."""
-    action = QAction(spec.text, owner)
+    action = QAction(owner)
+    call(action, spec.text)
     action.setShortcut(QKeySequence(spec.key))
     action.setProperty(_FIRST_KEY, spec.key)
     action.setToolTip(f"{spec.tip} ({spec.key})" if spec.key else spec.tip)
@@ -119,6 +119,12 @@ def build(owner: QWidget, spec: Spec) -> QAction:
         action.toggled.connect(spec.toggled)
     owner.addAction(action)
     return action
+
+
+def call(action: QAction, text: str) -> None:
+    """Give an action its text; on buttons Qt would leave the letter of ``開く(&O)``."""
+    action.setText(text)
+    action.setIconText(bare(text).rstrip("…"))
 
 
 def first_key(action: QAction) -> QKeySequence:
@@ -151,10 +157,3 @@ def fill_toolbar(bar: QToolBar, names: Names, actions: Mapping[str, QAction]) ->
             bar.addSeparator()
         else:
             bar.addAction(actions[name])
-            actions[name].changed.connect(partial(_rename_button, actions[name]))
-            _rename_button(actions[name])
-
-
-def _rename_button(action: QAction) -> None:
-    # Qt leaves the letter of ``開く(&O)`` on the button.
-    action.setIconText(bare(action.text()).rstrip("…"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import Final
 
 from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
@@ -19,7 +20,18 @@ from kogao_core.language import (
     use_language,
 )
 
-__all__ = ["bare", "language_names", "reason", "sentence", "speak", "tr", "tr_count", "translated"]
+__all__ = [
+    "bare",
+    "columns",
+    "language_names",
+    "lettered",
+    "reason",
+    "sentence",
+    "speak",
+    "tr",
+    "tr_count",
+    "translated",
+]
 _LETTER: Final = re.compile(r"\(&\w\)")
 _QT: Final = "qtbase"  # its own texts: buttons of dialogs, menus of text fields
 
@@ -54,6 +66,18 @@ def speak(app: QCoreApplication, asked: str) -> None:
 def bare(text: str) -> str:
     """Return a text without the mark of the letter that Alt leads to, or ``(&X)`` behind a word."""
     return _LETTER.sub("", text).replace("&", "")
+
+
+def lettered(text: str, letter: str) -> str:
+    """Return a text with a letter that Alt leads to: marked in it, or ``(&X)`` behind it."""
+    if letter in text:
+        return text.replace(letter, f"&{letter}", 1)
+    return f"{text}(&{letter.upper()})"
+
+
+def columns(text: str) -> int:
+    """Return how wide a text is, in Latin letters: Chinese and Japanese ones count twice."""
+    return len(text) + sum(unicodedata.east_asian_width(letter) in "WF" for letter in text)
 
 
 def language_names() -> dict[str, str]:

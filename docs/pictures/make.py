@@ -1,6 +1,8 @@
 """Make the pictures of the documentation from the program's own sample.
 
 ``python docs/pictures/make.py docs/pictures``
+
+The window in Japanese needs a font with Japanese letters (Debian: fonts-noto-cjk).
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ GAP_PX: Final = 12
 _INSPECT: Final = ("--workspace", "inspect")
 WINDOWS: Final = {
     "window": (),
+    "japanese": ("--language", "ja", "--show", "landmarks,targets"),
     "both": ("--workspace", "compare"),
     "inspect": (*_INSPECT, "--show", "landmarks,targets,centre,lattice,domains,legend"),
     "maps": (*_INSPECT, "--show", "heat,landmarks", "--percent", "7"),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import defaultdict
 
 import pytest
-from kogao_app.actions import fill_toolbar
-from kogao_app.i18n import bare
-from PySide6.QtGui import QAction, QKeySequence
+from kogao_app.actions import Spec, build, call
+from kogao_app.i18n import bare, lettered
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -71,11 +71,22 @@ def test_every_menu_goes_with_its_window():
 def test_a_letter_behind_the_word_is_on_no_button_and_in_no_name(qtbot):
     window = QMainWindow()
     qtbot.addWidget(window)
-    action = QAction("開く(&O)…", window)
+    action = build(window, Spec("open", "開く(&O)…", "", ""))
     bar = window.addToolBar("buttons")
-    fill_toolbar(bar, ("open",), {"open": action})
+    bar.addAction(action)
     button = bar.widgetForAction(action)
     assert (button.text(), action.text()) == ("開く", "開く(&O)…")
-    action.setText("写真を開く(&O)…")
-    assert button.text() == "写真を開く"
+    call(action, "写真を開く(&O)…")
+    assert (button.text(), action.text()) == ("写真を開く", "写真を開く(&O)…")
     assert bare("&Save a copy…") == "Save a copy…"
+
+
+def test_a_letter_that_a_text_lacks_stands_behind_it():
+    assert [lettered("Fit", "i"), lettered("あてはめ", "i")] == ["F&it", "あてはめ(&I)"]
+
+
+def test_a_button_keeps_the_shorter_text_that_its_action_has(opened):
+    hide = opened.window.actions_by_name["hide-overlays"]
+    assert (hide.text(), hide.iconText()) == ("Hide all o&verlays", "Hide overlays")
+    hide.trigger()
+    assert hide.iconText() == "Hide overlays"

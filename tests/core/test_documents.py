@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ DOCUMENTS = [
 ] + sorted(ROOT.glob("*.md"))
 WIDTH = 100
 # What nobody wraps: tables, links longer than a line, and lines to be copied into a terminal.
-UNWRAPPED = re.compile(r"\||    |[^ ]*$|!?\[[^\]]*\]\([^ ]*\)$")
+UNWRAPPED = re.compile(r"\||    |[!-~]*$|!?\[[^\]]*\]\([^ ]*\)$")
 
 by_name = pytest.mark.parametrize(
     "path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT).with_suffix(""))
@@ -40,9 +41,14 @@ def headings(path):
     return {re.sub(r"[^\w\- ]", "", text).strip().lower().replace(" ", "-") for text in found}
 
 
+def columns(line):
+    """Return how wide a line is where Chinese and Japanese letters are as wide as two others."""
+    return len(line) + sum(unicodedata.east_asian_width(letter) in "WF" for letter in line)
+
+
 @by_name
 def test_lines_are_wrapped(path):
-    long = [line for line in prose(path).splitlines() if len(line) > WIDTH]
+    long = [line for line in prose(path).splitlines() if columns(line) > WIDTH]
     assert [line for line in long if not UNWRAPPED.match(line)] == []
 
 
@@ -57,6 +63,19 @@ def test_links_lead_somewhere(path):
         if not target.exists() or (anchor and anchor not in headings(target)):
             broken.append(link)
     assert broken == []
+
+
+def blocks(path):
+    """Return what a document says to type into a terminal."""
+    return re.findall(r"^```sh\n(.*?)^```$", read(path), re.DOTALL | re.MULTILINE)
+
+
+def test_the_japanese_readme_gives_the_same_commands_and_leads_to_the_same_pages():
+    english, japanese = ROOT / "README.md", ROOT / "README.ja.md"
+    assert len(blocks(english)) == 3
+    assert blocks(japanese) == blocks(english)
+    pages = [set(re.findall(r"\]\((docs/[^) ]+\.md)", read(one))) for one in (english, japanese)]
+    assert pages[0] <= pages[1]
 
 
 def test_decisions_are_numbered_without_holes():

@@ -23,7 +23,7 @@ from kogao_core.pipeline import render
 from kogao_core.sidecar import SUFFIX
 from kogao_core.threads import beside
 
-from ...actions import Spec
+from ...actions import Spec, call
 from ...ahead import Ahead
 from ...document import State
 from ...i18n import reason, sentence, tr
@@ -257,7 +257,7 @@ class Files(Feature):
         """From now on save over the photo itself; originals go into the user's store."""
         self._saves_over = True
         save, tip = self.actions["save"], tr("Write the result over the photo itself")
-        save.setText(tr("&Save"))
+        call(save, tr("&Save"))
         save.setStatusTip(tip)
         save.setToolTip(f"{tip} ({save.shortcut().toString()})")
 

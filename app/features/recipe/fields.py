@@ -22,14 +22,14 @@ from kogao_core.language import Text
 from kogao_core.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
 
 from ...document import DEFAULT, State
-from ...i18n import tr, translated
+from ...i18n import columns, lettered, tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
 _STEPS: Final = 100
-_LINE: Final = 40  # characters that fit beside the photo; tooltips say the rest
+_LINE: Final = 40  # columns of text that fit beside the photo; tooltips say the rest
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
 
@@ -110,8 +110,8 @@ def label(field: str) -> str:
     text = translated(setting.title)
     if setting.within is None and not setting.alternatives:
         whole = tr("{title}: {help}", title=text, help=tip(field))
-        text = whole if len(whole) <= _LINE else text
-    return text.replace(letter, f"&{letter}", 1) if (letter := _LETTERS.get(field)) else text
+        text = whole if columns(whole) <= _LINE else text
+    return lettered(text, letter) if (letter := _LETTERS.get(field)) else text
 
 
 def amount() -> tuple[str, str, SliderScale]:

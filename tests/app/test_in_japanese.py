@@ -1,0 +1,66 @@
+"""The window in Japanese: nothing is cut, a letter leads to one place, and none stands idle."""
+
+from __future__ import annotations
+
+import gettext
+import io
+from functools import partial
+
+import pytest
+from kogao_app.workspaces import WORKSPACES
+from modules import ROOT
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QLabel, QMenu, QToolBar, QToolButton
+from test_mnemonics import doubled, letters_of
+from test_room import LEAST, nothing_is_cut
+
+from kogao_core import language
+
+
+@pytest.fixture(autouse=True)
+def japanese(english):  # noqa: ARG001
+    pofile = pytest.importorskip("babel.messages.pofile", reason="pip install -e '.[test]' again")
+    from babel.messages.mofile import write_mo
+
+    compiled = io.BytesIO()
+    with (ROOT / "resources" / "translations" / "ja.po").open("rb") as file:
+        write_mo(compiled, pofile.read_po(file))
+    compiled.seek(0)
+    language.use_catalogue("ja", gettext.GNUTranslations(compiled))
+
+
+def test_a_letter_leads_to_one_place(two, dialogs):
+    texts = letters_of(two.window)
+    letters = {QKeySequence.mnemonic(text).toString() for text in texts}
+    assert letters >= {f"Alt+{letter}" for letter in "FEVAMPTXHSWCLUIDRNKB"}
+    assert doubled(texts) == {}
+    for menu in two.window.findChildren(QMenu):
+        assert doubled(one.text() for one in menu.actions()) == {}, menu.title()
+    for dialog in dialogs:
+        assert doubled(letters_of(dialog)) == {}, dialog.windowTitle()
+
+
+def test_what_has_no_letter_shows_none(two):
+    """A toolbar has no letters, and a screen reader spells none."""
+    two.window.resize(1600, 900)
+    (bar,) = two.window.findChildren(QToolBar)
+    buttons = [one for one in bar.findChildren(QToolButton) if one.defaultAction()]
+    assert {"開く", "手動"} <= {one.text() for one in buttons}
+    shown = [one.text() for one in buttons]
+    shown += [one.accessibleName() for one in two.window.findChildren(QToolButton)]
+    buddies = filter(None, (one.buddy() for one in two.window.findChildren(QLabel)))
+    shown += [one.accessibleName() for one in buddies]
+    assert [text for text in shown if "(" in text] == []
+
+
+def test_no_text_is_cut_in_the_least_window(start, photo):
+    driver = start("retouch")
+    driver.open(photo)
+    for name in WORKSPACES:
+        driver.window.actions_by_name[f"workspace-{name}"].trigger()
+        for folded in driver.window.findChildren(QToolButton):
+            if folded.property("fold") and folded.isVisible():
+                folded.setChecked(True)
+        driver.settle()
+        driver.window.resize(*LEAST)
+        driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, name))
