@@ -160,7 +160,9 @@ class Editor(QObject):
             *(self.manual, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.both, self.history, self.strip),
         )
-        for changed in (self.document.changed, self.recipe.chosen, self.live.drawn):
+        shown_anew = self.recipe.chosen, self.live.drawn, window.arranged
+        anew = self.document.changed, self.recipe.chosen, self.live.drawn, window.arranged
+        for changed in anew:
             changed.connect(window.bar.refresh)
         self.faces.found.connect(lambda _: window.stage.place_bar())
         window.lay_out({it.name: (it.panel, it.dock) for it in shown if it.panel is not None})

@@ -206,7 +206,9 @@ class BothModes(Feature):
             self.panel.show_times(mode, *(times if there else (None, None)))
 
     def _not_drawn(self, problem: Exception) -> None:
-        self.say(tr("The two modes can't be compared ({why}).", why=reason(problem)))
+        text = tr("The two modes can't be compared ({why}).", why=reason(problem))
+        revision = self._revision
+        self.say(text, holds=lambda: self._on and self._revision == revision)
 
 
 def _compared(surface: Surface, revision: int, state: State) -> OtherMode:

@@ -57,6 +57,7 @@ class Figure(Feature):
 
     def export(self, path: Path) -> None:
         """Write it; a file that can't be written is said."""
+        self.window.bar.clear()
         try:
             put(encoded(self.picture(), path.suffix), path)
         except OSError as problem:

@@ -126,6 +126,7 @@ class Exchange(Feature):
 
     def import_file(self, path: Path) -> None:
         """Take a file's faces in place of the present ones, as one undo step."""
+        self.window.bar.clear()
         try:
             faces = interchange.read(path)
             interchange.check_inside(faces, self.document.image)
@@ -153,6 +154,7 @@ class Exchange(Feature):
 
     def export_file(self, path: Path) -> None:
         """Write the faces' points; several faces take a file each where the format holds one."""
+        self.window.bar.clear()
         faces = self._faces()
         try:
             # The dialog has asked about the first file only.

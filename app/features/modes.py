@@ -91,6 +91,7 @@ class Modes(Feature):
         pyramid, photo, state = self.document.pyramid, self.document.photo, self.document.state
         if pyramid is None or photo is None:
             return
+        self.window.bar.clear()
         # Time spent without marking anything sets nothing.
         by_hand = self._clock.elapsed_s if state.sheet("manual").faces else None
         held = partial(held_of, photo.pixels, finder=self.live.finder)

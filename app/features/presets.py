@@ -99,6 +99,7 @@ class Presets(Feature):
         ask_path(self.window, tr("Import presets"), self._import, "files", filters=[_json_filter()])
 
     def _import(self, file: Path) -> None:
+        self.window.bar.clear()
         name = presets.name_of(file)
         try:
             keep = partial(self._keep, name, presets.read(file))
@@ -139,6 +140,7 @@ class Presets(Feature):
 
     def _try(self, act: Callable[[], object]) -> bool:
         """Do something with a file, or say why it can't be done; return whether it was."""
+        self.window.bar.clear()
         try:
             act()
         except OSError as error:

@@ -128,6 +128,7 @@ class Protect(Feature):
 
     def set_radius(self, radius_px: float) -> None:
         """Make the brush this large, px of the photo."""
+        self.window.bar.move_on()
         self._set(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
 
     def fit_brush(self) -> None:

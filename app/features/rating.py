@@ -44,6 +44,7 @@ class Rating(Feature):
         """Open a study's page in the browser; say why a folder has none."""
         from kogao_core.experiments.study.server import Server
 
+        self.window.bar.clear()
         try:
             server = Server(folder)
         except BadFile as problem:

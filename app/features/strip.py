@@ -128,6 +128,7 @@ class Strip(Feature):
             return
         self._drawing.drop()
         self._paths, self._next = paths, 0
+        self.window.bar.refresh()
         self.panel.show_paths(paths)
         self._show_strip(paths)
         self._draw_next()
@@ -154,7 +155,8 @@ class Strip(Feature):
 
     def _not_listed(self, problem: Exception) -> None:
         text = tr("The photos can't be listed ({why}); open one by its name.", why=reason(problem))
-        self.say(text)
+        path = self.document.path
+        self.say(text, holds=lambda: self._paths is None and self.document.path == path)
 
     def _draw_next(self) -> None:
         paths = self._paths or []

@@ -119,9 +119,14 @@ class Surroundings(Feature):
     def _look(self) -> None:
         """Look if one of the overlays is on."""
         photo, frame, finder = self.document.photo, self._frame, self.live.finder
-        wanted = self.view.visible & {"straight", "people"}
+        wanted = self._wanted
+        self.window.bar.refresh()
         if photo is not None and frame is not None and wanted:
             self._lane.submit(lambda: look(photo.pixels, frame, finder, wanted))
+
+    @property
+    def _wanted(self) -> set[str]:
+        return self.view.visible & {"straight", "people"}
 
     def _show(self, seen: BackgroundSeen) -> None:
         self.view.lines, self.view.people = seen.bends.lines, seen.people
@@ -133,7 +138,8 @@ class Surroundings(Feature):
 
     def _fail(self, problem: Exception) -> None:
         text = tr("The background can't be measured ({why}).", why=reason(problem))
-        self.say(text)
+        frame = self._frame
+        self.say(text, holds=lambda: self._frame is frame and bool(self._wanted))
         self.not_seen.emit(text)
 
     def _forget(self) -> None:

@@ -98,6 +98,8 @@ class RecipeEditing(Feature):
         """Preview another value of a field of the recipe; the same one is no gesture."""
         now = getattr(self.document.state.recipe_of(self.view.face), field)
         if value == now and not self.document.in_gesture:
+            # No step, but perhaps the answer to what was refused.
+            self.window.bar.move_on()
             return
         state = self.document.state.with_choices(self.view.face, **{field: value})
         before = getattr(self.document.committed.recipe_of(self.view.face), field)
@@ -125,6 +127,7 @@ class RecipeEditing(Feature):
 
     def copy(self) -> None:
         """Put the settings on the clipboard, as text that another Kogao or an editor can read."""
+        self.window.bar.clear()
         recipe = self.document.state.recipe_of(self.view.face)
         QGuiApplication.clipboard().setText(json.dumps(recipe.to_dict(), indent=1))
 
