@@ -160,7 +160,6 @@ class Editor(QObject):
             *(self.manual, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.both, self.history, self.strip),
         )
-        shown_anew = self.recipe.chosen, self.live.drawn, window.arranged
         anew = self.document.changed, self.recipe.chosen, self.live.drawn, window.arranged
         for changed in anew:
             changed.connect(window.bar.refresh)
