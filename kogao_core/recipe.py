@@ -30,16 +30,6 @@ _UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
 }
 
 
-_ZONES: Final = {
-    "cheeks": Text("cheeks"),
-    "jaw": Text("jaw"),
-    "chin": Text("chin"),
-    "left": Text("picture's left"),
-    "right": Text("picture's right"),
-    "even_out": Text("even out"),
-}
-
-
 @dataclass(frozen=True, slots=True)
 class Recipe:
     """What to do to a face; the defaults are the retoucher's, `PAPER` is the paper's.
@@ -116,7 +106,7 @@ class Recipe:
             setting.check(getattr(self, setting.name))
 
     @property
-    def amount(self) -> Text:
+    def amount(self) -> str:
         """How far faces come towards which centre, and which zones differ from the rest, in words.
 
         Examples
@@ -125,14 +115,12 @@ class Recipe:
         >>> kogao.Recipe(percent=6, chin=50, even_out=20).amount
         '6 % towards centre 2, chin 50 %, even out 20 %'
         """
-        said = [
-            Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
-        ]
+        said = [f"{self.percent:g} % towards centre {self.center}"]
         for setting in (SETTINGS[name] for name in ZONES if self.zones):
             value = getattr(self, setting.name)
             if value != _DEFAULTS[setting.name]:
-                said.append(Text("{zone} {value:g} %", zone=_ZONES[setting.name], value=value))
-        return Text.joined(", ", said)
+                said.append(f"{setting.title.lower()} {value:g} %")
+        return ", ".join(said)
 
     def of_face(self, own: Recipe | None) -> Recipe:
         """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).

@@ -9,7 +9,6 @@ from typing import Final
 
 from kogao_core.face import Face
 from kogao_core.geometry import Box, Image, Line
-from kogao_core.language import Text
 from kogao_core.limits import OutOfBounds, check_faces, check_protection
 from kogao_core.project import Original, Project, Sheet
 from kogao_core.protection import Protection
@@ -69,14 +68,10 @@ class Applied:
     others: list[Face] = field(default_factory=list)
 
     @property
-    def what(self) -> Text:
+    def what(self) -> str:
         """A few words on what is done, for an edit record."""
-        return Text.counted(
-            len(self.faces),
-            "{n} face made smaller: {amount}",
-            "{n} faces made smaller: {amount}",
-            amount=self.recipe.amount,
-        )
+        count = f"{len(self.faces)} face" + "s" * (len(self.faces) != 1)
+        return f"{count} made smaller: {self.recipe.amount}"
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
@@ -233,9 +228,7 @@ def _note(project: Project, sha256: str | None, width: int) -> str:
     if sha256 == made.sha256 or (sha256 is None and made.width == width):
         return ""
     if made.width == width:
-        return Text("the project was made from another file of the same size; check the result")
-    return Text(
-        "the project was made at {width} x {height} px and has been scaled to this photo",
-        width=made.width,
-        height=made.height,
+        return "the project was made from another file of the same size; check the result"
+    return (
+        f"the project was made at {made.width} x {made.height} px and has been scaled to this photo"
     )

@@ -10,7 +10,7 @@ import click
 
 from kogao_core.cli import common, options, outputs, words
 from kogao_core.cli.progress import ProgressLine
-from kogao_core.language import Text, tr
+from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Report
@@ -82,9 +82,7 @@ class Work:
                 if len(self._paths) > 1:
                     self.leave_out(problem.message)
                 continue
-            self.progress.begin(
-                tr("{number} of {total}: {path}", number=number, total=len(self._paths), path=path)
-            )
+            self.progress.begin(f"{number} of {len(self._paths)}: {path}")
             found += 1
             yield subject
         if not found and stop is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from kogao_core.cli import common, words
-from kogao_core.language import Text, tr
+from kogao_core.language import Text
 
 
 @words.command("restore")
@@ -33,7 +33,4 @@ def command(file: Path, force: bool) -> None:
                 ),
                 common.UNREADABLE,
             ) from error
-    if there_was:
-        click.echo(tr("{file} is as it was again", file=file))
-    else:
-        click.echo(tr("{file} is as it was", file=file))
+    click.echo(f"{file} is as it was" + (" again" if there_was else ""))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
-from kogao_core.language import Text
 from kogao_core.photo import colour, contents, deep, jpeg_data, metadata, riff
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import Source
@@ -69,11 +68,8 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
 
 def _rare(source: Source) -> UnreadablePhoto:
     return UnreadablePhoto(
-        Text(
-            "{path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); "
-            "save it as an ordinary JPEG or as PNG first",
-            path=source.path,
-        )
+        f"{source.path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); save it as "
+        "an ordinary JPEG or as PNG first"
     )
 
 
@@ -92,5 +88,5 @@ def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[s
         whole = jpeg_data.without_end(source.data())
         if whole is None:
             raise
-        return whole, (Text("the file is slightly damaged: its end marker is missing"),)
+        return whole, ("the file is slightly damaged: its end marker is missing",)
     return image, ()
