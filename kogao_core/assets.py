@@ -67,9 +67,10 @@ def sample() -> Path:
 
 def _how_to_get(name: str) -> str:
     if not name.endswith(".tflite"):
-        return f"{name} is not in this installation; reinstall Kogao"
-    return (
-        f"the networks are not in this installation ({name} is missing). Reinstall with a "
-        "network connection and without KOGAO_SKIP_ASSETS: `pip install --force-reinstall kogao`. "
-        "Faces can still be placed by hand."
+        return Text("{name} is not in this installation; reinstall Kogao", name=name)
+    return Text(
+        "the networks are not in this installation ({name} is missing). Reinstall with a network "
+        "connection and without KOGAO_SKIP_ASSETS: `pip install --force-reinstall kogao`. Faces "
+        "can still be placed by hand.",
+        name=name,
     )

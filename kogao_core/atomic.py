@@ -23,11 +23,11 @@ _PREFIX, _SUFFIX = ".kogao-", ".partial"
 _NAMES: Final = f"{_PREFIX}*{_SUFFIX}"
 _DAY_S: Final = 86400.0
 _KINDS: Final = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISDIR, Text("a folder")),
+    (stat.S_ISCHR, Text("a device")),
+    (stat.S_ISBLK, Text("a device")),
+    (stat.S_ISFIFO, Text("a pipe")),
+    (stat.S_ISSOCK, Text("a socket")),
 )
 _swept: Final[set[Path]] = set()
 

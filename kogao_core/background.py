@@ -17,6 +17,7 @@ from kogao_core.face import Face
 from kogao_core.geometry import Array, Box, Image, Line
 from kogao_core.holding import NOTHING_HELD, Held
 from kogao_core.landmarks import ModelRefused
+from kogao_core.language import Text
 from kogao_core.person import PersonFinder, PersonMask
 from kogao_core.pipeline import Rendering
 from kogao_core.sidecar import Applied
@@ -25,7 +26,7 @@ from kogao_core.sidecar import Applied
 _APART: Final = 0.03
 _CUTS: Final = 256  # steps along a line at which it can be cut
 _HALF: Final = 0.5
-_HAIR_COUNTS: Final = "lines of hair and clothes count as lines of the background"
+_HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
 # Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
 # shortest line that counts.
 _SAME: Final = 0.3
@@ -166,11 +167,16 @@ class BackgroundFinder:
         try:
             people = self.people.find(photo, faces)
         except (AssetMissing, ModelRefused):
-            why = "the network that tells people apart is missing or damaged (see kogao-cli doctor)"
-            note = f"{why}, so {_HAIR_COUNTS}"
+            why = Text(
+                "the network that tells people apart is missing or damaged (see kogao-cli doctor)"
+            )
+            note = Text("{why}, so {hair_counts}", why=why, hair_counts=_HAIR_COUNTS)
             return Background(lines, (), shortest, note, told=False)
         if not people.looks:
-            note = f"people couldn't be told from the background, so {_HAIR_COUNTS}"
+            note = Text(
+                "people couldn't be told from the background, so {hair_counts}",
+                hair_counts=_HAIR_COUNTS,
+            )
             return Background(lines, (), shortest, note, told=False)
         found = _cut(lines, people.grown(_APART), shortest)
         return Background(found, people.neighbours(faces, others), shortest, _missed(people.missed))
@@ -259,8 +265,11 @@ def _is_part_of(line: Array, other: Array, reach_px: float) -> bool:
 def _missed(count: int) -> str:
     if count == 0:
         return ""
-    who = "one face" if count == 1 else f"{count} faces"
-    return f"{who} couldn't be told from the background, so lines there don't count"
+    return Text.counted(
+        count,
+        "one face couldn't be told from the background, so lines there don't count",
+        "{n} faces couldn't be told from the background, so lines there don't count",
+    )
 
 
 def _cut(lines: Array, people: PersonMask, shortest: float) -> Array:

@@ -67,9 +67,11 @@ def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> No
     """
     for number, face in enumerate(faces, start=1):
         room = size_px(face) if typed else max(size_px(face), _longer(image))
-        _check_near(face.points, image, room, f"landmark {{}} of face {number}")
+        _check_near(face.points, image, room, Text("landmark {{}} of face {number}", number=number))
         if face.targets is not None:
-            _check_near(face.targets, image, room, f"target {{}} of face {number}")
+            _check_near(
+                face.targets, image, room, Text("target {{}} of face {number}", number=number)
+            )
 
 
 def size_px(face: Face) -> float:
@@ -124,7 +126,12 @@ def check_protection(protection: Protection, image: Box) -> None:
     longer = _longer(image)
     widest = max(longer, WIDEST_PX)
     for number, stroke in enumerate(protection.strokes, start=1):
-        _check_near(stroke.points_px, image, longer, f"corner {{}} of protected line {number}")
+        _check_near(
+            stroke.points_px,
+            image,
+            longer,
+            Text("corner {{}} of protected line {number}", number=number),
+        )
         for name, width in (("width", 2.0 * stroke.radius_px), ("feather", stroke.feather_px)):
             if width > widest:
                 raise OutOfBounds(

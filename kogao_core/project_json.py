@@ -78,7 +78,7 @@ def face(node: Node, unit: int) -> Face:
     except BadFile:
         raise
     except ValueError as error:  # what Face itself refuses
-        node.refuse(f"is no face: {error}")
+        node.refuse(Text("is no face: {error}", error=error))
 
 
 def recipe(node: Node) -> Recipe:
@@ -86,7 +86,7 @@ def recipe(node: Node) -> Recipe:
     try:
         return Recipe.from_dict(node.value)
     except (ValueError, TypeError) as error:
-        node.refuse(f"is no recipe: {str(error)[:200]}")
+        node.refuse(Text("is no recipe: {error}", error=str(error)))
 
 
 def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
@@ -107,7 +107,13 @@ def protection(node: Node, unit: int) -> Protection:
     strokes = node.only(("strokes",)).field("strokes").items(MOST_CORNERS)
     corners = sum(stroke.count("points") for stroke in strokes)
     if corners > MOST_CORNERS:
-        node.refuse(f"has {corners} corners together; at most {MOST_CORNERS} are allowed")
+        node.refuse(
+            Text(
+                "has {corners} corners together; at most {most_corners} are allowed",
+                corners=corners,
+                most_corners=MOST_CORNERS,
+            )
+        )
     return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
 
 
@@ -122,7 +128,7 @@ def lines(node: Node, unit: int) -> tuple[Line, ...]:
         return ()
     found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
     if any(len(line) != 2 for line in found):
-        node.refuse("must hold lines of two points each")
+        node.refuse(Text("must hold lines of two points each"))
     return tuple(as_line(line) for line in found)
 
 
@@ -136,7 +142,7 @@ def _stroke(node: Node, unit: int) -> Stroke:
     node.only(("points", "radius", "feather"))
     points = _points(node.field("points"), unit, _MOST_POINTS)
     if not len(points):
-        node.refuse("needs at least one point")
+        node.refuse(Text("needs at least one point"))
     radius, feather = (node.field(name).number(0.0, 1.0) * unit for name in ("radius", "feather"))
     return Stroke(points, radius, feather)
 
@@ -158,7 +164,7 @@ def _points(node: Node, unit: int, most: int) -> Array:
 def _point(node: Node, unit: int) -> tuple[float, float]:
     pair = [item.number(-_FARTHEST, _FARTHEST) * unit for item in node.items(2)]
     if len(pair) != 2:
-        node.refuse("must be two numbers")
+        node.refuse(Text("must be two numbers"))
     return pair[0], pair[1]
 
 

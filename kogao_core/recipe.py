@@ -30,6 +30,16 @@ _UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
 }
 
 
+_ZONES: Final = {
+    "cheeks": Text("cheeks"),
+    "jaw": Text("jaw"),
+    "chin": Text("chin"),
+    "left": Text("picture's left"),
+    "right": Text("picture's right"),
+    "even_out": Text("even out"),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Recipe:
     """What to do to a face; the defaults are the retoucher's, `PAPER` is the paper's.
@@ -106,7 +116,7 @@ class Recipe:
             setting.check(getattr(self, setting.name))
 
     @property
-    def amount(self) -> str:
+    def amount(self) -> Text:
         """How far faces come towards which centre, and which zones differ from the rest, in words.
 
         Examples
@@ -115,12 +125,14 @@ class Recipe:
         >>> kogao.Recipe(percent=6, chin=50, even_out=20).amount
         '6 % towards centre 2, chin 50 %, even out 20 %'
         """
-        said = [f"{self.percent:g} % towards centre {self.center}"]
+        said = [
+            Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
+        ]
         for setting in (SETTINGS[name] for name in ZONES if self.zones):
             value = getattr(self, setting.name)
             if value != _DEFAULTS[setting.name]:
-                said.append(f"{setting.title.lower()} {value:g} %")
-        return ", ".join(said)
+                said.append(Text("{zone} {value:g} %", zone=_ZONES[setting.name], value=value))
+        return Text.joined(", ", said)
 
     def of_face(self, own: Recipe | None) -> Recipe:
         """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).

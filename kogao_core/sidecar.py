@@ -9,6 +9,7 @@ from typing import Final
 
 from kogao_core.face import Face
 from kogao_core.geometry import Box, Image, Line
+from kogao_core.language import Text
 from kogao_core.limits import OutOfBounds, check_faces, check_protection
 from kogao_core.project import Original, Project, Sheet
 from kogao_core.protection import Protection
@@ -68,10 +69,14 @@ class Applied:
     others: list[Face] = field(default_factory=list)
 
     @property
-    def what(self) -> str:
+    def what(self) -> Text:
         """A few words on what is done, for an edit record."""
-        count = f"{len(self.faces)} face" + "s" * (len(self.faces) != 1)
-        return f"{count} made smaller: {self.recipe.amount}"
+        return Text.counted(
+            len(self.faces),
+            "{n} face made smaller: {amount}",
+            "{n} faces made smaller: {amount}",
+            amount=self.recipe.amount,
+        )
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
@@ -228,7 +233,9 @@ def _note(project: Project, sha256: str | None, width: int) -> str:
     if sha256 == made.sha256 or (sha256 is None and made.width == width):
         return ""
     if made.width == width:
-        return "the project was made from another file of the same size; check the result"
-    return (
-        f"the project was made at {made.width} x {made.height} px and has been scaled to this photo"
+        return Text("the project was made from another file of the same size; check the result")
+    return Text(
+        "the project was made at {width} x {height} px and has been scaled to this photo",
+        width=made.width,
+        height=made.height,
     )

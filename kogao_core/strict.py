@@ -16,39 +16,49 @@ from kogao_core.wording import shown
 _UNPLAIN: Final = re.compile("[\x00-\x1f\ud800-\udfff]")
 
 
+_FILE: Final = Text("the file")
+
+
 class BadFile(ValueError):
     """What was read isn't what it should be; the message says where and why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A value inside a file and the way to it, for messages."""
+    """A value inside a file and the way to it, for messages: its root, and the path from there."""
 
     value: Any
-    where: str = "the file"
+    path: str = ""
+    root: Text = _FILE
 
     def field(self, name: str) -> Node:
         """Return a field of an object; one that is absent is null."""
         if not isinstance(self.value, dict):
-            self.refuse("must be an object")
-        return Node(self.value.get(name), f"{self.where}: {name}")
+            self.refuse(Text("must be an object"))
+        return Node(self.value.get(name), f"{self.path}: {name}", self.root)
 
     def only(self, names: Collection[str]) -> Node:
         """Return this object after checking that it has no fields but these."""
         if not isinstance(self.value, dict):
-            self.refuse("must be an object")
+            self.refuse(Text("must be an object"))
         unknown = sorted(set(self.value) - set(names))
         if unknown:
-            self.refuse(f"has an unknown field {shown(unknown[0])}")
+            self.refuse(Text("has an unknown field {unknown}", unknown=shown(unknown[0])))
         return self
 
     def items(self, most: int) -> list[Node]:
         """Return the elements of a list."""
         if not isinstance(self.value, list):
-            self.refuse("must be a list")
+            self.refuse(Text("must be a list"))
         if len(self.value) > most:
-            self.refuse(f"has {len(self.value)} entries; at most {most} are allowed")
-        return [Node(value, f"{self.where}[{n}]") for n, value in enumerate(self.value)]
+            self.refuse(
+                Text(
+                    "has {count} entries; at most {most} are allowed",
+                    count=len(self.value),
+                    most=most,
+                )
+            )
+        return [Node(value, f"{self.path}[{n}]", self.root) for n, value in enumerate(self.value)]
 
     def count(self, name: str) -> int:
         """Return how many elements a field of an object has; 0 where it isn't a list."""
@@ -59,31 +69,31 @@ class Node:
         """Return a finite number within a range."""
         value = self.value
         if isinstance(value, bool) or not isinstance(value, int | float):
-            self.refuse("must be a number")
+            self.refuse(Text("must be a number"))
         if not (low <= value <= high and math.isfinite(value)):
-            self.refuse(f"must be within {low:g}..{high:g}")
+            self.refuse(Text("must be within {low:g}..{high:g}", low=low, high=high))
         return float(value)
 
     def whole(self, low: int, high: int) -> int:
         """Return a whole number within a range."""
         if isinstance(self.value, bool) or not isinstance(self.value, int):
-            self.refuse("must be a whole number")
+            self.refuse(Text("must be a whole number"))
         return int(self.number(low, high))
 
     def flag(self) -> bool:
         """Return true or false."""
         if not isinstance(self.value, bool):
-            self.refuse("must be true or false")
+            self.refuse(Text("must be true or false"))
         return self.value
 
     def text(self, longest: int, among: Collection[str] = ()) -> str:
         """Return a text without control characters or half letters, one of `among` if given."""
         if not isinstance(self.value, str):
-            self.refuse("must be a text")
+            self.refuse(Text("must be a text"))
         if len(self.value) > longest or _UNPLAIN.search(self.value):
-            self.refuse(f"must be a plain text of at most {longest} letters")
+            self.refuse(Text("must be a plain text of at most {longest} letters", longest=longest))
         if among and self.value not in among:
-            self.refuse(f"must be one of {', '.join(among)}")
+            self.refuse(Text("must be one of {allowed}", allowed=", ".join(among)))
         return self.value
 
     def refuse(self, reason: str) -> NoReturn:
@@ -94,7 +104,7 @@ class Node:
         BadFile
             Always.
         """
-        raise BadFile(Text("{where} {reason}", where=self.where, reason=reason))
+        raise BadFile(Text("{root}{path} {reason}", root=self.root, path=self.path, reason=reason))
 
 
 def parse(data: bytes, most_bytes: int) -> Node:

@@ -125,7 +125,7 @@ def check_free(tasks: Sequence[Task]) -> None:
     """
     taken = [task.output for task in tasks if Path(task.output).exists()]
     if taken:
-        count = f"{len(taken)} files exist" if len(taken) > 1 else "a file exists"
+        count = Text.counted(len(taken), "a file exists", "{n} files exist")
         raise NothingToDo(
             Text(
                 "{count} where results would go, such as {taken}; choose another "

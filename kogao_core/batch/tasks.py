@@ -116,7 +116,7 @@ def work(task: Task) -> Outcome:
         faces = len(achieved)
         return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved)
     except _NoFace:
-        return Outcome(task.source, task.output, "no face", "no face found")
+        return Outcome(task.source, task.output, "no face", Text("no face found"))
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
@@ -140,7 +140,7 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     output.parent.mkdir(parents=True, exist_ok=True)
     note = write(photo, pixels, output, force=True, sign=signing(task.disclosure, done.what))
     achieved = tuple(round(percent, 3) for percent in rendering.achieved)
-    return achieved, "; ".join(filter(None, [done.note, note, left_out]))
+    return achieved, Text.joined("; ", [done.note, note, left_out])
 
 
 def _found(task: Task, photo: Photo) -> Applied:
@@ -199,10 +199,17 @@ def _key(task: Task) -> str:
 
 
 def _sentence(error: Exception) -> str:
-    text = " ".join(str(error).split())
+    said = str(error)
+    if isinstance(said, Text):
+        return said
+    text = " ".join(said.split())
     if isinstance(error, MemoryError):
-        return "there isn't enough memory for this photo; try fewer --jobs"
+        return Text("there isn't enough memory for this photo; try fewer --jobs")
     built_in = type(error).__module__ == "builtins"
     if built_in and not isinstance(error, OSError | ValueError | RuntimeError):
-        return f"an error in the program itself ({type(error).__name__}: {text}); please report it"
+        return Text(
+            "an error in the program itself ({kind}: {text}); please report it",
+            kind=type(error).__name__,
+            text=text,
+        )
     return text or type(error).__name__

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import Final
 
 from kogao_core.batch.tasks import Outcome, Task, work
+from kogao_core.language import Text
 from kogao_core.memory import keep_freed
 from kogao_core.stderr import open_standard_streams
 
@@ -136,7 +137,7 @@ def run(
             if stop():
                 return
             yield _result(workers.submit(task)) or Outcome(
-                task.source, task.output, "failed", "the worker died at it; try fewer --jobs"
+                task.source, task.output, "failed", Text("the worker died at it; try fewer --jobs")
             )
 
 

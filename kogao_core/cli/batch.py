@@ -7,13 +7,13 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from kogao_core import installed, wording
 from kogao_core.cli import common, options, words
-from kogao_core.language import Text
+from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from kogao_core.batch import Outcome, Workers
@@ -149,6 +149,14 @@ def _workers(dask: str | None, jobs: int) -> Workers:
         ) from error
 
 
+_STATES: Final = {
+    "done": Text("done"),
+    "skipped": Text("skipped"),
+    "no face": Text("no face"),
+    "failed": Text("failed"),
+}
+
+
 class _Progress:
     """Counts outcomes and says how long the rest will take."""
 
@@ -167,22 +175,32 @@ class _Progress:
         self._counts[outcome.status] += 1
         if outcome.status in ("failed", "no face"):
             named = outcome.reason.startswith(outcome.source)
-            self._print(outcome.reason if named else f"{outcome.source}: {outcome.reason}")
+            reason = translated(outcome.reason)
+            self._print(reason if named else f"{outcome.source}: {reason}")
         if sys.stderr.isatty():
             self._print(self._line(), end="\r")
 
     def end(self, report: Path) -> None:
         """Print the sums."""
-        self._print(f"{self._line()}; see {report}")
+        self._print(tr("{line}; see {report}", line=self._line(), report=report))
 
     def _line(self) -> str:
         finished = sum(self._counts.values())
-        counts = ", ".join(f"{count} {name}" for name, count in sorted(self._counts.items()))
+        counts = ", ".join(
+            f"{count} {translated(_STATES[name])}" for name, count in sorted(self._counts.items())
+        )
         worked = finished - self._counts["skipped"]
-        line = f"{finished} of {self._total}: {counts or 'nothing yet'}"
+        line = tr(
+            "{finished} of {total}: {counts}",
+            finished=finished,
+            total=self._total,
+            counts=counts or tr("nothing yet"),
+        )
         if worked and finished < self._total:
             left = (time.monotonic() - self._start) / worked * (self._total - finished)
-            line += f", {left / 60:.0f} min left" if left > 90 else f", {left:.0f} s left"
+            if left > 90:
+                return tr("{line}, {left:.0f} min left", line=line, left=left / 60)
+            return tr("{line}, {left:.0f} s left", line=line, left=left)
         return line
 
     def _print(self, text: str, end: str = "\n") -> None:

@@ -39,7 +39,7 @@ class Number(click.FloatRange):
         """Read a number; NaN and infinities are none."""
         number: float = super().convert(value, param, ctx)
         if not isfinite(number):
-            self.fail(f"{value} is not a finite number.", param, ctx)
+            self.fail(Text("{value} is not a finite number.", value=value), param, ctx)
         return number
 
 
@@ -230,8 +230,10 @@ def mention_fallback(wanted: str | None) -> None:
 
     if wanted is None and not networks_are_here():
         print_message(
-            "the networks are missing, so landmarks come from the AAM, which is less exact; "
-            "kogao-cli doctor says how to get them"
+            Text(
+                "the networks are missing, so landmarks come from the AAM, which is "
+                "less exact; kogao-cli doctor says how to get them"
+            )
         )
 
 

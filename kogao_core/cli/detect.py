@@ -11,7 +11,7 @@ import click
 
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
-from kogao_core.language import Text
+from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,8 +74,12 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
         people = PersonFinder().find(photo.pixels, faces)
     if people.missed:
         common.print_message(
-            f"{people.missed} of {common.count_of_faces(len(faces))} couldn't be told from the "
-            "background; the mask is black there"
+            Text(
+                "{missed} of {count_of_faces} couldn't be told from the background; "
+                "the mask is black there",
+                missed=people.missed,
+                count_of_faces=common.count_of_faces(len(faces)),
+            )
         )
     return people
 
@@ -106,9 +110,10 @@ def _found(
 
 
 def _table(photo: Photo, faces: Sequence[Face]) -> str:
-    size = f"{photo.width} x {photo.height} px"
-    lines = [f"{photo.path}: {size}, {common.count_of_faces(len(faces))}"]
-    lines.append("face  score      x      y  width  height  tilt")
+    size, count = f"{photo.width} x {photo.height} px", common.count_of_faces(len(faces))
+    lines = [f"{photo.path}: {size}, {translated(count)}"]
+    # Translators: six columns that figures stand below, 4, 7, 7, 7, 7, 8 and 6 letters wide.
+    lines.append(tr("face  score      x      y  width  height  tilt"))
     for number, face in enumerate(faces, start=1):
         x, y, width, height = face.box
         across = face.eyes[3] - face.eyes[0]

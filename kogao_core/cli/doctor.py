@@ -18,8 +18,9 @@ from kogao_core import assets, installed
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
+from kogao_core.language import Text, tr, translated
 
-OK: Final = "ok"
+OK: Final = Text("ok")
 # What Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6 wheel load from the
 # system, by Debian package; a test derives it from the installed wheel.
 LIBRARIES: Final = {
@@ -102,12 +103,12 @@ def _package(name: str) -> dict[str, str]:
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
-        return {"version": "", "state": "not installed"}
+        return {"version": "", "state": Text("not installed")}
     return {"version": version, "state": _import_state(_IMPORTED.get(name))}
 
 
 def _in_the_way() -> dict[str, dict[str, str]]:
-    state = "in the way: it shares its folder with opencv-contrib-python-headless"
+    state = Text("in the way: it shares its folder with opencv-contrib-python-headless")
     found = {name: _package(name)["version"] for name in _IN_THE_WAY}
     return {
         name: {"version": version, "state": state} for name, version in found.items() if version
@@ -119,7 +120,7 @@ def _import_state(module: str | None) -> str:
         if module:
             import_module(module)
     except ImportError as error:  # such as a system library that OpenCV needs
-        return f"doesn't load: {' '.join(str(error).split())}"
+        return Text("doesn't load: {error}", error=" ".join(str(error).split()))
     return OK
 
 
@@ -135,10 +136,9 @@ def _asset(entry: dict[str, Any]) -> str:
     try:
         data = assets.path(f"models/{entry['file']}").read_bytes()
     except assets.AssetMissing:
-        return "missing"
-    return (
-        OK if hashlib.sha256(data).hexdigest() == entry["sha256"] else "not the file it should be"
-    )
+        return Text("missing")
+    is_ours = hashlib.sha256(data).hexdigest() == entry["sha256"]
+    return OK if is_ours else Text("not the file it should be")
 
 
 def _missing_libraries() -> dict[str, str]:
@@ -162,7 +162,7 @@ def _mend(
     wrong_package = in_the_way or any(package["state"] != OK for package in packages.values())
     wrong_file = any(state != OK for state in files.values())
     if installed.is_bundle() and (wrong_package or wrong_file):
-        yield "unpack the bundle anew"
+        yield Text("unpack the bundle anew")
     elif wrong_package:
         yield "pip install --force-reinstall kogao"
     elif wrong_file:
@@ -175,12 +175,18 @@ def text(findings: dict[str, Any]) -> str:
     """Return what `examine` found, for people to read."""
     lines = [f"Kogao {findings['kogao']}, Python {findings['python']}, {findings['platform']}"]
     for name, package in findings["packages"].items():
-        lines.append(f"  {name} {package['version']}: {package['state']}")
+        lines.append(f"  {name} {package['version']}: {translated(package['state'])}")
     for extra, version in findings["extras"].items():
-        absent = f"not installed ({installed.adding(extra)})"
-        lines.append(f"  extra [{extra}]: {version or absent}")
-    lines += [f"  {name}: {state}" for name, state in findings["assets"].items()]
+        absent = tr("not installed ({how})", how=installed.adding(extra))
+        lines.append(tr("  extra [{extra}]: {state}", extra=extra, state=version or absent))
+    lines += [f"  {name}: {translated(state)}" for name, state in findings["assets"].items()]
     for library, package in findings["missing_libraries"].items():
-        lines.append(f"  {library}: missing (Debian and Ubuntu: {package})")
-    lines += [f"To mend it: {command}" for command in findings["mend"]]
-    return "\n".join(lines if findings["mend"] else [*lines, "All is well."])
+        lines.append(
+            tr(
+                "  {library}: missing (Debian and Ubuntu: {package})",
+                library=library,
+                package=package,
+            )
+        )
+    lines += [tr("To mend it: {command}", command=command) for command in findings["mend"]]
+    return "\n".join(lines if findings["mend"] else [*lines, tr("All is well.")])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from kogao_core.cli import common, options, words
-from kogao_core.language import Text
+from kogao_core.language import Text, translated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -114,4 +114,5 @@ def _write(
             common.UNREADABLE,
         ) from error
     for one in written:
-        click.echo(f"{photo}: {one.path}" + (f" ({one.note})" if one.note else ""))
+        note = f" ({translated(one.note)})" if one.note else ""
+        click.echo(f"{photo}: {one.path}{note}")

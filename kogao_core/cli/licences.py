@@ -10,6 +10,7 @@ import click
 import kogao_core
 from kogao_core import assets
 from kogao_core.cli import words
+from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from importlib import metadata
@@ -27,7 +28,7 @@ DEPENDENCIES: Final = (
     "threadpoolctl",
 )
 _BROUGHT_ALONG: Final = ("shiboken6", "colorama")
-_UNNAMED: Final = "see its documentation"
+_UNNAMED: Final = Text("see its documentation")
 
 
 @words.command("licenses")
@@ -38,15 +39,20 @@ def command() -> None:
 
 def text() -> str:
     """Return the licences of the program, its dependencies and its assets, for people to read."""
-    lines = [f"Kogao {kogao_core.__version__}: {OWN}", "", "Dependencies"]
+    lines = [f"Kogao {kogao_core.__version__}: {OWN}", "", tr("Dependencies")]
     lines += [f"  {_dependency(name)}" for name in (*DEPENDENCIES, *_BROUGHT_ALONG)]
-    lines += ["", "Assets"]
+    lines += ["", tr("Assets")]
     for asset in manifest():
         wheel = asset["wheel"]
         lines.append(f"  {asset['file']}: {asset['licence']}; {asset['from']}")
         lines.append(
-            f"    {asset['what']}; taken from {wheel['project']} {wheel['version']} "
-            f"({wheel['licence']})"
+            tr(
+                "    {what}; taken from {project} {version} ({licence})",
+                what=asset["what"],
+                project=wheel["project"],
+                version=wheel["version"],
+                licence=wheel["licence"],
+            )
         )
     return "\n".join([*lines, *map(_attribution, ("models", "samples"))])
 
@@ -67,7 +73,7 @@ def _dependency(name: str) -> str:
     try:
         about = metadata.metadata(name)
     except metadata.PackageNotFoundError:
-        return f"{name}: not installed"
+        return tr("{name}: not installed", name=name)
     return f"{about['Name']} {about['Version']}: {_licence(about)}"
 
 
@@ -78,11 +84,11 @@ def _licence(about: metadata.PackageMetadata) -> str:
                 return str(stated).strip().splitlines()[0]
     classifiers = about.get_all("Classifier") or []
     names = [line.rsplit(" :: ", 1)[-1] for line in classifiers if line.startswith("License ::")]
-    return ", ".join(names) or _UNNAMED
+    return ", ".join(names) or translated(_UNNAMED)
 
 
 def _attribution(folder: str) -> str:
     try:
         return "\n" + assets.path(f"{folder}/ATTRIBUTION.md").read_text(encoding="utf-8").strip()
     except assets.AssetMissing:
-        return f"\nNo {folder} in this installation."
+        return tr("\nNo {folder} in this installation.", folder=folder)

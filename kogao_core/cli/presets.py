@@ -10,7 +10,7 @@ import click
 from kogao_core import presets
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
-from kogao_core.language import Text
+from kogao_core.language import Text, translated
 from kogao_core.recipe import Recipe
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
@@ -34,7 +34,7 @@ def list_presets(json_file: Path | None, force: bool) -> None:
     found = _all()
     to_json.deliver(
         lambda: {name: recipe.to_dict() for name, recipe in found.items()},
-        lambda: "\n".join(found),
+        lambda: "\n".join(map(translated, found)),
         json_file,
     )
 
@@ -112,4 +112,7 @@ def _named(name: str) -> Recipe:
 
 
 def _unwritten(file: Path, error: OSError) -> common.Stop:
-    return common.Stop(f"{file} can't be written ({error.strerror or error})", common.UNREADABLE)
+    return common.Stop(
+        Text("{file} can't be written ({reason})", file=file, reason=error.strerror or error),
+        common.UNREADABLE,
+    )

@@ -10,6 +10,7 @@ from typing import Final
 import click
 
 from kogao_core import wording
+from kogao_core.language import tr
 
 CALM_S: Final = 2.0  # between two lines off a terminal
 
@@ -38,7 +39,7 @@ class ProgressLine:
 
     def step(self, done: int, total: int) -> None:
         """Show how many of its steps are done."""
-        self._show(f"{self._what}, {done} of {total} steps")
+        self._show(tr("{what}, {done} of {total} steps", what=self._what, done=done, total=total))
 
     def end(self) -> None:
         """Clear the line of a terminal for what follows."""

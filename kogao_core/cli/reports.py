@@ -10,7 +10,7 @@ import click
 
 from kogao_core.cli import common, options, outputs, words
 from kogao_core.cli.progress import ProgressLine
-from kogao_core.language import Text
+from kogao_core.language import Text, tr
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Report
@@ -82,7 +82,9 @@ class Work:
                 if len(self._paths) > 1:
                     self.leave_out(problem.message)
                 continue
-            self.progress.begin(f"{number} of {len(self._paths)}: {path}")
+            self.progress.begin(
+                tr("{number} of {total}: {path}", number=number, total=len(self._paths), path=path)
+            )
             found += 1
             yield subject
         if not found and stop is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from kogao_core.cli import common, words
-from kogao_core.language import Text
+from kogao_core.language import Text, tr
 
 
 @words.command("restore")
@@ -33,4 +33,7 @@ def command(file: Path, force: bool) -> None:
                 ),
                 common.UNREADABLE,
             ) from error
-    click.echo(f"{file} is as it was" + (" again" if there_was else ""))
+    if there_was:
+        click.echo(tr("{file} is as it was again", file=file))
+    else:
+        click.echo(tr("{file} is as it was", file=file))

@@ -12,7 +12,7 @@ import click
 
 from kogao_core.cli import common, outputs, words
 from kogao_core.cli.progress import ProgressLine
-from kogao_core.language import Text
+from kogao_core.language import Text, tr
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -90,10 +90,16 @@ def make(
     with common.stopping(making.RefusedFolder, common.USAGE), _disk(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
     click.echo(
-        f"{folder}: {len(key.pictures)} pictures of {common.count_of_faces(len(photos))}; "
-        f"kogao-cli experiment study rate {folder} asks about them"
+        tr(
+            "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
+            "about them",
+            folder=folder,
+            count=len(key.pictures),
+            faces=common.count_of_faces(len(photos)),
+        )
     )
-    click.echo(f"{plan.key_path(folder)}: what each picture is; keep it from the raters")
+    key_file = plan.key_path(folder)
+    click.echo(tr("{file}: what each picture is; keep it from the raters", file=key_file))
 
 
 def _subjects(
@@ -116,7 +122,7 @@ def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
     from kogao_core.experiments.study import making
 
     progress = ProgressLine()
-    progress.begin(f"pictures for {folder}")
+    progress.begin(tr("pictures for {folder}", folder=folder))
     key = making.make(subjects, folder, choices, progress.step)
     progress.end()
     return key
@@ -136,7 +142,8 @@ def rate(folder: Path, no_browser: bool) -> None:
     with common.stopping(BadFile, common.UNREADABLE), common.stopping(OSError, common.BROKEN):
         server = Server(folder)
     with server:
-        click.echo(f"{server.address}\nCtrl-C ends it; one rater after another may use it.")
+        click.echo(server.address)
+        click.echo(tr("Ctrl-C ends it; one rater after another may use it."))
         if not no_browser:
             # In a thread: a browser in the terminal keeps the call until it is closed.
             threading.Thread(target=_browse, args=(server.address,), daemon=True).start()
@@ -148,7 +155,7 @@ def _browse(address: str) -> None:
     import webbrowser  # takes as long to load as all other commands
 
     if not webbrowser.open(address):
-        click.echo("kogao-cli: no browser was found; open the address in one", err=True)
+        common.print_message(Text("no browser was found; open the address in one"))
 
 
 @command.command("report")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from kogao_core.cli import common
+from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,8 +15,16 @@ if TYPE_CHECKING:
     from kogao_core.background import Bends
     from kogao_core.bend import BentLine
     from kogao_core.face import Face
+    from kogao_core.one_to_one import OneToOne
     from kogao_core.photo import Photo
     from kogao_core.pipeline import Rendering
+
+
+# What the lines begin with, in a column of their own.
+DOSE, DOMAIN, RESIDUAL = Text("dose"), Text("domain"), Text("residual")
+TIME, LINES, HELD = Text("time"), Text("lines"), Text("held")
+GUARD, WARNING, NOTE = Text("guard"), Text("warning"), Text("note")
+_LABEL_LETTERS: Final = 10
 
 
 def as_json(
@@ -64,45 +73,96 @@ def as_text(
     counts = rendering.pixel_counts.items()
     sound = rendering.one_to_one
     lines = [
-        f"{photo.path}: {common.count_of_faces(len(faces))}, {recipe.amount}, written to {output}",
+        tr(
+            "{path}: {faces}, {amount}, written to {output}",
+            path=photo.path,
+            faces=common.count_of_faces(len(faces)),
+            amount=recipe.amount,
+            output=output,
+        ),
         *(
-            f"dose      asked for {asked:.2f} % of D, achieved {achieved:.2f} %{_of(number, faces)}"
+            _line(DOSE, _dose(asked, achieved, number if len(faces) > 1 else None))
             for number, (asked, achieved) in enumerate(_doses(rendering), start=1)
         ),
-        "domain    " + ", ".join(f"{name} {count / share:.1f} %" for name, count in counts),
-        f"residual  {rendering.residual.max_px:.2f} px at most; min det J {sound.min_det:.2f}",
-        "time      " + ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms",
+        _line(DOMAIN, ", ".join(f"{name} {count / share:.1f} %" for name, count in counts)),
+        _line(
+            RESIDUAL,
+            Text(
+                "{px:.2f} px at most; min det J {det:.2f}",
+                px=rendering.residual.max_px,
+                det=sound.min_det,
+            ),
+        ),
+        _line(TIME, ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms"),
     ]
     if bends.lines:
-        worst = bends.lines[0]
-        (x, y), (u, v) = worst.start_px, worst.end_px
-        where = "nearby" if bends.note else "in the background"
-        lines.append(
-            f"lines     {len(bends.lines)} straight ones {where}; the one from "
-            f"{x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by {worst.bend_px:.1f} px (its edge was "
-            f"{worst.before_px:.1f} px off straight and is {worst.after_px:.1f})"
-        )
-        lines += _held(bends.lines)
+        lines += [_line(LINES, _bent(bends)), *_held(bends.lines)]
     if min(rendering.shares, default=1.0) < 1.0:
         kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
-        lines.append(f"guard     held back to {kept} of the move, which would have folded")
+        held = Text("held back to {kept} of the move, which would have folded", kept=kept)
+        lines.append(_line(GUARD, held))
     if rendering.threshold_px < recipe.threshold_px:
-        lines.append(
-            f"guard     threshold {recipe.threshold_px:g} px not used, its edge could have folded: "
-            "all that moves was worked on"
+        unused = Text(
+            "threshold {px:g} px not used, its edge could have folded: all that moves was worked "
+            "on",
+            px=recipe.threshold_px,
         )
+        lines.append(_line(GUARD, unused))
+    if warning := _warning(sound):
+        lines.append(_line(WARNING, warning))
+    return "\n".join([*lines, *(_line(NOTE, note) for note in notes)])
+
+
+def _line(label: Text, what: str) -> str:
+    return f"{translated(label):<{_LABEL_LETTERS}}{translated(what)}"
+
+
+def _dose(asked: float, achieved: float, face: int | None) -> Text:
+    if face is None:
+        return Text(
+            "asked for {asked:.2f} % of D, achieved {achieved:.2f} %",
+            asked=asked,
+            achieved=achieved,
+        )
+    return Text(
+        "asked for {asked:.2f} % of D, achieved {achieved:.2f} %, face {face}",
+        asked=asked,
+        achieved=achieved,
+        face=face,
+    )
+
+
+def _warning(sound: OneToOne) -> Text | None:
     if sound.folded_cells:
-        lines.append(
-            f"warning   the warp folds in {len(sound.folded_cells)} places: lower --percent or "
-            "raise --lattice"
+        return Text.counted(
+            len(sound.folded_cells),
+            "the warp folds in {n} place: lower --percent or raise --lattice",
+            "the warp folds in {n} places: lower --percent or raise --lattice",
         )
-    elif not sound.edges_proven:
-        lines.append(
-            "warning   thin folds where the threshold fades in can't be ruled out: --guard"
-        )
-    elif not sound.settled:
-        lines.append("warning   folds between the samples can't be ruled out: --guard")
-    return "\n".join([*lines, *(f"note      {note}" for note in notes)])
+    if not sound.edges_proven:
+        return Text("thin folds where the threshold fades in can't be ruled out: --guard")
+    if not sound.settled:
+        return Text("folds between the samples can't be ruled out: --guard")
+    return None
+
+
+def _bent(bends: Bends) -> Text:
+    """Return how many lines are near, and how far the worst one bends."""
+    worst = bends.lines[0]
+    (x, y), (u, v) = worst.start_px, worst.end_px
+    return Text(
+        "{count} straight ones {where}; the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by "
+        "{bend:.1f} px (its edge was {before:.1f} px off straight and is {after:.1f})",
+        count=len(bends.lines),
+        where=Text("nearby") if bends.note else Text("in the background"),
+        x=x,
+        y=y,
+        u=u,
+        v=v,
+        bend=worst.bend_px,
+        before=worst.before_px,
+        after=worst.after_px,
+    )
 
 
 def _held(lines: Sequence[BentLine]) -> list[str]:
@@ -112,15 +172,22 @@ def _held(lines: Sequence[BentLine]) -> list[str]:
     held = [line for line in lines if line.holding == "held" and line.unheld_px >= SEEN_PX]
     if not held:
         return []
-    text = f"held      {len(held)} that would have bent by {SEEN_PX} px or more"
+    count = Text("{count} that would have bent by {px} px or more", count=len(held), px=SEEN_PX)
     worst = max(held, key=lambda line: line.bend_px)
-    if worst.bend_px >= SEEN_PX:
-        (x, y), (u, v) = worst.start_px, worst.end_px
-        text += (
-            f"; the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} gave way to the face: "
-            f"{worst.bend_px:.1f} of {worst.unheld_px:.1f} px are left"
-        )
-    return [text]
+    if worst.bend_px < SEEN_PX:
+        return [_line(HELD, count)]
+    (x, y), (u, v) = worst.start_px, worst.end_px
+    gave_way = Text(
+        "the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} gave way to the face: {bend:.1f} of "
+        "{unheld:.1f} px are left",
+        x=x,
+        y=y,
+        u=u,
+        v=v,
+        bend=worst.bend_px,
+        unheld=worst.unheld_px,
+    )
+    return [_line(HELD, Text.joined("; ", [count, gave_way]))]
 
 
 def _doses(rendering: Rendering) -> list[tuple[float, float]]:
@@ -129,7 +196,3 @@ def _doses(rendering: Rendering) -> list[tuple[float, float]]:
 
     asked = (asked_percent(pairs) for pairs in rendering.pairs)
     return list(zip(asked, rendering.achieved, strict=True))
-
-
-def _of(number: int, faces: Sequence[Face]) -> str:
-    return f", face {number}" if len(faces) > 1 else ""

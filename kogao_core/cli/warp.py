@@ -149,7 +149,7 @@ def command(
     notes = list(filter(None, [done.note, note, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
-        notes.append(f"the project is {place}")
+        notes.append(Text("the project is {place}", place=place))
     results = photo, output, done.faces, rendering, bends, notes
     to_json.deliver(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
 
@@ -255,7 +255,7 @@ def _write(
     with _writing():
         told = disclose(photo, rendering.pixels, disclosure, what=what)
         note = write(*told, sign=signing(disclosure, what))
-    return "; ".join(filter(None, [note, left_out]))
+    return Text.joined("; ", [note, left_out])
 
 
 def _write_to(output: Path, force: bool, photo: Photo, pixels: Image, **more: Any) -> str:

@@ -59,8 +59,8 @@ FORMATS: Final = {
     for form in (
         Format("json", "JSON", several=True, templates=()),
         Format("csv", "CSV", several=True, templates=("27", "68", "189")),
-        Format("tem", "WebMorph template", several=False, templates=("27", "189", "68")),
-        Format("pts", "iBUG points", several=False, templates=("68", "27", "189")),
+        Format("tem", Text("WebMorph template"), several=False, templates=("27", "189", "68")),
+        Format("pts", Text("iBUG points"), several=False, templates=("68", "27", "189")),
     )
 }
 _PARSERS: Final[dict[str, Callable[[bytes], list[PointSet]]]] = {
@@ -214,18 +214,30 @@ def _written(face: Face, path: Path, template: Template) -> Written:
 
 
 def _choices(form: Format) -> str:
-    return f"templates of {', '.join(form.templates)} points" if form.templates else "its own way"
+    return (
+        Text("templates of {names} points", names=", ".join(form.templates))
+        if form.templates
+        else Text("its own way")
+    )
 
 
 def _note(template: Template, faces: Sequence[Face]) -> str:
     """Say what a file of this template doesn't know, in a sentence; empty where it holds all."""
     notes = []
     if any(len(face.outline) != len(template.outline) for face in faces):
-        notes.append(f"the outline was resampled to {len(template.outline)} points")
+        notes.append(
+            Text("the outline was resampled to {count} points", count=len(template.outline))
+        )
     guessed = (template.count or 0) - len(template.ours)
     if guessed:
-        notes.append(f"{guessed} of {template.count} points are a mean face's, not this one's")
-    return "; ".join(notes)
+        notes.append(
+            Text(
+                "{guessed} of {count} points are a mean face's, not this one's",
+                guessed=guessed,
+                count=template.count,
+            )
+        )
+    return Text.joined("; ", notes)
 
 
 def check_inside(faces: Sequence[Face], image: Box) -> None:

@@ -135,13 +135,13 @@ def _face(node: Node) -> Face:
     try:
         return Face(outline, eyes, mouth)
     except ValueError as error:
-        node.refuse(f"is no face: {error}")
+        node.refuse(Text("is no face: {error}", error=error))
 
 
 def _points(node: Node) -> Array:
     rows = [row.items(2) for row in node.items(MOST_POINTS)]
     if any(len(row) != 2 for row in rows):
-        node.refuse("must be pairs of numbers")
+        node.refuse(Text("must be pairs of numbers"))
     pairs = [[value.number(-FARTHEST_PX, FARTHEST_PX) for value in row] for row in rows]
     return np.array(pairs).reshape(-1, 2)
 

@@ -68,8 +68,8 @@ def _lines(rows: list[str], points: int) -> tuple[Line, ...]:
 
 def _line(rows: list[str], points: int) -> Line:
     closed, count, numbers = rows
-    found = tuple(count_in(text, "a point") for text in numbers.split())
-    if closed not in ("0", "1") or len(found) != count_in(count, "a line's points"):
+    found = tuple(count_in(text, Text("a point")) for text in numbers.split())
+    if closed not in ("0", "1") or len(found) != count_in(count, Text("a line's points")):
         raise BadFile(Text("a line must be 0 or 1, the number of its points, and the points"))
     if any(point >= points for point in found):
         raise BadFile(

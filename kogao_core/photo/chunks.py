@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Iterator
 from typing import IO, Final
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra, Kind
 
@@ -82,7 +83,7 @@ def found(file: IO[bytes], channels: int) -> Iterator[Extra]:
             continue
         names.setdefault(kind, []).append(name.decode("latin-1"))
     for kind, members in names.items():
-        listed = f"PNG chunks {' '.join(dict.fromkeys(members))}"
+        listed = Text("PNG chunks {names}", names=" ".join(dict.fromkeys(members)))
         yield Extra(kind, listed if kind in (kinds.CHUNKS, kinds.UNSAFE_CHUNKS) else "")
 
 

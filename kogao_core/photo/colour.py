@@ -10,6 +10,7 @@ from PIL import Image as Pillow
 from PIL import ImageCms
 
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 
 _ROWS: Final = 64
 CONVERTED: Final = "converted from"
@@ -18,8 +19,8 @@ _PLAIN: Final = ("L", "LA", "RGB", "RGBA")
 # The palette, transparency and premultiplied modes lose nothing here.
 _WIDER: Final = {"1": "L", "P": "RGB", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
 _WIDENED: Final = {
-    "1": f"{CONVERTED} 1 bit to 8-bit grey",
-    **dict.fromkeys(("P", "PA"), f"{CONVERTED} a palette to RGB"),
+    "1": Text("converted from 1 bit to 8-bit grey"),
+    **dict.fromkeys(("P", "PA"), Text("converted from a palette to RGB")),
 }
 
 
@@ -35,13 +36,18 @@ def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]
     if image.mode in _PLAIN or image.mode in _WIDER:
         notes = (_WIDENED[image.mode],) if image.mode in _WIDENED else ()
         return _pixels(_plain(image)), profile, notes
-    note = f"{CONVERTED} {image.mode} to RGB"
     if image.mode == "CMYK" and profile:
         try:
-            return *_managed(image, profile), (f"{note} by its colour profile",)
+            return *_managed(image, profile), (
+                Text("converted from {mode} to RGB by its colour profile", mode=image.mode),
+            )
         except (ImageCms.PyCMSError, OSError):
             pass
-    return _pixels(image.convert("RGB")), None, (f"{note} without a colour profile",)
+    return (
+        _pixels(image.convert("RGB")),
+        None,
+        (Text("converted from {mode} to RGB without a colour profile", mode=image.mode),),
+    )
 
 
 def _pixels(image: Pillow.Image) -> Image:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import partial
+from functools import partial, reduce
 
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.photo.credentials import Signer, signed
 from kogao_core.photo.label_picture import LabelPicture, lay_over
 from kogao_core.photo.model import Photo, is_same
@@ -128,9 +129,13 @@ def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
     wanted = {
-        "label": disclosure.is_labelled,
-        "edit record": disclosure.record,
-        "signature": disclosure.signer is not None,
+        Text("label"): disclosure.is_labelled,
+        Text("edit record"): disclosure.record,
+        Text("signature"): disclosure.signer is not None,
     }
-    missing = " and ".join(name for name, asked in wanted.items() if asked)
-    return f"nothing was changed, so there is no {missing}"
+    missing = reduce(_and, (name for name, asked in wanted.items() if asked))
+    return Text("nothing was changed, so there is no {missing}", missing=missing)
+
+
+def _and(one: Text, other: Text) -> Text:
+    return Text("{one} and {other}", one=one, other=other)

@@ -64,7 +64,7 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
     if places.sequence is not None:
         edits.append(_appended(packet, places.sequence, event))
     elif places.has_history:
-        _refuse("its history is of an unknown form")
+        _refuse(Text("its history is of an unknown form"))
     else:
         new += f"<xmpMM:History><rdf:Seq>{event}</rdf:Seq></xmpMM:History>"
     if new:
@@ -100,7 +100,7 @@ class _Places(xmp.Walk):
         except xmp.BadXmp as error:
             _refuse(str(error))
         if self.top == (0, 0):
-            _refuse("it holds no rdf:RDF")
+            _refuse(Text("it holds no rdf:RDF"))
 
     def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
         """Note an attribute that holds the source type or a history."""

@@ -7,6 +7,7 @@ from typing import IO
 
 from PIL import Image as Pillow
 
+from kogao_core.language import Text
 from kogao_core.photo import formats, kinds, stale, tiff_extras
 from kogao_core.photo.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
@@ -49,4 +50,4 @@ def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
     if note is not None and has_note:
         yield Extra(note)
     if note is kinds.MAKER_NOTE and (rare := tiff_extras.rare_tags(tags)):
-        yield Extra(kinds.EXIF_TAGS, f"EXIF tags {' '.join(map(str, rare))}")
+        yield Extra(kinds.EXIF_TAGS, Text("EXIF tags {tags}", tags=" ".join(map(str, rare))))

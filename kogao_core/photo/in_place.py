@@ -125,7 +125,7 @@ def write_in_place(
     check_in_place(photo)
     source = _as_read(photo, originals)
     if source is photo and is_same(photo.pixels, pixels):
-        return "nothing changed: the file is as it was"
+        return Text("nothing changed: the file is as it was")
 
     def keep(pieces: Pieces) -> None:
         _as_read(photo, originals)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import IO, Final
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds, segments, stale
 from kogao_core.photo.kinds import Extra, Kind
 from kogao_core.photo.segments import APP_OR_COMMENT
@@ -30,7 +31,11 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
 _ADOBE_CODING: Final = (0xEE, b"Adobe")  # an encoder writes its own
 # A maker's series of segments goes or stays as one.
 _CARRIED: Final = (kinds.COMMENTS, kinds.SEGMENTS, kinds.XMP_EXTENSION)
-_NAMES: Final = {b"FPXR": "FlashPix data", b"II\x1a\0": "CIFF data", b"MM\0\x1a": "CIFF data"}
+_NAMES: Final = {
+    b"FPXR": Text("FlashPix data"),
+    b"II\x1a\0": Text("CIFF data"),
+    b"MM\0\x1a": Text("CIFF data"),
+}
 
 
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
@@ -62,7 +67,7 @@ def found(file: IO[bytes]) -> Iterator[Extra]:
     if len(whole) > 1:
         yield Extra(kinds.SECOND_PROFILE)
     if is_part_left:
-        yield Extra(kinds.SECOND_PROFILE, "an incomplete colour profile")
+        yield Extra(kinds.SECOND_PROFILE, Text("an incomplete colour profile"))
 
 
 def _judged(file: IO[bytes]) -> Iterator[tuple[Kind, bytes]]:
@@ -102,4 +107,4 @@ def _series(segment: bytes) -> bytes:
 def _preview_name(segment: bytes) -> str:
     place = f"APP{segment[1] & 15}"
     known = next((name for start, name in _NAMES.items() if segment[4:].startswith(start)), "")
-    return f"{known or kinds.PREVIEW.name} ({place})"
+    return Text("{known} ({place})", known=known or kinds.PREVIEW.name, place=place)

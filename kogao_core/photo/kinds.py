@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from kogao_core.language import Text
+
 
 @dataclass(frozen=True, slots=True)
 class Kind:
@@ -16,7 +18,7 @@ class Kind:
 
     Parameters
     ----------
-    name : str
+    name : Text
         In a photographer's words, as notes say it.
     seen : str
         How it is recognised.
@@ -27,7 +29,7 @@ class Kind:
         what else is in the file go.
     """
 
-    name: str
+    name: Text
     seen: str
     why: str = ""
     is_reported: bool = True
@@ -49,104 +51,122 @@ class Extra:
 _OLD_FACE: Final = "shows the face as it was"
 _UNKNOWN: Final = "may tell of the face as it was, or of places in the file"
 
-EXIF: Final = Kind("EXIF with GPS", "APP1, `eXIf`, tag 34665")
+EXIF: Final = Kind(Text("EXIF with GPS"), "APP1, `eXIf`, tag 34665")
 EXIF_TAGS: Final = Kind(
-    "EXIF tags",
+    Text("EXIF tags"),
     "rare numbers in the first directory of an EXIF block",
     "in a TIFF they would be its own",
 )
 MAKER_NOTE: Final = Kind(
-    "the maker's note", "EXIF tag 37500", "the directory of a TIFF is written anew"
+    Text("the maker's note"), "EXIF tag 37500", "the directory of a TIFF is written anew"
 )
 MOVED_NOTE: Final = Kind(
-    "the maker's note of a TIFF or raw photo", "EXIF tag 37500", "the directory is written anew"
+    Text("the maker's note of a TIFF or raw photo"),
+    "EXIF tag 37500",
+    "the directory is written anew",
 )
 THUMBNAIL: Final = Kind(
-    "thumbnails",
+    Text("thumbnails"),
     "IFD1, `JFXX`, Photoshop resources 1033 and 1036, `xmp:Thumbnails`, HEIC's",
     why=_OLD_FACE,
     is_reported=False,
 )
-XMP: Final = Kind("XMP", "APP1, `iTXt`, tag 700, `XMP `")
+XMP: Final = Kind(Text("XMP"), "APP1, `iTXt`, tag 700, `XMP `")
 XMP_EXTENSION: Final = Kind(
-    "the extended XMP", "APP1 `xmp/extension`", why="no place in other formats"
+    Text("the extended XMP"), "APP1 `xmp/extension`", why="no place in other formats"
 )
-SECOND_XMP: Final = Kind("a second XMP packet", "APP1, more than once", why="one is read")
+SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", why="one is read")
 IPTC: Final = Kind(
-    "the IPTC record", "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
+    Text("the IPTC record"), "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
 )
-ICC: Final = Kind("the colour profile", "APP2, `iCCP`, tag 34675")
+ICC: Final = Kind(Text("the colour profile"), "APP2, `iCCP`, tag 34675")
 GREY_PROFILE: Final = Kind(
-    "grey with its colour profile", "a profile beside grey pixels", why="grey becomes RGB"
+    Text("grey with its colour profile"), "a profile beside grey pixels", why="grey becomes RGB"
 )
 SECOND_PROFILE: Final = Kind(
-    "a second colour profile", "APP2, a second series", why="the first whole one counts"
+    Text("a second colour profile"), "APP2, a second series", why="the first whole one counts"
 )
-RESOLUTION: Final = Kind("the print resolution", "JFIF, `pHYs`, tag 282", why="no place in WebP")
+RESOLUTION: Final = Kind(
+    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP"
+)
 ASPECT: Final = Kind(
-    "the pixels' shape",
+    Text("the pixels' shape"),
     "JFIF, `pHYs` or tag 296 without a unit, HEIC `pasp`",
     why="no place in WebP",
 )
-COMMENTS: Final = Kind("comments", "JPEG `COM`", why="a segment of JPEG's")
-SEGMENTS: Final = Kind("makers' segments", "JPEG APP0 to APP15, unknown", why="segments of JPEG's")
-PREVIEW: Final = Kind("a maker's segment with a preview", "APPn that holds a JPEG", why=_OLD_FACE)
-LATE_SEGMENTS: Final = Kind(
-    "comments or segments between the scans", "`COM`, APPn after the first scan", why="rare"
+COMMENTS: Final = Kind(Text("comments"), "JPEG `COM`", why="a segment of JPEG's")
+SEGMENTS: Final = Kind(
+    Text("makers' segments"), "JPEG APP0 to APP15, unknown", why="segments of JPEG's"
 )
-JUMBF: Final = Kind("JUMBF data", "APP11 `JP` without C2PA", why=_UNKNOWN)
-TEXTS: Final = Kind("PNG texts", "`tEXt`, `zTXt`, `iTXt`", why="PNG's own")
+PREVIEW: Final = Kind(
+    Text("a maker's segment with a preview"), "APPn that holds a JPEG", why=_OLD_FACE
+)
+LATE_SEGMENTS: Final = Kind(
+    Text("comments or segments between the scans"), "`COM`, APPn after the first scan", why="rare"
+)
+JUMBF: Final = Kind(Text("JUMBF data"), "APP11 `JP` without C2PA", why=_UNKNOWN)
+TEXTS: Final = Kind(Text("PNG texts"), "`tEXt`, `zTXt`, `iTXt`", why="PNG's own")
 COLOURS: Final = Kind(
-    "gamma and colours without a profile", "`gAMA`, `cHRM`, `cICP`, `mDCV`, `cLLI`", why="PNG's own"
+    Text("gamma and colours without a profile"),
+    "`gAMA`, `cHRM`, `cICP`, `mDCV`, `cLLI`",
+    why="PNG's own",
 )
 CHUNKS: Final = Kind(
-    "PNG chunks",
+    Text("PNG chunks"),
     "`sBIT`, `bKGD`, `oFFs`, `sTER`, `sCAL`, any that are safe to copy",
     why="PNG's own",
 )
 UNSAFE_CHUNKS: Final = Kind(
-    "PNG chunks that hang on the old pixels",
+    Text("PNG chunks that hang on the old pixels"),
     "`tIME`, `hIST`, any that aren't safe to copy",
     why="PNG's rule for copying",
 )
-RIFF_CHUNKS: Final = Kind("WebP chunks", "unknown chunks", why=_UNKNOWN)
-LAYERS: Final = Kind("Photoshop layers", "TIFF tag 37724", why=_OLD_FACE)
-TIFF_TAGS: Final = Kind("TIFF tags", "private and rare tags", why=_UNKNOWN)
-CHANNELS: Final = Kind("extra channels", "more samples than colours and alpha", why="not read")
+RIFF_CHUNKS: Final = Kind(Text("WebP chunks"), "unknown chunks", why=_UNKNOWN)
+LAYERS: Final = Kind(Text("Photoshop layers"), "TIFF tag 37724", why=_OLD_FACE)
+TIFF_TAGS: Final = Kind(Text("TIFF tags"), "private and rare tags", why=_UNKNOWN)
+CHANNELS: Final = Kind(
+    Text("extra channels"), "more samples than colours and alpha", why="not read"
+)
 GAIN_MAP: Final = Kind(
-    "the HDR gain map",
+    Text("the HDR gain map"),
     "`hdrgm:` or Apple's `HDRGainMap:` in XMP, ISO 21496-1 in APP2, JPEG-HDR, HEIC auxiliary",
     why=_OLD_FACE,
 )
 VIDEO: Final = Kind(
-    "the motion photo's video",
+    Text("the motion photo's video"),
     "`MotionPhoto`, `MicroVideo` in XMP, an MP4 at the end, `mpvd`",
     why=_OLD_FACE,
 )
 DEPTH: Final = Kind(
-    "the depth map or portrait matte", "`GDepth:`, Dynamic Depth, HEIC auxiliary", why=_OLD_FACE
+    Text("the depth map or portrait matte"),
+    "`GDepth:`, Dynamic Depth, HEIC auxiliary",
+    why=_OLD_FACE,
 )
-ORIGINAL: Final = Kind("the picture kept inside the XMP", "`GImage:`", why=_OLD_FACE)
+ORIGINAL: Final = Kind(Text("the picture kept inside the XMP"), "`GImage:`", why=_OLD_FACE)
 FURTHER: Final = Kind(
-    "further pictures", "MPF, pages, frames, sub-directories, HEIC", why="one picture is read"
+    Text("further pictures"), "MPF, pages, frames, sub-directories, HEIC", why="one picture is read"
 )
 CREDENTIALS: Final = Kind(
-    "content credentials (C2PA)",
+    Text("content credentials (C2PA)"),
     "APP11, `caBX`, tag 52545, `C2PA`, `uuid`",
     why="no changed photo fulfils them; kept as the source's where the result is signed",
 )
 CREDENTIALS_LINK: Final = Kind(
-    "a link to content credentials (C2PA)",
+    Text("a link to content credentials (C2PA)"),
     "`dcterms:provenance`",
     why="no changed photo fulfils them",
 )
-SAMSUNG: Final = Kind("Samsung's data at the end", "`SEFT`, `sefd`", why=_UNKNOWN)
-AFCP: Final = Kind("AFCP data at the end", "`AXS!`, `AXS*`", why="hangs on places in the file")
-PHOTO_MECHANIC: Final = Kind("Photo Mechanic's data at the end", "`cbipcbbl`", why=_UNKNOWN)
-FOTOSTATION: Final = Kind("FotoStation's data at the end", "`A1B2C3D4`", why=_UNKNOWN)
-UNKNOWN: Final = Kind("unknown data", "anything else after the end of the picture", why=_UNKNOWN)
+SAMSUNG: Final = Kind(Text("Samsung's data at the end"), "`SEFT`, `sefd`", why=_UNKNOWN)
+AFCP: Final = Kind(
+    Text("AFCP data at the end"), "`AXS!`, `AXS*`", why="hangs on places in the file"
+)
+PHOTO_MECHANIC: Final = Kind(Text("Photo Mechanic's data at the end"), "`cbipcbbl`", why=_UNKNOWN)
+FOTOSTATION: Final = Kind(Text("FotoStation's data at the end"), "`A1B2C3D4`", why=_UNKNOWN)
+UNKNOWN: Final = Kind(
+    Text("unknown data"), "anything else after the end of the picture", why=_UNKNOWN
+)
 INDEX: Final = Kind(
-    "indexes of what isn't kept",
+    Text("indexes of what isn't kept"),
     "`MPF`, `Container:Directory`, `HasExtendedXMP`, `iDOT`",
     why="would tell of what is gone",
     is_reported=False,

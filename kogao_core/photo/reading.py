@@ -141,7 +141,10 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
                 Text("{path} is damaged or incomplete; copy it again from where it came", path=path)
             ) from error
     photo.pixels.setflags(write=False)
-    notes = (*photo.notes, *(f"the file is slightly damaged: {one}" for one in complaints[:1]))
+    notes = (
+        *photo.notes,
+        *(Text("the file is slightly damaged: {one}", one=one) for one in complaints[:1]),
+    )
     return dataclasses.replace(photo, notes=notes)
 
 

@@ -7,6 +7,7 @@ import struct
 from collections.abc import Iterator
 from typing import IO, Final
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra
 
@@ -59,4 +60,6 @@ def found(file: IO[bytes]) -> Iterator[Extra]:
         elif name not in _PLAIN:
             unknown.append(name.decode("latin-1").strip())
     if unknown:
-        yield Extra(kinds.RIFF_CHUNKS, f"WebP chunks {' '.join(dict.fromkeys(unknown))}")
+        yield Extra(
+            kinds.RIFF_CHUNKS, Text("WebP chunks {names}", names=" ".join(dict.fromkeys(unknown)))
+        )

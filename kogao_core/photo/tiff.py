@@ -63,7 +63,7 @@ PICTURE_TAGS: Final = (
 
 def compression_name(number: int) -> str:
     """Return what people call one of TIFF's compressions."""
-    return _COMPRESSIONS.get(number, f"number {number}")
+    return _COMPRESSIONS.get(number, Text("number {number}", number=number))
 
 
 def is_tiff(file: IO[bytes], path: Path) -> bool:

@@ -10,6 +10,7 @@ from typing import IO, Final
 from PIL import ExifTags
 from PIL import Image as Pillow
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds, tiff
 from kogao_core.photo.kinds import Extra
 
@@ -52,13 +53,13 @@ def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
     photometric, samples = (_first(tags.get(tag, 1)) for tag in (_PHOTOMETRIC, _SAMPLES))
     colours = _COLOURS.get(photometric, 1)
     if (more := samples - colours - (channels in (2, 4))) > 0:
-        yield Extra(kinds.CHANNELS, f"{more} extra channel{'s' * (more > 1)}")
+        yield Extra(kinds.CHANNELS, Text.counted(more, "{n} extra channel", "{n} extra channels"))
     for tag in tags:
         if tag in _NAMED:
             yield _NAMED[tag]
     rare = rare_tags(tags)
     if rare:
-        yield Extra(kinds.TIFF_TAGS, f"TIFF tags {' '.join(map(str, rare))}")
+        yield Extra(kinds.TIFF_TAGS, Text("TIFF tags {tags}", tags=" ".join(map(str, rare))))
     if has_maker_note(tags):
         yield Extra(kinds.MOVED_NOTE)
 

@@ -7,6 +7,7 @@ import struct
 from collections.abc import Iterator
 from typing import Final
 
+from kogao_core.language import Text
 from kogao_core.photo import kinds, segments
 from kogao_core.photo.kinds import Extra, Kind
 
@@ -67,7 +68,9 @@ def _from_start(data: bytes, at: int, end: int) -> Iterator[Extra]:
             unknown += stop - at
             at = stop
     if unknown:
-        yield Extra(kinds.UNKNOWN, f"{unknown:,} bytes of unknown data at the end")
+        yield Extra(
+            kinds.UNKNOWN, Text("{unknown:,} bytes of unknown data at the end", unknown=unknown)
+        )
 
 
 def _next_known(data: bytes, at: int, end: int) -> int:

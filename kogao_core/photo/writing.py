@@ -108,14 +108,19 @@ def write(
         if before is not None:
             before(pieces)
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
-            note = f"the photo as it was is {_backed_up(path)}" + (f"; {note}" if note else "")
+            there = Text("the photo as it was is {file}", file=_backed_up(path))
+            note = Text.joined("; ", [there, note])
         # The last look is just before the file appears: someone may have been quicker.
         put(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
         reason = error.strerror or error
         too_long = error.errno == errno.ENAMETOOLONG
-        remedy = "choose a shorter name" if too_long else "choose another folder or make room"
+        remedy = (
+            Text("choose a shorter name")
+            if too_long
+            else Text("choose another folder or make room")
+        )
         raise CannotWrite(
             Text(
                 "{path} can't be written ({reason}); {remedy}",
@@ -281,12 +286,16 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
     depth, longest = pixels.dtype.name, form.longest_side_px
     reason = ""
     if depth not in form.layouts:
-        deep = "32-bit float" if pixels.dtype == np.float32 else f"{8 * pixels.dtype.itemsize}-bit"
-        reason = f"this {deep} photo"
+        deep = (
+            Text("32-bit float")
+            if pixels.dtype == np.float32
+            else Text("{bits}-bit", bits=8 * pixels.dtype.itemsize)
+        )
+        reason = Text("this {deep} photo", deep=deep)
     elif not form.holds_alpha(depth) and _shows_through(pixels):
-        reason = "transparency"
+        reason = Text("transparency")
     elif longest is not None and max(pixels.shape[:2]) > longest:
-        reason = f"more than {longest} px a side"
+        reason = Text("more than {longest} px a side", longest=longest)
     if reason:
         other = formats.exact_endings(pixels, form)
         raise RefusedOutput(
@@ -325,10 +334,10 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str, *, is_s
     lost = target.not_kept(extras)
     grey = ""
     if photo.icc_profile and target.becomes_colour(pixels):
-        grey = "grey became RGB, without its colour profile"
+        grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
     notes = [*photo.notes, lost, target.lacks(photo), grey, spread, kept, signed]
-    return "; ".join(filter(None, notes))
+    return Text.joined("; ", notes)
 
 
 def _spread(photo: Photo, pixels: Image) -> str:
@@ -341,7 +350,11 @@ def _spread(photo: Photo, pixels: Image) -> str:
     )
     if after <= before:
         return ""
-    return f"pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}"
+    return Text(
+        "pixels without a number (NaN or infinity) have spread from {before:,} to {after:,}",
+        before=before,
+        after=after,
+    )
 
 
 def _encoded(photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None) -> Pieces:

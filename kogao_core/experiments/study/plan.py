@@ -202,8 +202,8 @@ def load_key(path: Path) -> Key:
     except (ValueError, TypeError) as error:
         top.field("recipe").refuse(f"is no recipe: {str(error)[:200]}")
     meanings = {
-        _checked_name(Node(name, pictures.where)): _meaning(
-            Node(value, f"{pictures.where}[{name!r:.30}]"), len(subjects), first
+        _checked_name(Node(name, pictures.path, pictures.root)): _meaning(
+            Node(value, f"{pictures.path}[{name!r:.30}]", pictures.root), len(subjects), first
         )
         for name, value in pictures.value.items()
     }

@@ -204,7 +204,7 @@ def _lines(data: bytes) -> tuple[Iterator[Node], int]:
         try:
             # The first one names every picture.
             most = _MOST_LINE_BYTES if found else _MOST_BYTES
-            found.append(Node(parse(line, most).value, f"line {number}"))
+            found.append(Node(parse(line, most).value, root=Text("line {number}", number=number)))
         except BadFile:
             continue
     return iter(found), len(lines) - len(found)

@@ -43,7 +43,7 @@ def read(path: Path) -> Model:
     try:
         return _model(_read_arrays(path))
     except _UNREADABLE as error:
-        reason = f"{path.name} can't be read as a Kogao face model"
+        reason = Text("{name} can't be read as a Kogao face model", name=path.name)
         detail = " ".join(str(error).split()).rstrip(".")
         raise ModelRefused(
             Text(

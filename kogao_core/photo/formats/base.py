@@ -12,6 +12,7 @@ from PIL import Image as Pillow
 
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Box, Image
+from kogao_core.language import Text
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
@@ -208,7 +209,7 @@ class FileFormat:
             moved |= fate == "moved"
             if fate == "left out" and extra.kind.is_reported:
                 lost[extra.name] = None
-        notes = [f"not kept: {', '.join(lost)}"] if lost else []
+        notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
         if moved:
-            notes.append("the maker's note has moved: programs may miss parts of it")
-        return "; ".join(notes)
+            notes.append(Text("the maker's note has moved: programs may miss parts of it"))
+        return Text.joined("; ", notes)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
+from kogao_core.language import Text
 from kogao_core.photo import colour, contents, deep, jpeg_data, metadata, riff
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import Source
@@ -68,8 +69,11 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
 
 def _rare(source: Source) -> UnreadablePhoto:
     return UnreadablePhoto(
-        f"{source.path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); save it as "
-        "an ordinary JPEG or as PNG first"
+        Text(
+            "{path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); "
+            "save it as an ordinary JPEG or as PNG first",
+            path=source.path,
+        )
     )
 
 
@@ -88,5 +92,5 @@ def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[s
         whole = jpeg_data.without_end(source.data())
         if whole is None:
             raise
-        return whole, ("the file is slightly damaged: its end marker is missing",)
+        return whole, (Text("the file is slightly damaged: its end marker is missing"),)
     return image, ()

@@ -58,7 +58,7 @@ def _decode(source: Source) -> Photo:
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
     if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
-        notes.append("its wide colours are named without a profile, which isn't kept")
+        notes.append(Text("its wide colours are named without a profile, which isn't kept"))
     return Photo(
         pixels,  # libheif turns them upright
         source.path,
@@ -114,7 +114,9 @@ def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
             unknown.append(name.decode("latin-1"))
         at = end
     if unknown:
-        yield Extra(kinds.UNKNOWN, f"unknown data ({' '.join(dict.fromkeys(unknown))})")
+        yield Extra(
+            kinds.UNKNOWN, Text("unknown data ({names})", names=" ".join(dict.fromkeys(unknown)))
+        )
     yield from trailers.found(data, at)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.photo import jpeg_extras, kinds, segments, trailers
 from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
 from kogao_core.photo.kinds import Extra
@@ -78,10 +79,10 @@ def _ahead(photo: Photo, path: Path) -> Blocks | None:
 
 def _why_none_stays(photo: Photo) -> str:
     if photo.orientation != 1:
-        return "the photo was turned upright"
+        return Text("the photo was turned upright")
     if photo.jpeg is None:
-        return "its colours were converted to RGB"
-    return "" if photo.jpeg.tables else "it was lossless"
+        return Text("its colours were converted to RGB")
+    return "" if photo.jpeg.tables else Text("it was lossless")
 
 
 def _folder(path: Path) -> Path:
@@ -96,9 +97,9 @@ def _keep(
 
     reason = _why_none_stays(photo)
     if not reason and pixels.shape != photo.pixels.shape:
-        reason = "its size or its colours have changed"
+        reason = Text("its size or its colours have changed")
     if not reason and not photo.is_as_read:
-        reason = f"{photo.path} has changed since it was read"
+        reason = Text("{path} has changed since it was read", path=photo.path)
     if not reason:
         try:
             kept = keep_blocks(
@@ -107,12 +108,16 @@ def _keep(
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
-            note = f"{100.0 * kept.share:.1f} % of the JPEG's blocks are the source's own"
+            note = Text(
+                "{share:.1f} % of the JPEG's blocks are the source's own", share=100.0 * kept.share
+            )
             is_progressive = photo.jpeg is not None and photo.jpeg.progressive
-            more = ", in one scan instead of progressive ones" if is_progressive else ""
-            damage = "".join(f"; the file is slightly damaged: {one}" for one in kept.damage)
-            return [kept.data], note + more + damage
-    return encode(None), f"every block of the JPEG was compressed again: {reason}"
+            more = Text(", in one scan instead of progressive ones") if is_progressive else ""
+            damage = [Text("the file is slightly damaged: {one}", one=one) for one in kept.damage]
+            return [kept.data], Text.joined("; ", [Text.joined("", [note, more]), *damage])
+    return encode(None), Text(
+        "every block of the JPEG was compressed again: {reason}", reason=reason
+    )
 
 
 JPEG: Final = FileFormat(

@@ -59,11 +59,11 @@ def _decode(source: Source) -> Photo:
             )
         ) from None
     profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
-    note = f"developed to {source.bits} bits with the camera's white balance"
+    note = Text("developed to {bits} bits with the camera's white balance", bits=source.bits)
     photo = Photo(pixels, path, "RAW", icc_profile=profile)
     if not data.startswith(tiff.HEADS):
-        note += "; its metadata are of a kind that isn't kept"
-        return dataclasses.replace(photo, notes=(note,))
+        more = Text("its metadata are of a kind that isn't kept")
+        return dataclasses.replace(photo, notes=(note, more))
     tags = tiff.TiffTags.read(io.BytesIO(data))
     return dataclasses.replace(photo, exif=tags.exif, xmp=tags.xmp, notes=(note,))
 

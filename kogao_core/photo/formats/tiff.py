@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image as Pillow
 
 from kogao_core.atomic import Pieces
+from kogao_core.language import Text
 from kogao_core.photo import (
     colour,
     contents,
@@ -95,13 +96,15 @@ def _recoded(photo: Photo) -> str:
     number = photo.tiff_compression
     if number is None or number in _KEPT:
         return ""
-    return f"compressed by LZW instead of {tiff.compression_name(number)}"
+    return Text(
+        "compressed by LZW instead of {compression}", compression=tiff.compression_name(number)
+    )
 
 
 def _lacks(photo: Photo) -> str:
     if not photo.exif or tiff.entries_of(photo.exif) is not None:
         return ""
-    return "the EXIF block is damaged, and TIFF can't hold it as it is: it is left out"
+    return Text("the EXIF block is damaged, and TIFF can't hold it as it is: it is left out")
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
