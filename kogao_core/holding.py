@@ -10,32 +10,33 @@ is the one whose neighbouring control points differ least.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from kogao_core.field import Field
-from kogao_core.fit import STILL_STEP, Problem, on_quanta
+from kogao_core.fit import Problem, on_quanta
 from kogao_core.geometry import Affine, Array
 from kogao_core.guard import is_safe
+from kogao_core.held_rows import HeldRows, away, face_places, rows_of, still_places
 from kogao_core.lattice import Lattice, groups
 from kogao_core.one_to_one import least_det
 
-# Samples nearer than this to a landmark, in lattice spacings, are left out: ends are free.
-_FREE: Final = 0.5
-# So near to a landmark a neighbour touches the face, and moves with it.
-_TOUCHING: Final = 1.0
 # Before it comes to a fold rows are softened, the nearer to a landmark the more, by this power.
 _NEARNESS: Final = 3.0
 # A change leaves det J at least so large, and at least this share of what it was without.
 _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
-# Between landmarks the outline may drift by this share of the largest move.
+# Between landmarks the outline may drift by this share of the largest move; the face beside it by
+# the next, and by the one after it where it lies so many lattice spacings from every landmark.
 _MOST_DRIFT: Final = 0.1
+_MOST_BESIDE: Final = 1.0
+_MOST_WITHIN: Final = 0.2
+_BESIDE: Final = 1.5
 # No place comes to move farther than this many times the most that any did.
 _MOST_MOVE: Final = 1.25
 # A line that bends by so much more for being held, in lattice spacings, is let go.
@@ -43,10 +44,10 @@ _WORSE: Final = 0.01
 _ROUNDS: Final = 3
 _SAMPLES: Final = 24  # along a line, to see how far it bends
 _FIRM, _SOFT = 1e-6, 10.0  # of rows, weight 1 being that of a control point's
+_RIGID: Final = 1.0  # of a line's shift and turn as a whole: that soft, it costs nothing
+_WITHIN: Final = 10.0  # of a place within the face, on the same scale
 _BISECTIONS: Final = 7
 _LEAST_RIDGE: Final = 1e-9
-_DIRECTIONS: Final = 8  # that samples in one place can have; more say nothing new
-_MOST_ROWS: Final = 400  # a face; where there would be more, samples stand farther apart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,26 +113,29 @@ def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
     lattices = list(field.lattices)
     for group in groups([problem.support.empty for problem in problems]):
         landmarks = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
+        inside = np.vstack([face_places(problems[k]) for k in group])
         for k in group:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
             if field.lattices[k].phi.any():
                 before = dataclasses.replace(field, lattices=(field.lattices[k],))
                 one = Held(held.lines, (near,))
-                lattices[k] = _held_by(problems[k], landmarks, before, one)
+                lattices[k] = _held_by(problems[k], landmarks, inside, before, one)
         if len(group) > 1 and any(lattices[k] is not field.lattices[k] for k in group):
             _give_way_together(field, lattices, group)
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-def _held_by(problem: Problem, landmarks: Array, before: Field, held: Held) -> Lattice:
+def _held_by(
+    problem: Problem, landmarks: Array, inside: Array, before: Field, held: Held
+) -> Lattice:
     """Return a face's lattice with all lines held but those that bend more for it."""
     (unheld,), (near,) = before.lattices, held.neighbours
     lines, most_px = held.lines, _bends_px(unheld, held.lines) + _WORSE * problem.grid.spacing_px
     for _ in range(_ROUNDS):
-        rows = _rows(problem, landmarks, lines, near)
+        rows = rows_of(problem, landmarks, lines, near)
         if rows is None:
             break
-        (lattice,) = _Change(problem, landmarks, before, rows).firmest().lattices
+        (lattice,) = _Change(problem, landmarks, inside, before, rows).firmest().lattices
         fine = _bends_px(lattice, lines) <= most_px
         if fine.all():
             return lattice
@@ -215,91 +219,21 @@ class _Limits:
         return is_safe(field) or not self._was_safe
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
-    """What is asked of a change, a row for each place and direction.
-
-    Parameters
-    ----------
-    places_px, across : arrays of shape (S, 2)
-        Where, and the unit vector along which the displacement is to vanish.
-    away : array of shape (S,)
-        How far from the nearest landmark, in lattice spacings.
-    """
-
-    places_px: Array
-    across: Array
-    away: Array
-
-    def part(self, which: npt.NDArray[Any]) -> _Rows:
-        """Return some of the rows."""
-        return _Rows(self.places_px[which], self.across[which], self.away[which])
-
-
-def _rows(problem: Problem, landmarks: Array, lines: Array, neighbours: Array) -> _Rows | None:
-    """Return what lines and neighbours ask of a face's lattice, if anything."""
-    step, reaches = STILL_STEP * problem.grid.spacing_px, problem.support.empty.reaches
-    parts = []
-    for places, across in _line_samples(problem, lines, step):
-        parts.append(_Rows(places, across, _away(problem, landmarks, places)))
-    near = neighbours[reaches(neighbours)]
-    away = _away(problem, landmarks, near)
-    near, away = near[away > _TOUCHING], away[away > _TOUCHING]
-    for direction in ((1.0, 0.0), (0.0, 1.0)):
-        parts.append(_Rows(near, np.tile(direction, (len(near), 1)), away))
-    rows = _Rows(
-        np.concatenate([part.places_px for part in parts]),
-        np.concatenate([part.across for part in parts]),
-        np.concatenate([part.away for part in parts]),
-    )
-    return _thinned(rows.part(reaches(rows.places_px) & (rows.away > _FREE)), step)
-
-
-def _line_samples(problem: Problem, lines: Array, step_px: float) -> Iterator[tuple[Array, Array]]:
-    """Yield samples of each line that comes near, and which way is across it."""
-    box = np.array(problem.support.empty.reach_px).reshape(2, 2)
-    low, high = lines.min(axis=1), lines.max(axis=1)
-    for start, end in lines[((low < box[1]) & (high > box[0])).all(axis=1)]:
-        length = float(np.linalg.norm(end - start))
-        if length == 0.0:
-            continue
-        along = (end - start) / length
-        count = max(2, int(np.ceil(length / step_px)) + 1)
-        points = start + np.linspace(0.0, length, count)[:, None] * along
-        points = points[((points >= box[0]) & (points <= box[1])).all(axis=1)]
-        yield points, np.tile([-along[1], along[0]], (len(points), 1))
-
-
-def _away(problem: Problem, landmarks: Array, places: Array) -> Array:
-    """Return how far places are from the nearest landmark, in lattice spacings."""
-    apart = places[:, None] - landmarks
-    nearest = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf)
-    return np.asarray(nearest / problem.grid.spacing_px)
-
-
-def _thinned(rows: _Rows, step_px: float) -> _Rows | None:
-    """Return one row for each small square and direction, of squares so large that few are left."""
-    turn = np.arctan2(rows.across[:, 1], rows.across[:, 0]) / np.pi * _DIRECTIONS
-    turn = np.round(turn) % _DIRECTIONS
-    while len(rows.away):
-        keys = np.column_stack([np.floor(rows.places_px / step_px), turn])
-        _, first = np.unique(keys, axis=0, return_index=True)
-        if len(first) <= _MOST_ROWS:
-            return rows.part(np.sort(first))
-        step_px *= 2.0
-    return None
-
-
 class _Change:
     """The change of a face's lattice that rows ask for, as firm or as soft as is wanted."""
 
-    def __init__(self, problem: Problem, landmarks: Array, before: Field, rows: _Rows) -> None:
+    def __init__(
+        self, problem: Problem, landmarks: Array, inside: Array, before: Field, rows: HeldRows
+    ) -> None:
         self._problem, self._before, self._rows = problem, before, rows
         support, nodes = problem.support, problem.own_nodes
-        fixed = support.design(_still(problem, landmarks), nodes).weights
-        # All rows are in reach: `_rows` has seen to that.
+        fixed = support.design(still_places(problem, landmarks), nodes).weights
+        # All rows are in reach: `rows_of` has seen to that.
         asking = support.design(rows.places_px, nodes).weights
-        smooth = np.linalg.solve(_roughness(nodes, support.shape[1]), np.vstack([fixed, asking]).T)
+        inside = inside[support.empty.reaches(inside)]
+        felt_inside = support.design(inside, nodes).weights
+        cost = _roughness(nodes, support.shape[1]) + _WITHIN * felt_inside.T @ felt_inside
+        smooth = np.linalg.solve(cost, np.vstack([fixed, asking]).T)
         smooth_fixed, smooth_asking = smooth[:, : len(fixed)], smooth[:, len(fixed) :]
         outer, mixed = fixed @ smooth_fixed, fixed @ smooth_asking
         ridge = _LEAST_RIDGE * float(np.trace(outer))
@@ -307,11 +241,17 @@ class _Change:
         # What each row changes, once landmarks are let feel nothing of it.
         self._changes = smooth_asking - smooth_fixed @ felt
         self._gram = (asking @ self._changes) * (rows.across @ rows.across.T)
+        self._gram += _RIGID * rows.rigid @ rows.rigid.T
         (lattice,) = before.lattices
         self._wanted = -(lattice.at(rows.places_px) * rows.across).sum(axis=1)
         outline = problem.target_px[: problem.movers]
-        self._between = (outline[1:] + outline[:-1]) / 2.0
-        self._drift_px = _MOST_DRIFT * float(np.abs(lattice.at(outline)).max())
+        between = (outline[1:] + outline[:-1]) / 2.0
+        self._places = np.vstack([between, inside])
+        self._moves_px = lattice.at(self._places)
+        within = np.clip(away(problem, landmarks, inside) / _BESIDE, 0.0, 1.0)
+        within = (1.0 - within) * _MOST_BESIDE + within * _MOST_WITHIN
+        shares = np.concatenate([np.full(len(between), _MOST_DRIFT), within])
+        self._most_drift_px = shares * float(np.abs(lattice.at(outline)).max())
         self._most_px = _MOST_MOVE * _farthest_px(lattice)
 
     def firmest(self) -> Field:
@@ -319,7 +259,7 @@ class _Change:
         limits = _Limits(self._before)
 
         def allows(field: Field) -> bool:
-            return self._spares_outline(field) and limits.allow(field)
+            return self._spares_face(field) and limits.allow(field)
 
         changed = self._by(_FIRM)
         if allows(changed):
@@ -332,10 +272,10 @@ class _Change:
             float(np.log(_FIRM)),
         )
 
-    def _spares_outline(self, field: Field) -> bool:
-        (before,), (after,) = self._before.lattices, field.lattices
-        drift = np.abs(after.at(self._between) - before.at(self._between))
-        return float(drift.max()) <= self._drift_px and _farthest_px(after) <= self._most_px
+    def _spares_face(self, field: Field) -> bool:
+        (after,) = field.lattices
+        drifts = np.abs(after.at(self._places) - self._moves_px).max(axis=1)
+        return bool((drifts <= self._most_drift_px).all()) and _farthest_px(after) <= self._most_px
 
     def _by(self, softness: float) -> Field:
         soft = np.diag(softness * self._rows.away**-_NEARNESS)
@@ -354,15 +294,6 @@ def _farthest_px(lattice: Lattice) -> float:
     both = np.pad(rows, ((0, 0), (1, 1), (0, 0)))
     both = (both[:, :-2] + 4.0 * both[:, 1:-1] + both[:, 2:]) / 6.0
     return float(np.hypot(both[..., 0], both[..., 1]).max())
-
-
-def _still(problem: Problem, landmarks: Array) -> Array:
-    """Return the places where a change is nothing: landmarks, and what is protected."""
-    protected = problem.target_px[problem.movers :]
-    nowhere = np.zeros(len(protected))
-    rows = _Rows(protected, np.zeros_like(protected), nowhere)
-    kept = _thinned(rows, STILL_STEP * problem.grid.spacing_px)
-    return landmarks if kept is None else np.vstack([landmarks, kept.places_px])
 
 
 def _roughness(nodes: npt.NDArray[np.int64], columns: int) -> Array:

@@ -68,7 +68,7 @@ def test_window_and_command_line_name_the_same_lines(empty, door, tmp_path):
     path, _ = door
     empty.key(KEYS.Key_S)
     empty.open(path)
-    make_smaller(empty, 9.0)
+    make_smaller(empty, 6.0)
     shown = [dataclasses.asdict(line) for line in empty.editor.view.lines]
     worst = max(shown, key=lambda line: line["unheld_px"])
     assert worst["unheld_px"] > 1.0 > 2.0 * worst["bend_px"]
@@ -103,7 +103,7 @@ def test_without_the_network_it_is_said_once_and_lines_count_as_before(finder, e
     empty.key(KEYS.Key_U)
     empty.open(path)
     assert "kogao-cli doctor" in empty.say()
-    make_smaller(empty, 9.0)
+    make_smaller(empty, 6.0)
     assert empty.editor.view.lines
     assert empty.editor.view.people is None
     assert len(said) == 1
@@ -142,7 +142,7 @@ def test_a_click_lets_a_line_go_and_another_holds_it_again(empty, door):
     empty.open(path)
     hide_marks(empty)
     empty.key(KEYS.Key_S)
-    make_smaller(empty, 9.0)
+    make_smaller(empty, 6.0)
     line = held_line(empty)
     assert (line.holding, line.bend_px < 0.5) == ("held", True)
     middle = np.mean([line.start_px, line.end_px], axis=0)
@@ -162,7 +162,7 @@ def test_all_lines_are_let_go_and_held_and_the_project_carries_it(empty, door):
     empty.open(path)
     hide_marks(empty)
     empty.key(KEYS.Key_S)
-    make_smaller(empty, 9.0)
+    make_smaller(empty, 6.0)
     empty.editor.window.actions_by_name["lines-go"].trigger()
     empty.settle()
     assert {line.holding for line in empty.editor.view.lines} == {"let go"}
@@ -180,7 +180,7 @@ def test_all_lines_are_let_go_and_held_and_the_project_carries_it(empty, door):
 def test_a_preview_holds_what_the_whole_photo_does(empty, door):
     path, x = door
     empty.open(path)
-    make_smaller(empty, 9.0)
+    make_smaller(empty, 6.0)
     whole = empty.editor.view.frame
     recipe = dataclasses.replace(empty.state.recipe, percent=8.9)
     drawn = []

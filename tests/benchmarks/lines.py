@@ -6,9 +6,10 @@ DATA is the folder of photographs, ``KOGAO_SHARED`` or ``../shared/data`` when n
 those of ``tests/labels/lines.json``; which of them are held is for the program to find. For each
 photo: the bend of its worst line in px, not held and held; what its faces came towards their centre
 less than without (0 when no face paid); how far the outline misses its curve, % of the outer
-inter-ocular distance; the smallest det J; what holding took beyond looking, ms. Then how far the
-nearest edge of neighbours moves, where there are any. ``--pictures`` writes the photo, the
-result without and the one with held lines side by side: real people, keep them.
+inter-ocular distance; the smallest det J; how far holding moves a corner of eyes or mouth, % of the
+face's largest move; what holding took beyond looking, ms. Then how far the nearest edge of
+neighbours moves, where there are any. ``--pictures`` writes the photo, the result without and the
+one with held lines side by side: real people, keep them.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from kogao_core.bend import bends
 from kogao_core.face import Face
 from kogao_core.geometry import Array, Image
 from kogao_core.one_to_one import least_det
+from kogao_core.pipeline import Rendering
 from kogao_core.protection import NOTHING
 from kogao_core.sidecar import Applied
 
@@ -50,6 +52,7 @@ class Seen:
     lost: float
     missed: tuple[float, float]
     det: tuple[float, float]
+    within: float
     took_ms: float
     gave_way: int
     neighbours_px: tuple[float, float]
@@ -77,12 +80,20 @@ def seen(
         lost=max(was - now for was, now in zip(free.achieved, made.achieved, strict=True)),
         missed=_pair(100.0 * r.residual.contour_max_px / unit for r in both),
         det=_pair(least_det(r.field) for r in both),
+        within=max(_within(made, face, k) for k, face in enumerate(faces)),
         took_ms=made.timings_ms["background"],
         gave_way=sum(line.bend_px >= SEEN_BEND_PX for line in bends(made.field, held.lines)),
         neighbours_px=_pair(
             np.abs(r.field.at(beside)).max(initial=0.0) if len(beside) else 0.0 for r in both
         ),
     )
+
+
+def _within(made: Rendering, face: Face, number: int) -> float:
+    """Return how far holding moves a face's eyes and mouth, % of its largest move."""
+    corners = np.vstack([face.eyes, face.mouth])
+    moved = np.hypot(*(made.field.at(corners) - made.unheld.at(corners)).T).max()
+    return float(100.0 * moved / np.hypot(*made.pairs[number].displacement_px.T).max())
 
 
 def _pair(values: Iterable[float]) -> tuple[float, float]:
@@ -114,6 +125,8 @@ def table(found: Sequence[Seen], percent: float) -> Iterator[str]:
     yield f"- photos whose faces paid: {sum(one.lost > LOST for one in found)}"
     missed = np.array([one.missed for one in found])
     yield "- outline misses, mean: {:.2f} % not held, {:.2f} % held".format(*missed.mean(axis=0))
+    within = [one.within for one in found]
+    yield f"- eyes and mouth: mean {np.mean(within):.0f} % of the move, most {max(within):.0f}"
     took = [one.took_ms for one in found]
     yield f"- holding took {np.median(took):.0f} ms, most {max(took):.0f}"
     for one in found:

@@ -62,6 +62,38 @@ def test_nothing_is_blown_up_so_that_a_line_stays_straight(lines):
     assert held < 1.35 * free
 
 
+@pytest.mark.parametrize("percent", [4, 8])
+@pytest.mark.parametrize("lines", [DOOR, PLANKS], ids=["door", "planks"])
+def test_the_face_within_its_outline_is_as_it_would_be(lines, percent):
+    made = warped(Held(lines), percent=percent)
+    brows = FACE.eyes - (0.0, 0.15 * RADIUS)
+    places = np.vstack([FACE.eyes, brows, FACE.mouth, 0.5 * (FACE.outline + FACE.eye_center)])
+    moved = np.abs(made.unheld.at(FACE.outline)).max()
+    assert made.field.lattices != made.unheld.lattices
+    assert np.abs(made.field.at(places) - made.unheld.at(places)).max() < 0.25 * moved
+
+
+def pieces(start, end):
+    third = (end - start) / 3.0
+    return np.array([[start, start + third], [end - third, end]])
+
+
+def test_a_short_line_may_shift_and_turn_as_a_whole():
+    start, end = np.array([(LEFT - 25.0, 250.0), (LEFT - 25.0, 330.0)])
+    whole = np.array([[start, end]])
+    for lines in (whole, pieces(start, end)):
+        made = warped(Held(lines), percent=8)
+        assert np.abs(made.field.at(lines.reshape(-1, 2))[:, 0]).max() > 1.0
+        assert bend_px(made.field, whole) < 0.2 * bend_px(made.unheld, whole)
+
+
+def test_a_line_that_is_found_in_pieces_does_not_break_between_them():
+    start, end = np.array([(LEFT - 30.0, 300.0), (LEFT - 10.0, 360.0)])
+    made = warped(Held(pieces(start, end)), percent=8)
+    whole = np.array([[start, end]])
+    assert bend_px(made.field, whole) <= bend_px(made.unheld, whole)
+
+
 @pytest.mark.parametrize(("point", "length"), [(15, 40.0), (14, 40.0), (16, 80.0)])
 def test_a_line_that_would_bend_more_for_being_held_is_let_go(point, length):
     x, y = FACE.outline[point] + (5.0, 5.0)
