@@ -65,6 +65,10 @@ class Entry:
         """Return whether bytes of this hash are the original or this program's own."""
         return present in (self.before, self.result)
 
+    def made(self, present: str) -> bool:
+        """Return whether bytes of this hash are this program's own."""
+        return self.knows(present) and present != self.original
+
 
 @dataclass(frozen=True, slots=True)
 class Originals:
@@ -123,7 +127,7 @@ class Originals:
         place = Path(os.path.realpath(path))
         present = _sha256([place.read_bytes()])
         found = self._of(place, present)
-        return next((kept for kept, record in found if record.knows(present)), None)
+        return next((kept for kept, record in found if record.made(present)), None)
 
     def restore(self, path: Path, *, force: bool = False) -> bool:
         """Bring a file's original back, byte for byte; tell whether there was anything to do.

@@ -142,9 +142,16 @@ def write_in_place(
                 )
             ) from error
 
+    again: str = ""
     if source is not photo:
         ahead = None  # what lies there now is a result
-    return write(source, pixels, photo.path, force=True, ahead=ahead, before=keep, sign=sign)
+    elif originals.behind(photo.path) is not None:
+        again = Text(
+            "this photo was changed in place before, so its pixels are resampled twice; "
+            "kogao-cli restore first, and they are once"
+        )
+    note = write(source, pixels, photo.path, force=True, ahead=ahead, before=keep, sign=sign)
+    return Text.joined("; ", [note, again])
 
 
 def _as_read(photo: Photo, originals: Originals) -> Photo:
