@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from typing import Final
 
 from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
@@ -22,7 +21,6 @@ from kogao_core.language import (
 
 __all__ = [
     "bare",
-    "columns",
     "language_names",
     "lettered",
     "reason",
@@ -73,11 +71,6 @@ def lettered(text: str, letter: str) -> str:
     if letter in text:
         return text.replace(letter, f"&{letter}", 1)
     return f"{text}(&{letter.upper()})"
-
-
-def columns(text: str) -> int:
-    """Return how wide a text is, in Latin letters: Chinese and Japanese ones count twice."""
-    return len(text) + sum(unicodedata.east_asian_width(letter) in "WF" for letter in text)
 
 
 def language_names() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import reprlib
+import unicodedata
 from typing import Final
 
 _LONGEST_VALUE: Final = 40
@@ -25,6 +26,11 @@ def sentence(text: str) -> str:
     if len(text) > _LONGEST_SENTENCE:
         text = f"{text[: _LONGEST_SENTENCE - _END]} … {text[-_END:]}"
     return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
+def columns(text: str) -> int:
+    """Return how wide a text is in a terminal: Chinese and Japanese letters are as wide as two."""
+    return len(text) + sum(unicodedata.east_asian_width(letter) in "WF" for letter in text)
 
 
 _SHORT: Final = reprlib.Repr()

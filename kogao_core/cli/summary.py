@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from kogao_core.cli import common
 from kogao_core.language import Text, tr, translated
+from kogao_core.wording import columns
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 DOSE, DOMAIN, RESIDUAL = Text("dose"), Text("domain"), Text("residual")
 TIME, LINES, HELD = Text("time"), Text("lines"), Text("held")
 GUARD, WARNING, NOTE = Text("guard"), Text("warning"), Text("note")
-_LABEL_LETTERS: Final = 10
+_LABEL_COLUMNS: Final = 10
 
 
 def as_json(
@@ -114,7 +115,8 @@ def as_text(
 
 
 def _line(label: Text, what: str) -> str:
-    return f"{translated(label):<{_LABEL_LETTERS}}{translated(what)}"
+    said = translated(label)
+    return f"{said}{' ' * (_LABEL_COLUMNS - columns(said))}{translated(what)}"
 
 
 def _dose(asked: float, achieved: float, face: int | None) -> Text:

@@ -2,12 +2,12 @@
 
 import re
 import runpy
-import unicodedata
 from pathlib import Path
 
 import pytest
 
 from kogao_core.settings import SETTINGS
+from kogao_core.wording import columns
 
 ROOT = Path(__file__).parents[2]
 DECISIONS = ROOT / "docs" / "decisions"
@@ -39,11 +39,6 @@ def headings(path):
     """Return the anchors of a document's headings, as GitHub makes them."""
     found = re.findall(r"^#+ (.*)$", prose(path), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", text).strip().lower().replace(" ", "-") for text in found}
-
-
-def columns(line):
-    """Return how wide a line is where Chinese and Japanese letters are as wide as two others."""
-    return len(line) + sum(unicodedata.east_asian_width(letter) in "WF" for letter in line)
 
 
 @by_name

@@ -5,6 +5,8 @@ import re
 import pytest
 from modules import ROOT
 
+from kogao_core.wording import columns
+
 # What an English word is called wherever it stands.
 TERMS = {
     r"landmarks?": "特徴点",
@@ -75,6 +77,13 @@ def test_japanese_and_narrow_letters_stand_apart(said):
 def test_whole_sentences_end_as_the_english_do(said):
     ends = {one: text for one, text in said.items() if re.search(r"[a-z)]\.\s*$", one)}
     assert [text for text in ends.values() if not text.rstrip().endswith("。")] == []
+
+
+def test_what_stands_before_figures_leaves_them_in_one_column(said):
+    labels = ("dose", "domain", "residual", "time", "lines", "held", "guard", "warning", "note")
+    assert [said[one] for one in labels if columns(said[one]) > 8] == []
+    header = "face  score      x      y  width  height  tilt"
+    assert columns(said[header]) == columns(header)
 
 
 def test_the_glossary_has_the_words_of_the_catalogue(said):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kogao_core.wording import sentence, shown
+from kogao_core.wording import columns, sentence, shown
 
 
 @pytest.mark.parametrize(
@@ -45,3 +45,7 @@ def test_a_long_sentence_keeps_its_beginning_and_what_to_do():
     assert " … " in text
     assert text.endswith("xxx is empty; copy it again")
     assert len(text) < 650
+
+
+def test_letters_of_chinese_and_japanese_are_as_wide_as_two():
+    assert [columns(text) for text in ("lattice", "格子 R", "しきい値…")] == [7, 6, 9]

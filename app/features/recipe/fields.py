@@ -20,9 +20,10 @@ from PySide6.QtWidgets import (
 
 from kogao_core.language import Text
 from kogao_core.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
+from kogao_core.wording import columns
 
 from ...document import DEFAULT, State
-from ...i18n import columns, lettered, tr, translated
+from ...i18n import lettered, tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
