@@ -24,6 +24,51 @@ _SOURCES: Final = ("app", "kogao_core")
 _MACHINERY: Final = "kogao_core/language.py"  # it is handed the words
 _COMMENT: Final = "# Translators:"
 _WIDTH: Final = 100
+# What click and argparse say to people who call our programs; they ask for it in our catalogue.
+LIBRARIES: Final[dict[str, tuple[str | tuple[str, str], ...]]] = {
+    "click": (
+        "Usage:",
+        "Options",
+        "Commands",
+        "required",
+        "default: {default}",
+        "Show this message and exit.",
+        "Missing command.",
+        "Missing argument",
+        "Missing option",
+        "No such option {name!r}.",
+        "No such command {name!r}.",
+        "Invalid value: {message}",
+        "Invalid value for {param_hint}: {message}",
+        "Option {name!r} does not take a value.",
+        "{value!r} is not a valid {number_type}.",
+        "{value} is not in the range {range}.",
+        "{name} {filename!r} does not exist.",
+        "{name} {filename!r} is a file.",
+        "{name} {filename!r} is a directory.",
+        "file",
+        "directory",
+        "path",
+        ("Did you mean {possibility}?", "(Did you mean one of: {possibilities}?)"),
+        ("{value!r} is not {choice}.", "{value!r} is not one of {choices}."),
+        ("Option {name!r} requires an argument.", "Option {name!r} requires {nargs} arguments."),
+        ("Got unexpected extra argument ({args})", "Got unexpected extra arguments ({args})"),
+    ),
+    "argparse": (
+        "usage: ",
+        "positional arguments",
+        "options",
+        "show this help message and exit",
+        "unrecognized arguments: %s",
+        "argument %(argument_name)s: %(message)s",
+        "not allowed with argument %s",
+        "expected one argument",
+        "expected at most one argument",
+        "invalid choice: %(value)r (choose from %(choices)s)",
+        "invalid %(type)s value: %(value)r",
+        "%(prog)s: error: %(message)s\n",
+    ),
+}
 # Which arguments of a call are words: texts, one and many, or what a text means and the text.
 _TEXT, _PLURAL, _CONTEXT = "text", "plural", "context"
 _CALLS: Final = {
@@ -62,7 +107,7 @@ class NotALiteral(ValueError):
 
 
 def gathered(root: Path = ROOT) -> Catalog:
-    """Return the words of both programs, by the files that they stand in."""
+    """Return the words of both programs, by the files or libraries that they stand in."""
     catalog = Catalog(project="Kogao")
     for folder in _SOURCES:
         for path in sorted((root / folder).rglob("*.py")):
@@ -77,6 +122,9 @@ def gathered(root: Path = ROOT) -> Catalog:
                     flags=["python-brace-format"] if "{" in found.texts[0] else [],
                     context=found.context,
                 )
+    for library, said in LIBRARIES.items():
+        for one in said:
+            catalog.add(one, locations=[(library, 0)])
     return catalog
 
 

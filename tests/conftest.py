@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gettext
+import importlib.util
 import os
 
 # Workers of pytest-xdist share the processors out; NumPy and OpenCV look when they are loaded.
@@ -16,9 +18,11 @@ os.environ["LANGUAGE"] = "en"
 
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from PIL import Image
+from strangely import Strange
 
 from kogao_core import assets, language
 
@@ -63,6 +67,34 @@ def small_portrait(portrait: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     path = tmp_path_factory.mktemp("portrait") / "small.jpg"
     Image.open(portrait).resize((300, 300)).save(path, quality=92)
     return path
+
+
+@pytest.fixture(scope="session")
+def catalogues() -> ModuleType:
+    """The command that gathers the words, with Babel behind it."""
+    pytest.importorskip("babel", reason="pip install -e '.[test]' again")
+    spec = importlib.util.spec_from_file_location("catalogues", ROOT / "resources/catalogues.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def gathered(catalogues: ModuleType) -> frozenset[str]:
+    """Every text that a catalogue has."""
+    found = catalogues.gathered()
+    return frozenset(text for one in found for text in (one.id if one.pluralizable else [one.id]))
+
+
+@pytest.fixture
+def strange(english: None, gathered: frozenset[str], monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001
+    """A language that nobody speaks has the word, in the libraries that say ours, too."""
+    catalogue = Strange(gathered)
+    language.use_catalogue("xx", catalogue)
+    monkeypatch.setattr(gettext, "dgettext", lambda _, text: catalogue.gettext(text))
+    monkeypatch.setattr(gettext, "dngettext", lambda _, *counted: catalogue.ngettext(*counted))
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ _STRANGE = str.maketrans(
     "ÀßÇÐÈƑĜĤÌĴĶĹṀÑÒÞǪŔŠŢÛṼŴẊÝŽàƀçđèƒĝĥìĵķĺṁñòþǫŕšţûṽŵẋýž",
 )
 # Fields, mnemonics, what argparse and terminals read otherwise.
-_KEPT = re.compile(r"(\{[^{}]*\}|&\w|%%|<[^<>]*>)")
+_KEPT = re.compile(r"(\{[^{}]*\}|&\w|%%|%\(\w+\)[sr]|%[sr]|<[^<>]*>)")
 LONGER = 1.4
 
 
@@ -24,10 +24,14 @@ def strange(text: str) -> str:
 
 
 class Strange(gettext.NullTranslations):
-    """A catalogue that has every text."""
+    """A catalogue that has every text that was gathered, and no other."""
+
+    def __init__(self, gathered):
+        super().__init__()
+        self._gathered = gathered
 
     def gettext(self, message):
-        return strange(message)
+        return strange(message) if message in self._gathered else message
 
     def ngettext(self, msgid1, msgid2, n):
-        return strange(msgid1 if n == 1 else msgid2)
+        return self.gettext(msgid1 if n == 1 else msgid2)

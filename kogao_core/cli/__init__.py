@@ -58,7 +58,12 @@ Errors are one line on stderr; nothing half-written is left behind.
 
 @words.group(no_args_is_help=False)
 @words.chooses_language
-@click.version_option(kogao_core.__version__, prog_name=PROGRAM)
+@click.version_option(
+    kogao_core.__version__,
+    prog_name=PROGRAM,
+    cls=words.Option,
+    help=Text("Show the version and exit."),
+)
 def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
 

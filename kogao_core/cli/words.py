@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -45,7 +46,7 @@ class Command(click.Command):
 
     def __init__(self, *names: Any, **settings: Any) -> None:
         super().__init__(*names, **settings)
-        self._words, self.codes = self.help, ""
+        self._words, self.codes = inspect.cleandoc(self.help or ""), ""
         """What all commands say below their own help."""
 
     def get_short_help_str(self, limit: int = 45) -> str:

@@ -1,9 +1,9 @@
 """Both programs speak the user's language from one catalogue; what programs read stays English."""
 
 import gettext
-import importlib.util
 import json
 import pickle
+import re
 import string
 
 import pytest
@@ -34,17 +34,6 @@ class German(gettext.NullTranslations):
 @pytest.fixture
 def german(english):  # noqa: ARG001
     language.use_catalogue("de", German())
-
-
-@pytest.fixture(scope="module")
-def catalogues():
-    """The command that gathers the words, with Babel behind it."""
-    pytest.importorskip("babel", reason="pip install -e '.[test]' again")
-    spec = importlib.util.spec_from_file_location("catalogues", ROOT / "resources/catalogues.py")
-    catalogues = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(catalogues)
-
-    return catalogues
 
 
 @pytest.mark.usefixtures("german")
@@ -133,8 +122,9 @@ def forms(texts):
 
 
 def fields(text):
-    """The names of a text's fields; a text in braces that is none has no name."""
-    return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+    """The names of a text's fields, and those of the older kind."""
+    named = {name for _, name, _, _ in string.Formatter().parse(text) if name}
+    return named | set(re.findall(r"%(?:\(\w+\))?[sr]", text))
 
 
 def test_words_that_are_put_together_are_refused(catalogues):

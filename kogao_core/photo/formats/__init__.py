@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Final, Literal, cast
 
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.photo.formats.base import Content, Fate, FileFormat, Source
 from kogao_core.photo.formats.heif import HEIF
 from kogao_core.photo.formats.jpeg import JPEG
@@ -58,9 +59,11 @@ __all__ = [
 ]
 
 
-def either(words: list[str]) -> str:
+def either(words: list[str]) -> Text:
     """Return words as a choice: a, b or c."""
-    return " or ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+    if len(words) < 2:
+        return Text.joined("", words)
+    return Text("{some} or {last}", some=Text.joined(", ", words[:-1]), last=words[-1])
 
 
 def exact_endings(pixels: Image, without: FileFormat) -> str:

@@ -78,7 +78,7 @@ def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
 
 RAW: Final = FileFormat(
     name="RAW",
-    title="raw",
+    title=Text("raw"),
     suffixes=_SUFFIXES,
     is_lossless=True,
     reader=Reader(_is_raw, _decode, is_by_name=True),

@@ -1,0 +1,98 @@
+"""The window in another language: every word of it is translated, and longer words fit."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+
+import pytest
+from kogao_app.features.experiments.dialog import ExperimentDialog
+from kogao_app.workspaces import WORKSPACES
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QComboBox,
+    QGroupBox,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QTabBar,
+    QToolButton,
+    QWidget,
+)
+from test_room import LEAST, told
+
+WORD = re.compile(r"[A-Za-z]{2,}")
+TAG = re.compile(r"<[^<>]*>")
+KEYS = re.compile(r" \([A-Z][\w+]*[^\w\s]?\)$")  # behind what an action does
+# Its own catalogues have them.
+QTS = {"Cancel", "Close", "Discard", "Show Details...", "Scroll Left", "Scroll Right"}
+
+
+def texts(root):
+    """Every text of a window and of what lies in it, by what shows it."""
+    for widget in (root, *root.findChildren(QWidget)):
+        if widget.objectName().startswith("qt_"):
+            continue
+        said = [widget.toolTip(), widget.accessibleName(), widget.accessibleDescription()]
+        said += [widget.windowTitle(), widget.statusTip()]
+        if isinstance(widget, QLabel | QAbstractButton):
+            said.append(widget.text())
+        elif isinstance(widget, QComboBox):
+            said += [widget.itemText(n) for n in range(widget.count())]
+        elif isinstance(widget, QTabBar):
+            said += [widget.tabText(n) for n in range(widget.count())]
+        elif isinstance(widget, QGroupBox):
+            said.append(widget.title())
+        elif isinstance(widget, QLineEdit):
+            said.append(widget.placeholderText())
+        elif isinstance(widget, QAbstractSpinBox):
+            said.append(widget.text())
+        for text in filter(None, said):
+            yield type(widget).__name__, text
+    for menu in root.findChildren(QMenu):
+        for action in menu.actions():
+            for text in filter(None, (action.text(), action.toolTip(), action.statusTip())):
+                yield menu.title(), text
+
+
+def plain(root, names=()):
+    """Texts with words that nobody translated, but for names of files, keys and Qt's own."""
+    found = set()
+    for kind, text in texts(root):
+        bare = TAG.sub(" ", text.replace("&", ""))
+        for name in names:
+            bare = bare.replace(name, " ")
+        if WORD.search(KEYS.sub(" ", bare)) and bare not in QTS:
+            found.add((kind, text))
+    return found
+
+
+def nothing_is_cut(window):
+    assert window.size().toTuple() == LEAST
+    assert told(window) == []
+
+
+@pytest.mark.usefixtures("strange")
+@pytest.mark.parametrize("name", WORKSPACES)
+def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start, photo):
+    driver = start(name)
+    driver.open(photo)
+    for folded in driver.window.findChildren(QToolButton):
+        if folded.property("fold"):
+            folded.setChecked(True)
+    for mode in ("manual", "automatic"):
+        driver.window.actions_by_name[f"mode-{mode}"].trigger()
+        driver.settle()
+        driver.window.resize(*LEAST)
+        driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window))
+        assert plain(driver.window, (str(photo), photo.name, "Kogao")) == set()
+
+
+@pytest.mark.usefixtures("strange")
+def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo):
+    for dialog in dialogs:
+        if isinstance(dialog, ExperimentDialog):
+            continue  # its words are the test's
+        assert plain(dialog, (str(photo.parent), photo.name, "Kogao")) == set()
+        assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])

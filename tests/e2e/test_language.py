@@ -1,0 +1,136 @@
+"""The command line in another language: every word that people read; what programs read doesn't."""
+
+import json
+import os
+import re
+
+import click
+import pytest
+
+from kogao_core import cli, language
+from kogao_core.cli import words
+from kogao_core.cli.integrate import HOSTS
+from kogao_core.landmarks import CHOICES
+from kogao_core.settings import CORNERS, SETTINGS
+
+WORD = re.compile(r"[A-Za-z]{2,}")
+# What is typed or shown as it is: options, what stands for a value, files, places, programs.
+NAMES = re.compile(
+    r"--?[a-z][\w-]*|\b[A-Z]+\b|\S*[./_]\S+|'[^']*'|\[[\w|]+\]|kogao-cli|px|json|png|Kogao"
+)
+
+
+def commands(command=cli.program, way=()):
+    yield way, command
+    if isinstance(command, click.Group):
+        for name, inner in command.commands.items():
+            yield from commands(inner, (*way, name))
+
+
+COMMANDS = {" ".join(way): command for way, command in commands()}
+TYPED = {word for way in COMMANDS for word in way.split()}
+TYPED |= {one.name for setting in SETTINGS.values() for one in setting.alternatives}
+TYPED |= {choice.name for choice in CHOICES} | {"all", "both", "control", "points", "lanczos"}
+TYPED |= {word for corner in CORNERS for word in corner.split("-")} | {*HOSTS, "desktop"}
+TYPED |= {*language.languages(), "percent", "format", "faces", "satisfaction", "WebP", "ms"}
+TYPED |= {"targets", "lattice", "guard", "background", "domain", "copy", "warp"}
+
+
+def plain(text):
+    """Words that nobody translated."""
+    return [word for word in WORD.findall(NAMES.sub(" ", text)) if word not in TYPED]
+
+
+def test_every_option_of_every_command_is_told_in_the_users_language():
+    for command in COMMANDS.values():
+        assert isinstance(command, words.Command)
+        options = [one for one in command.params if isinstance(one, click.Option)]
+        assert all(isinstance(one, words.Option) for one in options)
+
+
+@pytest.mark.usefixtures("strange")
+@pytest.mark.parametrize("way", COMMANDS, ids=lambda way: way or "kogao-cli")
+def test_every_word_of_help_is_translated(way, capsys):
+    with pytest.raises(SystemExit):
+        cli.program.main([*way.split(), "--help"], prog_name="kogao-cli")
+    lines = capsys.readouterr().out.splitlines()
+    assert [(line, plain(line)) for line in lines if plain(line)] == []
+
+
+@pytest.fixture
+def said(strange, monkeypatch, capsys):  # noqa: ARG001
+    """What the program prints in a language that nobody speaks, and how it ends."""
+    monkeypatch.setattr(cli, "use_language", lambda *_: None)
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as end:
+            cli.main(list(map(str, arguments)))
+        printed = capsys.readouterr()
+        return end.value.code, printed.out + printed.err
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["warp"], 2),
+        (["warp", "--sample"], 2),
+        (["nothing"], 2),
+        (["warp", "--nothing"], 2),
+        (["warp", "--percent", "many"], 2),
+        (["warp", "--sample", "-o", "a.png", "--percent", "99"], 2),
+        (["warp", "--sample", "-o", "a.png", "--protect", "here"], 2),
+        (["warp", "--sample", "-o", "a.png", "--fit", "tight"], 2),
+        (["warp", "--sample", "-o", "a.gif"], 2),
+        (["warp", "--sample", "-o", "no.folder/a.png"], 3),
+        (["warp", "none.jpg", "-o", "a.png"], 3),
+        (["warp", "empty.jpg", "-o", "a.png"], 3),
+        (["warp", "broken.jpg", "-o", "a.png"], 3),
+        (["warp", "text.jpg", "-o", "a.png"], 3),
+        (["warp", "--sample", "-o", "a.png", "--project", "broken.json"], 2),
+        (["warp", "--sample", "-o", "a.png", "--recipe", "broken.json"], 2),
+        (["warp", "--sample", "-o", "a.png", "--points", "broken.json"], 3),
+        (["batch", "no.folder", "-o", "out"], 2),
+        (["presets", "show", "no.preset"], 2),
+        (["restore", "none.jpg"], 2),
+        (["experiment", "timing"], 2),
+    ],
+    ids=str,
+)
+def test_every_word_of_an_error_is_translated(arguments, code, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty.jpg").touch()
+    (tmp_path / "text.jpg").write_text("a text, not a photo")
+    (tmp_path / "broken.jpg").write_bytes(b"\xff\xd8\xff\xe0 and no more")
+    (tmp_path / "broken.json").write_text('{"version": "x"}')
+    ended, text = said(*arguments)
+    text = text.replace(str(tmp_path), "")
+    assert (ended, plain(text)) == (code, []), text
+
+
+def test_what_programs_read_is_english(said, tmp_path):
+    file = tmp_path / "small.json"
+    code, text = said("warp", "--sample", "-o", tmp_path / "a.jpg", "--json", file)
+    assert (code, plain(text.replace(str(tmp_path), ""))) == (0, []), text
+    notes = json.loads(file.read_text())["notes"]
+    assert any("of the JPEG's blocks are the source's own" in note for note in notes)
+
+
+@pytest.mark.usefixtures("english")
+@pytest.mark.parametrize("way", [("--language", "ja"), ("--language=ja",)])
+def test_the_language_is_chosen_by_an_option(way, catalogues, tmp_path, monkeypatch, capsys):
+    (tmp_path / "ja.po").write_text('msgid "Print a preset."\nmsgstr "見本"\n', encoding="utf-8")
+    catalogues.compile_all(tmp_path)
+    monkeypatch.setattr(language, "_folder", lambda: tmp_path)
+    with pytest.raises(SystemExit):
+        cli.main([*way, "presets", "show", "--help"])
+    assert "見本" in capsys.readouterr().out
+    assert os.environ["LANGUAGE"] == "ja", "processes that it starts speak it, too"
+
+
+def test_an_unknown_language_is_refused(capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main(["--language", "tlh", "doctor"])
+    assert end.value.code == 2
+    assert "'tlh' is none of en, " in capsys.readouterr().err
