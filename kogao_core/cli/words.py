@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import click
@@ -37,8 +38,8 @@ class Option(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help."""
         words = self._words() if callable(self._words) else self._words
-        self.help = _said(words)
-        return super().get_help_record(ctx)
+        with _said_by(self, words):
+            return super().get_help_record(ctx)
 
 
 class Command(click.Command):
@@ -46,21 +47,22 @@ class Command(click.Command):
 
     def __init__(self, *names: Any, **settings: Any) -> None:
         super().__init__(*names, **settings)
-        self._words, self.codes = inspect.cleandoc(self.help or ""), ""
+        self.help = inspect.cleandoc(self.help or "")
+        self.codes = ""
         """What all commands say below their own help."""
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """Return the first sentence of the help."""
-        self.help = _said(self._words)
-        head, stop, _ = (self.help or "").partition("。")  # click knows of no other stop than "."
-        if stop:
-            return head if len(head) <= limit else f"{head[: limit - 1]}…"
-        return super().get_short_help_str(limit)
+        with _said_by(self, self.help):
+            head, stop, _ = (self.help or "").partition("。")  # click knows of no stop but "."
+            if stop:
+                return head if len(head) <= limit else f"{head[: limit - 1]}…"
+            return super().get_short_help_str(limit)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the help."""
-        self.help = _said(self._words)
-        super().format_help_text(ctx, formatter)
+        with _said_by(self, self.help):
+            super().format_help_text(ctx, formatter)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what stands below."""
@@ -94,8 +96,15 @@ def bad_value(why: Text) -> click.BadParameter:
     return click.BadParameter(translated(why))
 
 
-def _said(words: str | None) -> str | None:
-    return translated(words) if isinstance(words, Text) else looked_up(words or "") or None
+@contextmanager
+def _said_by(one: Option | Command, words: str | None) -> Iterator[None]:
+    """Let the help of an option or a command be words in the user's language meanwhile."""
+    before = one.help
+    one.help = translated(words) if isinstance(words, Text) else looked_up(words or "")
+    try:
+        yield
+    finally:
+        one.help = before
 
 
 def _speak(_: click.Context, __: click.Parameter, code: str | None) -> None:
