@@ -121,7 +121,7 @@ _DISCLOSING: Final = (
         "--label-font",
         "font",
         metavar="FILE",
-        help="A font file for the label, for letters other than Latin ones.",
+        help="A font file for the label [built in; the system's for letters that it lacks].",
     ),
     words.option(
         "--label-picture",

@@ -20,6 +20,14 @@ _WIDEST_SHARE: Final = 0.96
 _PADDING: Final = 0.4  # of the letters' size
 _PLATE_OPACITY: Final = 0.6
 _Font = ImageFont.FreeTypeFont
+# What systems bring along for letters that the built-in font lacks, by the names of its files;
+# Pillow looks for them where each system has its fonts.
+_OF_SYSTEM: Final = (
+    *("NotoSansCJK-Regular.ttc", "DroidSansFallbackFull.ttf"),  # Linux
+    *("ipagp.ttf", "TakaoPGothic.ttf", "VL-PGothic-Regular.ttf"),
+    *("YuGothM.ttc", "meiryo.ttc", "msgothic.ttc", "malgun.ttf", "msyh.ttc"),  # Windows
+    *("Arial Unicode.ttf", "Hiragino Sans GB.ttc"),  # macOS
+)
 
 
 def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
@@ -32,7 +40,8 @@ def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
     text : str
         One line of at most `LONGEST` letters.
     font : str, optional
-        A font file; the built-in font knows Latin letters.
+        A font file. The built-in font knows Latin letters; for others one of the system's is
+        taken, if it has one.
 
     Raises
     ------
@@ -41,7 +50,7 @@ def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
     """
     height, width = pixels.shape[:2]
     check_label(text, font)
-    mask = _mask(text, font, width, height)
+    mask = _mask(text, _drawing(text, font), width, height)
     rows, columns = mask.shape
     box = Box(width - columns, height - rows, width, height)
     result = pixels.copy()
@@ -64,17 +73,41 @@ def check_label(text: str, font: str | None = None) -> None:
                 "a label is one line of 1 to {longest} letters; write another one", longest=LONGEST
             )
         )
+    lacking = _lacking(text, _drawing(text, font))
+    if lacking:
+        raise CannotDisclose(
+            Text(
+                "the label's font has no {letter!r}; name a font file that has it",
+                letter=lacking,
+            )
+        )
+
+
+def _drawing(text: str, font: str | None) -> str | None:
+    """Return the font that draws a text: the one named, or the built-in one where none is better.
+
+    None is the built-in one.
+    """
+    if font is not None or not _lacking(text, None):
+        return font
+    return next((one for one in _OF_SYSTEM if _is_there(one) and not _lacking(text, one)), None)
+
+
+def _lacking(text: str, font: str | None) -> str:
+    """Return the first letter that a font lacks, if any."""
     face = _font(font, _READABLE_PX)
     # U+FFFF is no character: what a font shows for it is what it shows for those it lacks.
-    lacking = bytes(face.getmask("\uffff"))
-    for letter in sorted(set(text)):
-        if not letter.isspace() and bytes(face.getmask(letter)) == lacking:
-            raise CannotDisclose(
-                Text(
-                    "the label's font has no {letter!r}; name a font file that has it",
-                    letter=letter,
-                )
-            )
+    blank = bytes(face.getmask("\uffff"))
+    letters = (one for one in sorted(set(text)) if not one.isspace())
+    return next((one for one in letters if bytes(face.getmask(one)) == blank), "")
+
+
+@cache
+def _is_there(font: str) -> bool:
+    try:
+        return bool(_font(font, _READABLE_PX))
+    except CannotDisclose:
+        return False
 
 
 def _mask(text: str, font: str | None, width: int, height: int) -> Image:

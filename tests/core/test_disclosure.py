@@ -12,7 +12,7 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.photo import CannotDisclose
+from kogao_core.photo import CannotDisclose, label
 from kogao_core.photo.disclosure import (
     NO_DISCLOSURE,
     Disclosure,
@@ -194,9 +194,20 @@ def test_letters_grow_with_the_photo_and_shrink_to_fit():
         ("Retouched", "missing.ttf", "can't be used as a font"),
     ],
 )
-def test_a_label_that_cannot_be_drawn_is_a_sentence(text, font, words):
+def test_a_label_that_cannot_be_drawn_is_a_sentence(text, font, words, monkeypatch):
+    monkeypatch.setattr(label, "_OF_SYSTEM", ("missing.ttf",))
     with pytest.raises(CannotDisclose, match=words):
         draw_label(np.zeros((40, 60, 3), np.uint8), text, font)
+
+
+def test_letters_that_the_built_in_font_lacks_are_drawn_by_one_of_the_system():
+    pixels = np.full((300, 300), 200, np.uint8)
+    there = [font for font in label._OF_SYSTEM if label._is_there(font)]
+    if not there:
+        pytest.skip("this system has no font with Japanese letters")
+    changed = draw_label(pixels, "レタッチ済み") != pixels
+    assert changed[-1, -1]
+    assert not changed[:200].any()
 
 
 # ---- a picture as label ----------------------------------------------------------------------
