@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from .faults import Faults
     from .storage import Storage
 
-_SIZE: Final = (1280, 800)
 _DESKTOP_ID: Final = "org.kogao.Kogao"
 
 
@@ -120,11 +119,12 @@ def _edit(
     from PySide6.QtCore import Qt
 
     from .editor import Editor
+    from .features.screen import FIRST_PX
     from .screenshot import Screenshot, Shown
 
     editor = Editor(app, source, storage, options.theme, options.workspace)
-    if options.size is not None or not editor.screen.size_known:
-        editor.window.resize(*(options.size or _SIZE))
+    if options.size is not None or options.screenshot is not None:
+        editor.window.resize(*(options.size or FIRST_PX))
     look = Shown(options.show, options.percent, options.protect)
     shot = None if options.screenshot is None else Screenshot(editor, options.screenshot, look)
     # Queued: what has failed may be a picture in the middle of being painted.

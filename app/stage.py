@@ -43,6 +43,7 @@ class Stage(QWidget):
         super().__init__()
         self._view, self._bar = view, bar
         self._views: list[Viewport] = []
+        self._below: list[QWidget] = []
         self._place: QRectF | None = None
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
@@ -65,7 +66,8 @@ class Stage(QWidget):
         view.lower()
 
     def show_below(self, widget: QWidget) -> None:
-        """Lay a widget over the lower edge of the views."""
+        """Lay a widget over the lower edge of the views; messages leave it in sight."""
+        self._below.append(widget)
         edge = QVBoxLayout()
         edge.setContentsMargins(_MARGIN_PX, 0, _MARGIN_PX, _MARGIN_PX)
         edge.addWidget(widget)
@@ -83,6 +85,9 @@ class Stage(QWidget):
             return
         area = self.rect().toRectF().adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX)
         size = self._bar.size_in(round(area.width())).toSizeF()
+        for one in self._below:
+            if one.isVisible():
+                area.setBottom(min(area.bottom(), one.y() - _MARGIN_PX))
         self._place = clear_place(size, area, list(self._heads()), self._place)
         self._bar.setGeometry(self._place.toRect())
 

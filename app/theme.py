@@ -161,7 +161,8 @@ def _sheet(theme: Theme) -> str:
         background: {theme.muted};
     }}
     QFrame[bar] {{
-        background: {theme.raised}; border: 1px solid {theme.line}; border-radius: 4px;
+        background: {theme.raised}; border: 1px solid {theme.line};
+        border-top-right-radius: 4px; border-bottom-right-radius: 4px;
     }}
     QFrame[bar="wrong"] {{ border-left: 4px solid {theme.warning}; }}
     QFrame[bar="hint"] {{ border-left: 4px solid {theme.accent}; }}
@@ -170,7 +171,8 @@ def _sheet(theme: Theme) -> str:
         background: {theme.raised}; border: 1px solid {theme.line}; border-radius: 4px;
     }}
     QListWidget::item {{
-        padding: 4px; border-radius: 4px; border-left: 4px solid transparent;
+        padding: 4px; border-left: 4px solid transparent;
+        border-top-right-radius: 4px; border-bottom-right-radius: 4px;
     }}
     QListWidget::item:selected {{
         background: {theme.raised}; color: {theme.text}; border-left-color: {theme.accent};

@@ -236,6 +236,6 @@ def next_step(state: State, applied: bool) -> str:
             what=marking.next_hint(state),
         )
     return tr(
-        "3 of 3: Both are here. The table below compares them; Compare (F4) tells point by point, "
-        "and Methods (Ctrl+4) what other warps make of the same points."
+        "3 of 3: Both are here. The table below compares them; Both modes (F4) tells point by "
+        "point, and Methods (Ctrl+4) what other warps make of the same points."
     )

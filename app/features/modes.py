@@ -78,7 +78,7 @@ class Modes(Feature):
         self.add_actions(
             Spec(
                 "compare-modes",
-                tr("&Compare…"),
+                tr("&Both modes…"),
                 "F4",
                 tr("Manual and automatic side by side, with their times"),
                 self.compare,

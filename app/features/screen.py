@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QByteArray
+from typing import Final
+
+from PySide6.QtCore import QByteArray, QSize
 
 from ..actions import Spec
 from ..i18n import tr
+from ..widgets.dialogs import room
+from ..workspaces import Workspace
 from .feature import Context, Feature
 from .manual import Manual, marking
 from .points import Points
 from .protect import Protect
 from .recipe import RecipeEditing
 
+FIRST_PX: Final = (1280, 800)
 _STEP = 1.5
 _GEOMETRY = "window/geometry"
 
@@ -21,8 +26,6 @@ class Screen(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        # Whether the window has its size from an earlier start.
-        self.size_known = False
         canvas, docks = self.window.canvas, self.window.docks
         self.add_actions(
             Spec("fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit),
@@ -62,9 +65,10 @@ class Screen(Feature):
         self.document.opened.connect(self._show_photo)
 
     def restore(self) -> None:
-        """Make the window as large as it was."""
+        """Make the window as large as it was, or at first as large as its screen has room for."""
         geometry = self.settings.value(_GEOMETRY)
-        self.size_known = isinstance(geometry, QByteArray) and self.window.restoreGeometry(geometry)
+        if not isinstance(geometry, QByteArray) or not self.window.restoreGeometry(geometry):
+            self.window.resize(QSize(*FIRST_PX).boundedTo(room(self.window)))
 
     def stop(self) -> None:
         """Remember the window's size."""
@@ -97,8 +101,14 @@ class Hints(Feature):
         super().__init__(context)
         for changed in (points.restyled, recipe.chosen, protect.changed, manual.changed):
             changed.connect(self._show)
+        self._quiet = False
+        self.window.arranged.connect(self._arrange)
         self.document.changed.connect(self._show)
         self.window.canvas.view_changed.connect(self._show)
+
+    def _arrange(self, workspace: Workspace) -> None:
+        self._quiet = workspace.quiet
+        self._show()
 
     def _show(self) -> None:
         self.window.status.show_tool(self._hint())
@@ -119,6 +129,8 @@ class Hints(Feature):
             return tr("Zoom to the face ({key}) to correct its points", key=self._key("zoom-face"))
         if view.following.soft:
             return tr("Drag a point: its neighbours follow, and the wheel says how far")
+        if self._quiet and view.state.mode == "automatic":
+            return tr("Point at the face to see its points; drag one to correct it")
         return tr("Drag a point to correct it")
 
     def _key(self, name: str) -> str:

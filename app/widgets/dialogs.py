@@ -52,8 +52,7 @@ class Dialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(title)
         grown = max(1.0, self.fontMetrics().height() / _LINE_PX)
-        room = parent.screen().availableSize() - QSize(_MARGIN_PX, _MARGIN_PX)
-        self.resize((QSize(*size_px) * grown).boundedTo(room))
+        self.resize((QSize(*size_px) * grown).boundedTo(room(parent)))
 
     def showEvent(self, event: QShowEvent) -> None:
         """Grow until no line is cut: Qt reckons with the lines that a wider dialog would have."""
@@ -157,6 +156,11 @@ def button(text: str, slot: Callable[[], object]) -> QPushButton:
     made.setAutoDefault(False)
     made.clicked.connect(slot)
     return made
+
+
+def room(window: QWidget) -> QSize:
+    """Return how large a window may be on the screen of another one, or on its own."""
+    return window.screen().availableSize() - QSize(_MARGIN_PX, _MARGIN_PX)
 
 
 def table(

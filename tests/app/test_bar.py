@@ -207,6 +207,18 @@ def test_a_message_moves_away_from_a_face_that_comes_under_it(opened, photo):
             assert sum(covered(opened)) == 0.0
 
 
+def test_a_message_leaves_what_to_do_next_in_sight(start, photo):
+    driver = start("compare")
+    driver.open(photo)
+    guide = driver.editor.both.guide
+    left, top, width, height = driver.state.faces[0].box
+    driver.canvas.look_at(QRectF(left, top, width, 2 * height))
+    driver.editor.files.save(photo)
+    assert guide.isVisible()
+    assert driver.say()
+    assert not driver.window.bar.geometry().intersects(guide.geometry())
+
+
 def test_the_whole_of_a_long_message_is_seen(opened):
     words = "A sentence that is long enough to need several lines. " * 6
     opened.editor.points.say(words.strip())

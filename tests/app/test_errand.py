@@ -133,6 +133,20 @@ def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, 
     assert (photo.read_bytes() != before) == saves
 
 
+def test_at_the_first_start_the_window_fits_its_screen(qapp, source, photo, storage):
+    assert storage
+    heights = []
+
+    def look():
+        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
+        heights.append(window.height())
+        window.close()
+
+    QTimer.singleShot(100, look)
+    assert main([str(photo)], source) == 0
+    assert heights[0] < qapp.primaryScreen().availableSize().height(), "with its title bar"
+
+
 @pytest.mark.parametrize("words", [["--edit"], ["--edit", "a.jpg", "--screenshot", "b.png"]])
 def test_an_errand_without_a_photo_is_a_wrong_call(words, source, capsys):
     with pytest.raises(SystemExit) as ending:

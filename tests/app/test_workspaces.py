@@ -193,6 +193,12 @@ def test_tools_by_hand_lie_open_where_points_are_set_by_hand(window):
         assert panel.time.isVisible()
 
 
+def test_what_the_mouse_does_is_said_where_marks_step_back(window):
+    assert window.window.status.hint_text.startswith("Point at the face to see its points")
+    window.key(KEYS.Key_3, ALT)
+    assert window.window.status.hint_text == "Drag a point to correct it"
+
+
 def test_the_film_strip_stays_through_a_switch(window, photo):
     window.editor.strip.show_places([photo.parent])
     window.settle()
