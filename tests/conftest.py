@@ -5,6 +5,7 @@ from __future__ import annotations
 import gettext
 import importlib.util
 import os
+import shutil
 
 # Workers of pytest-xdist share the processors out; NumPy and OpenCV look when they are loaded.
 os.environ.setdefault(
@@ -79,6 +80,21 @@ def catalogues() -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture
+def spoken(
+    catalogues: ModuleType,
+    english: None,  # noqa: ARG001
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The Japanese catalogue lies where the programs look for it, freshly compiled."""
+    folder = tmp_path / "translations"
+    folder.mkdir()
+    shutil.copy(ROOT / "resources" / "translations" / "ja.po", folder)
+    catalogues.compile_all(folder)
+    monkeypatch.setattr(language, "_folder", lambda: folder)
 
 
 @pytest.fixture(scope="session")

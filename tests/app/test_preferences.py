@@ -7,13 +7,15 @@ import subprocess
 import sys
 
 import pytest
-from kogao_app import preferences, theme
+from kogao_app import i18n, preferences, theme
+from kogao_app.__main__ import main
 from kogao_app.features import presets
 from kogao_app.features.preferences import PreferencesDialog
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QLocale, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
+from kogao_core import language
 from kogao_core.presets import add, listed, remove
 from kogao_core.recipe import Recipe
 
@@ -106,6 +108,47 @@ def test_the_preferred_size_holds_from_the_start_unless_the_start_says_another(
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
     )
     assert float(done.stdout) == ratio
+
+
+@pytest.mark.usefixtures("spoken")
+@pytest.mark.parametrize(
+    ("kept", "asked", "heard"),
+    [("", [], ""), ("ja", [], "ja"), ("ja", ["--language", "en"], "en"), ("tlh", [], "")],
+)
+def test_the_preferred_language_is_spoken_unless_the_start_says_another(
+    storage, monkeypatch, kept, asked, heard
+):
+    preferences.prefer(storage.settings(), preferences.LANGUAGE, kept)
+    storage.settings().sync()
+
+    def end(_, code):
+        raise SystemExit(f"in {code}")
+
+    monkeypatch.setattr(i18n, "speak", end)
+    with pytest.raises(SystemExit, match=f"^in {heard}$"):
+        main(asked)
+
+
+@pytest.mark.usefixtures("spoken")
+def test_qt_and_numbers_speak_the_language_too(qapp, monkeypatch):
+    installed = []
+    monkeypatch.setattr(qapp, "installTranslator", installed.append)
+    before = QLocale()
+    try:
+        i18n.speak(qapp, "ja")
+        assert QLocale().language() == QLocale.Language.Japanese
+    finally:
+        QLocale.setDefault(before)
+    assert language.language() == "ja"
+    assert [one.translate("QPlatformTheme", "Cancel") for one in installed] == ["キャンセル"]
+    assert i18n.tr("&File") == "ファイル(&F)"
+
+
+@pytest.mark.usefixtures("spoken")
+def test_every_language_is_offered_by_its_own_name(empty):
+    box = ask(empty).controls["language"]
+    offered = {box.itemData(n): box.itemText(n) for n in range(box.count())}
+    assert offered == {"": "As the system", "en": "English", "ja": "日本語"}
 
 
 def test_every_preference_is_kept_under_a_name_of_its_own(storage):

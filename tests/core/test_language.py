@@ -95,14 +95,6 @@ def test_the_system_says_which_language(environment, found, monkeypatch):
     assert language.use_language(*language.system_languages()) == found == language.language()
 
 
-@pytest.fixture
-def spoken(catalogues, tmp_path, monkeypatch):
-    """A folder with a catalogue for Japanese, freshly compiled, where the programs look."""
-    (tmp_path / "ja.po").write_bytes((CATALOGUES[0].parent / "ja.po").read_bytes())
-    catalogues.compile_all(tmp_path)
-    monkeypatch.setattr(language, "_folder", lambda: tmp_path)
-
-
 @pytest.mark.parametrize("path", CATALOGUES, ids=lambda path: path.stem)
 def test_every_catalogue_has_every_text_and_keeps_its_fields(path, catalogues):
     catalogue, words = catalogues.read(path), catalogues.gathered()
