@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from functools import reduce
 from operator import or_
 
 import numpy as np
 import pytest
+from modules import ROOT
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QInputDialog, QWidget
@@ -153,9 +155,14 @@ def by_keys(driver, key, *held):
     driver.settle()
 
 
-def test_from_the_start_to_a_saved_copy_by_keys_alone(start, source, photo, tmp_path):
+@pytest.mark.parametrize(
+    ("workspace", "amount"), [(None, KEYS.Key_O), ("retouch", KEYS.Key_O), ("inspect", KEYS.Key_W)]
+)
+def test_from_the_start_to_a_saved_copy_by_keys_alone(
+    start, source, photo, tmp_path, workspace, amount
+):
     source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
-    driver, alt = start(), Qt.KeyboardModifier.AltModifier
+    driver, alt = start(workspace), Qt.KeyboardModifier.AltModifier
     by_keys(driver, KEYS.Key_O, CONTROL)
     driver.choose_path(photo)
     driver.settle()
@@ -163,7 +170,7 @@ def test_from_the_start_to_a_saved_copy_by_keys_alone(start, source, photo, tmp_
     by_keys(driver, KEYS.Key_Down)
     by_keys(driver, KEYS.Key_Down)
     assert driver.editor.view.face == 1
-    by_keys(driver, KEYS.Key_W, alt)
+    by_keys(driver, amount, alt)
     by_keys(driver, KEYS.Key_Return)
     by_keys(driver, KEYS.Key_6)
     by_keys(driver, KEYS.Key_Return)
@@ -174,3 +181,27 @@ def test_from_the_start_to_a_saved_copy_by_keys_alone(start, source, photo, tmp_
     expected = render(read(photo).pixels, driver.state.active, driver.state.recipe).pixels
     np.testing.assert_array_equal(read(tmp_path / "copy.png").pixels, expected)
     assert not driver.window.isWindowModified()
+
+
+def test_every_command_has_a_place_in_the_menus_and_its_key_stands_in_the_docs(opened):
+    page = (ROOT / "docs" / "editor.md").read_text(encoding="utf-8")
+    there = set(re.findall(r"`([^` ]+)`", page))
+    words = {"Return": "Enter", "Esc": "Escape", "Del": "Delete"}
+    named = opened.window.actions_by_name
+    keys = {name: action.shortcut().toString() for name, action in named.items()}
+    as_said = {name: "+".join(words.get(k, k) for k in _parts(key)) for name, key in keys.items()}
+    assert {name: key for name, key in as_said.items() if key and key not in there} == {}
+    in_menus = set(_in(opened.window.menuBar().actions()))
+    assert [name for name, action in named.items() if action not in in_menus] == []
+
+
+def _parts(key):
+    return [key] if key in ("", "+") else key.split("+")
+
+
+def _in(actions):
+    for action in actions:
+        if action.menu() is None:
+            yield action
+        else:
+            yield from _in(action.menu().actions())
