@@ -23,6 +23,7 @@ _LINE: Final = (
     "package.loaded.kogao = dofile("
     f'require("darktable").configuration.config_dir .. "/lua/kogao.lua") {_OURS}'
 )
+_VARIABLES: Final = {".config": "XDG_CONFIG_HOME", ".local/share": "XDG_DATA_HOME"}
 _DESKTOP: Final = "desktop"
 _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
@@ -39,21 +40,23 @@ class Host:
         Its name as a Flatpak.
     in_sandbox : str
         The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
-    resource, place : str
-        Our file among the resources, and where it goes within that folder.
+    files : mapping of str to str
+        Our files among the resources, and where each goes within that folder; the first is told.
     quoted : callable
         Writes a path as its language does, where the file has ``@KOGAO@``.
     mark : str
         File of the settings that must name ours; empty where all of a folder are taken.
+    then : Text, optional
+        What is left to do in that program.
     """
 
     settings: Callable[[], Path]
     sandbox: str
     in_sandbox: str
-    resource: str
-    place: str
+    files: Mapping[str, str]
     quoted: Callable[[Path], str]
     mark: str = ""
+    then: Text | None = None
 
 
 def _settings(windows: str, mac: str, other: str, name: str) -> Path:
@@ -61,7 +64,7 @@ def _settings(windows: str, mac: str, other: str, name: str) -> Path:
         return Path(os.environ.get(windows, Path.home())) / name
     if sys.platform == "darwin":
         return Path.home() / mac / name
-    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / other) / name
+    return Path(os.environ.get(_VARIABLES[other]) or Path.home() / other) / name
 
 
 def _in_lua(path: Path) -> str:
@@ -71,13 +74,16 @@ def _in_lua(path: Path) -> str:
     return f"{quote}{text}{quote}".replace("\\", "\\\\").replace('"', '\\"')
 
 
+def _in_python(path: Path) -> str:
+    return json.dumps(str(path))[1:-1]
+
+
 HOSTS: Final[Mapping[str, Host]] = {
     "darktable": Host(
         lambda: _settings("LOCALAPPDATA", ".config", ".config", "darktable"),
         "org.darktable.Darktable",
-        "darktable",
-        "darktable/kogao.lua",
-        "lua/kogao.lua",
+        "config/darktable",
+        {"darktable/kogao.lua": "lua/kogao.lua"},
         _in_lua,
         "luarc",
     ),
@@ -85,9 +91,19 @@ HOSTS: Final[Mapping[str, Host]] = {
         lambda: _settings("APPDATA", "Library/Application Support", ".config", "GIMP/3.0"),
         "org.gimp.GIMP",
         "",
-        "gimp/kogao.py",
-        "plug-ins/kogao/kogao.py",
-        lambda path: json.dumps(str(path))[1:-1],
+        {"gimp/kogao.py": "plug-ins/kogao/kogao.py"},
+        _in_python,
+    ),
+    "krita": Host(
+        lambda: _settings("APPDATA", "Library/Application Support", ".local/share", "krita"),
+        "org.kde.krita",
+        "data/krita",
+        {
+            "krita/kogao.py": "pykrita/kogao/__init__.py",
+            "krita/kogao.desktop": "pykrita/kogao.desktop",
+        },
+        _in_python,
+        then=Text("then tick Kogao in Settings > Configure Krita > Python Plugin Manager"),
     ),
 }
 
@@ -100,7 +116,7 @@ HOSTS: Final[Mapping[str, Host]] = {
     help="Where the program has its settings, a desktop its menus [where the system has them].",
 )  # fmt: skip
 def command(host: str, remove: bool, settings: Path | None) -> None:
-    """Put Kogao into the menus of the desktop, or among the tools of darktable or GIMP 3.
+    """Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP 3 or Krita.
 
     Other programs know it when they start next.
     """
@@ -141,13 +157,15 @@ def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
     folders = [settings] if settings else _folders(host, sandboxed)
     said = []
     for folder in folders:
-        place = folder / host.place
+        place = folder / next(iter(host.files.values()))
         if remove:
-            _remove(host, folder, place)
+            _remove(host, folder)
             said.append(Text("{place} is gone; start {host} again", place=place, host=name))
         else:
-            _install(host, folder, place)
+            _install(host, folder)
             said.append(Text("{place} is there; start {host} again", place=place, host=name))
+    if not remove and host.then is not None:
+        said.append(host.then)
     if not remove and settings is None and sandboxed.is_dir():
         said.append(
             Text(
@@ -163,30 +181,34 @@ def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
 def _folders(host: Host, sandboxed: Path) -> list[Path]:
     """Return the folders of settings that there are; the system's own if there is none yet."""
     own = host.settings()
-    inner = sandboxed / "config" / host.in_sandbox
+    inner = sandboxed / host.in_sandbox
     if not host.in_sandbox or not inner.is_dir():
         return [own]
     return [own, inner] if own.is_dir() else [inner]
 
 
-def _install(host: Host, folder: Path, place: Path) -> None:
+def _install(host: Host, folder: Path) -> None:
     from kogao_core import assets
     from kogao_core.atomic import put
 
-    text = assets.path(f"integrations/{host.resource}").read_text(encoding="utf-8")
-    for word, name in (("@KOGAO@", "kogao"), ("@KOGAO_CLI@", "kogao-cli")):
-        text = text.replace(word, host.quoted(_program(name)))
-    place.parent.mkdir(parents=True, exist_ok=True)
-    put(text.encode(), place)
-    place.chmod(0o755)
+    for resource, within in host.files.items():
+        text = assets.path(f"integrations/{resource}").read_text(encoding="utf-8")
+        for word, name in (("@KOGAO@", "kogao"), ("@KOGAO_CLI@", "kogao-cli")):
+            text = text.replace(word, host.quoted(_program(name)))
+        place = folder / within
+        place.parent.mkdir(parents=True, exist_ok=True)
+        put(text.encode(), place)
+        place.chmod(0o755)
     if host.mark:
         _mark(folder / host.mark, wanted=True)
 
 
-def _remove(host: Host, folder: Path, place: Path) -> None:
-    place.unlink(missing_ok=True)
-    if place.parent.name == "kogao" and place.parent.is_dir():
-        shutil.rmtree(place.parent)
+def _remove(host: Host, folder: Path) -> None:
+    for within in host.files.values():
+        place = folder / within
+        place.unlink(missing_ok=True)
+        if place.parent.name == "kogao" and place.parent.is_dir():
+            shutil.rmtree(place.parent)
     if host.mark and (folder / host.mark).exists():
         _mark(folder / host.mark, wanted=False)
 

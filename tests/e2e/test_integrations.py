@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import files
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,6 +16,7 @@ from PIL import Image
 from kogao_core import installed, photo
 from kogao_core.cli import desktop, integrate
 
+BIN = "/usr/bin"  # where the Python of the system's programs lies
 THEIRS = b"-- mine\nrequire 'tools/script_manager'"
 DARKTABLE = """
 local dt, kogao = require "darktable", require "kogao"
@@ -30,6 +32,38 @@ for _, one in ipairs(image:get_group_members()) do
 end
 told:close()
 os.rename("{told}", "{done}")
+"""
+# A second plug-in, whose hands do what a user's would: open a photo, choose an action, look.
+KRITA = """
+import traceback
+from krita import Extension, InfoObject, Krita
+from PyQt5.QtCore import QTimer
+
+def told(text):
+    with open(r"{told}", "w") as file:
+        file.write(text)
+
+def act():
+    krita = Krita.instance()
+    document = krita.openDocument(r"{photo}")
+    krita.activeWindow().addView(document)
+    krita.setActiveDocument(document)
+    QTimer.singleShot(1000, lambda: choose(document))
+
+def choose(document):
+    try:
+        Krita.instance().action("kogao_by_itself").trigger()
+        document.setBatchmode(True)
+        document.exportImage(r"{shown}", InfoObject())
+        told(repr(([node.name() for node in document.topLevelNodes()], document.colorDepth())))
+    except Exception:
+        told(traceback.format_exc())
+
+class Hands(Extension):
+    def setup(self): pass
+    def createActions(self, window): QTimer.singleShot(2000, act)
+
+Krita.instance().addExtension(Hands(Krita.instance()))
 """
 # What the plug-in calls of GIMP 3's library, on pictures of Pillow.
 STAND_IN = """
@@ -220,3 +254,59 @@ def test_darktable_gets_a_photo_back_beside_its_own(
     assert 0.001 < moved.mean() < 0.5
     assert not places["exported"].exists()
     assert (tmp_path / "door").exists() == is_sandboxed
+
+
+def test_kritas_plug_in_comes_and_goes_and_says_what_is_left_to_do(cli, tmp_path):
+    code, said, _ = cli("integrate", "krita", "--settings", tmp_path)
+    assert code == 0
+    assert "Python Plugin Manager" in said
+    plug_in = tmp_path / "pykrita" / "kogao" / "__init__.py"
+    assert "@KOGAO" not in plug_in.read_text()
+    compile(plug_in.read_text(), plug_in, "exec")
+    assert "X-KDE-Library=kogao" in (tmp_path / "pykrita" / "kogao.desktop").read_text()
+    (tmp_path / "pykrita" / "other.desktop").write_text("theirs")
+    assert cli("integrate", "krita", "--settings", tmp_path, "--remove")[0] == 0
+    assert [path.name for path in (tmp_path / "pykrita").iterdir()] == ["other.desktop"]
+
+
+def krita_runs():
+    """Whether there is a Krita that runs plug-ins, and a screen for it."""
+    if not (shutil.which("krita") and shutil.which("Xvfb") and shutil.which("python3", path=BIN)):
+        return False
+    asked = [shutil.which("python3", path=BIN), "-c", "import PyQt5.QtWidgets"]
+    return subprocess.run(asked, capture_output=True).returncode == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not krita_runs(), reason="needs Krita, its Python with PyQt5, and Xvfb")
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_krita_gets_a_layer_back(cli, request, small_portrait, tmp_path, depth):
+    mine, told, shown = (tmp_path / name for name in ("mine.png", "told", "shown.png"))
+    pixels = photo.read(small_portrait).pixels.astype(depth)
+    pixels *= np.iinfo(depth).max // 255
+    mine.write_bytes(files.png(pixels))  # with a profile, for which Krita would ask
+    data, config = tmp_path / "data", tmp_path / "config"
+    assert cli("integrate", "krita", "--settings", data / "krita")[0] == 0
+    hands = data / "krita" / "pykrita" / "hands"
+    hands.mkdir()
+    (hands / "__init__.py").write_text(KRITA.format(photo=mine, told=told, shown=shown))
+    entry = (hands.parent / "kogao.desktop").read_text().replace("kogao", "hands")
+    hands.with_suffix(".desktop").write_text(entry)
+    config.mkdir()
+    (config / "kritarc").write_text("[python]\nenable_kogao=true\nenable_hands=true\n")
+    folders = {"XDG_DATA_HOME": data, "XDG_CONFIG_HOME": config, "XDG_CACHE_HOME": tmp_path / "c"}
+    named = {"DISPLAY": request.getfixturevalue("screen"), "HOME": tmp_path} | folders
+    with subprocess.Popen(
+        ["krita", "--nosplash"], env=os.environ | {k: str(v) for k, v in named.items()},
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as krita:  # fmt: skip
+        ends = time.monotonic() + 120
+        while not told.exists() and krita.poll() is None and time.monotonic() < ends:
+            time.sleep(0.1)
+        krita.kill()
+    assert told.read_text() == repr((["Background", "Kogao"], f"U{8 * depth().itemsize}"))
+    result, was = photo.read(shown), photo.read(mine)
+    assert result.bits == was.bits
+    steps = np.abs(result.pixels[..., :3].astype(int) - was.pixels).max(axis=2)
+    assert 0.001 < (steps > 16 * (np.iinfo(depth).max // 255)).mean() < 0.5
+    assert (steps == 0).mean() > 0.3
