@@ -97,7 +97,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *(None, "lines-go", "lines-hold"),
         ),
         tr("E&xperiments"): (*every("experiment-"), *(None, "rate")),
-        tr("&Help"): ("tour", "palette", None, "copy-report", "about"),
+        tr("&Help"): ("documentation", "tour", "palette", None, "copy-report", "about"),
     }
 
 

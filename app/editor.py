@@ -25,6 +25,7 @@ from .features.files import Files
 from .features.files.options import SaveOptions
 from .features.files.saver import Saver
 from .features.groups import Groups
+from .features.help import Documentation
 from .features.history import History
 from .features.landmarks import Exchange, LandmarkSources
 from .features.manual import Manual
@@ -148,6 +149,7 @@ class Editor(QObject):
         self.marks = Marks(context, self.recipe, self.files)
         self.history = History(context)
         self.commands = Commands(context)
+        self.documentation = Documentation(context)
         self.speech = Speech(context, self.points, self.recipe, self.faces, self.history)
 
     def _mount(self) -> None:

@@ -28,6 +28,30 @@ def path(name: str) -> Path:
     AssetMissing
         If the resources aren't installed, or this installation was built without that file.
     """
+    file = _folder() / name
+    if not file.is_file():
+        raise AssetMissing(_how_to_get(name))
+    return file
+
+
+def documentation() -> Path:
+    """Return the folder of the pages that describe this version, with ``editor.md`` in it.
+
+    Raises
+    ------
+    AssetMissing
+        If this installation has none.
+    """
+    name = "docs"
+    inside = _folder()
+    # A wheel carries them; in a checkout they lie beside the resources.
+    for folder in (inside / name, inside.parent / name):
+        if (folder / "editor.md").is_file():
+            return folder
+    raise AssetMissing(_how_to_get(name))
+
+
+def _folder() -> Path:
     try:
         resources = importlib.import_module("kogao_resources")
     except ModuleNotFoundError:
@@ -37,10 +61,7 @@ def path(name: str) -> Path:
                 "-e .` in its folder"
             )
         ) from None
-    file = Path(resources.__path__[0]) / name
-    if not file.is_file():
-        raise AssetMissing(_how_to_get(name))
-    return file
+    return Path(resources.__path__[0])
 
 
 def sample() -> Path:

@@ -256,7 +256,7 @@ class Commands(Feature):
             Spec(
                 "about",
                 tr("&About Kogao"),
-                "F1",
+                "Ctrl+Shift+F1",
                 tr("Version, paper and licences"),
                 lambda: about_box(self.window).open(),
             ),

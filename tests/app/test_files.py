@@ -155,7 +155,8 @@ def test_closing_without_changes_just_closes(opened):
 
 
 def test_the_about_box_names_paper_and_licences(empty):
-    empty.key(Qt.Key.Key_F1)
+    control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+    empty.key(Qt.Key.Key_F1, control, shift)
     box = empty.dialog(QMessageBox)
     assert "B-spline" in box.informativeText()
     assert "Apache-2.0" in box.informativeText()

@@ -28,7 +28,7 @@ ACTIONS = {
 THEIRS = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH", "QT_PLUGIN_PATH")
 
 
-class Kogao(Extension):
+class Scripts(Extension):
     """Two actions under Tools > Scripts."""
 
     def setup(self):
@@ -101,4 +101,4 @@ def _bring_back(document, path):
     return ""
 
 
-Krita.instance().addExtension(Kogao(Krita.instance()))
+Krita.instance().addExtension(Scripts(Krita.instance()))
