@@ -21,7 +21,7 @@ from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
 
-_KEYS: Final = ("F5", "F6", "F7")  # of the landmark sources, in turn
+_KEYS: Final = ("F5", "F6", "F7", "Shift+F7")  # of the landmark sources, in turn
 
 
 class LandmarkSources(Feature):
@@ -40,7 +40,7 @@ class LandmarkSources(Feature):
                 f"landmarks-{choice.name}",
                 tr("Landmarks by the &{title}", title=translated(choice.title)),
                 key,
-                _figures(choice.measured),
+                translated(choice.help) if choice.help else _figures(choice.measured),
                 partial(self.use, choice.name),
                 checked=False,
             )

@@ -12,7 +12,7 @@ from kogao_core import assets
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.landmarks import locked
-from kogao_core.landmarks.mesh import MeshSource
+from kogao_core.landmarks.mesh import ChinSource, MeshSource
 from kogao_core.language import Text
 
 _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
@@ -52,6 +52,8 @@ class Choice:
         Whether it needs the networks that are fetched when a wheel is built.
     measured : Measured, optional
         None, if it wasn't measured.
+    help : str
+        What it does otherwise than the others, in one sentence; may be empty.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Choice:
     make: Callable[[], LandmarkSource]
     needs_networks: bool
     measured: Measured | None = None
+    help: str = ""
 
 
 def _aam() -> LandmarkSource:
@@ -69,8 +72,15 @@ def _aam() -> LandmarkSource:
 
 # The first that is complete here is what is used unless another is asked for.
 CHOICES: Final = (
-    Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.3, typical_ms=60.0)),
-    Choice("aam", Text("AAM"), _aam, False, Measured(1.7, 3.5, typical_ms=65.0)),
+    Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.0, typical_ms=60.0)),
+    Choice("aam", Text("AAM"), _aam, False, Measured(1.7, 3.3, typical_ms=65.0)),
+    Choice(
+        "chin",
+        Text("jaw under beards"),
+        ChinSource,
+        True,
+        help=Text("As the mesh, but where there is a beard, the outline is the chin under it"),
+    ),
 )
 
 

@@ -436,15 +436,15 @@ def test_an_action_gets_another_key_that_stays(opened, start):
     opened.key(KEYS.Key_K, CONTROL)
     keys = opened.dialog(ShortcutsDialog)
     keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
-    opened.press_key(keys.key, KEYS.Key_F7)
-    assert keys.table.item(row_of(keys, "Lattice"), 1).text() == "F7"
+    opened.press_key(keys.key, KEYS.Key_F11)
+    assert keys.table.item(row_of(keys, "Lattice"), 1).text() == "F11"
     keys.close()
-    opened.key(KEYS.Key_F7)
+    opened.key(KEYS.Key_F11)
     assert "lattice" in opened.editor.view.visible
     labels = [label.text() for label in opened.panel("overlays").findChildren(QLabel)]
-    assert "F7" in labels
+    assert "F11" in labels
     later = start()
-    later.key(KEYS.Key_F7)
+    later.key(KEYS.Key_F11)
     assert "lattice" in later.editor.view.visible
     later.key(KEYS.Key_K, CONTROL)
     keys = later.dialog(ShortcutsDialog)

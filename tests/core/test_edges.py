@@ -108,6 +108,17 @@ def test_a_long_beard_is_within_reach_and_the_cheeks_stay() -> None:
     np.testing.assert_allclose(moves, beard, atol=1.5)
 
 
+def test_of_a_chin_a_beard_is_no_edge_and_what_is_near_by_is() -> None:
+    beard = np.round(12.0 + 12.0 * np.cos(np.linspace(-np.pi, np.pi, 41)))
+    seen = np.where(beard[:, None] == MOVES, 9.0, 0.0)
+    moves, confidence = refine.settle(seen, np.full(41, -9.0), beards=False)
+    assert np.abs(moves).max() < 5.0
+    assert confidence[12:29].max() < 0.1 < 0.9 < confidence[[3, 37]].min()
+    clear = np.where(MOVES == 2, 9.0, 0.0) * np.ones((41, 1))
+    moves, _ = refine.settle(clear, np.full(41, -9.0), beards=False)
+    np.testing.assert_allclose(moves, 2.0, atol=0.1)
+
+
 @pytest.mark.parametrize("grown", [-2.0, 0.0, 3.0])
 def test_an_outline_moves_onto_the_edge(edges: EdgeNetwork, grown: float) -> None:
     image, face, edge = drawn_face(grown)

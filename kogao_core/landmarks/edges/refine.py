@@ -24,7 +24,8 @@ _DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, Runtime
 
 # Steps, each 1 % of the outer inter-ocular distance: how far an edge that is seen lies inside the
 # silhouette, and outside of it, where beards hang over; how far one that isn't seen; how much the
-# distance changes from line to line; and what counts as the same place.
+# distance changes from line to line; and what counts as the same place. Of a chin, what is seen
+# farther out than twice the first is the edge of something else.
 _INWARDS: Final = 2.5
 _OUTWARDS: Final = 20.0
 _GUESSED: Final = 10.0
@@ -32,6 +33,7 @@ _CHANGE: Final = 1.0
 _SAME: Final = 3.0
 _NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])
 _SEEN: Final = np.exp(-0.5 * (MOVES / np.where(MOVES > 0, _OUTWARDS, _INWARDS)) ** 2)
+_OF_CHIN: Final = np.abs(MOVES) <= 2.0 * _INWARDS
 _UNSEEN: Final = np.exp(-0.5 * (MOVES / _GUESSED) ** 2) * (-MOVES[0] >= MOVES)  # either way alike
 INSIDE: Final = int(MOVES[0] - ACROSS[0])
 
@@ -43,14 +45,17 @@ class EdgeNetwork:
     ----------
     parameters : list of array
         See `network.shapes`.
+    beards : bool
+        Whether the edge that a beard hangs over is the outline, or the chin below.
     """
 
-    def __init__(self, parameters: list[Floats]) -> None:
+    def __init__(self, parameters: list[Floats], *, beards: bool = True) -> None:
         self._parameters = parameters
+        self._beards = beards
 
     @staticmethod
-    def read(path: Path) -> EdgeNetwork:
-        """Read a model file.
+    def read(path: Path, *, beards: bool = True) -> EdgeNetwork:
+        """Read a model file; `beards` is as above.
 
         Raises
         ------
@@ -68,7 +73,7 @@ class EdgeNetwork:
             raise ModelRefused(
                 Text("{name} isn't a model of the outline's edge; reinstall Kogao", name=path.name)
             )
-        return EdgeNetwork(parameters)
+        return EdgeNetwork(parameters, beards=beards)
 
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
         """Return a finer outline and how sure each of its points is.
@@ -93,7 +98,7 @@ class EdgeNetwork:
         cut = Cut.of(image, eyes, outline)
         lines = lines_of(cut.to_image.inverse(outline))
         outputs = network.forward(self._parameters, planes(cut.strip(lines))[None])
-        moves, confidence = settle(*split(outputs[0]))
+        moves, confidence = settle(*split(outputs[0]), beards=self._beards)
         moved = np.column_stack([lines.moved(moves), confidence])
         even = resampled(moved, len(outline))
         return cut.to_image(even[:, :2]), np.clip(even[:, 2], 0.0, 1.0)
@@ -105,7 +110,7 @@ def split(outputs: Floats) -> tuple[Floats, Floats]:
     return window[..., 0, :, :], window[..., 1, :, :].mean(axis=-1)
 
 
-def settle(seen: Floats, unseen: Floats) -> tuple[Array, Array]:
+def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array, Array]:
     """Return the expected move of each line and its confidence.
 
     Moves of neighbouring lines are alike: a chain, solved forwards and backwards.
@@ -116,6 +121,8 @@ def settle(seen: Floats, unseen: Floats) -> tuple[Array, Array]:
         Log-odds of the moves `MOVES`.
     unseen : array of shape (41,)
         Log-odds that nothing can be seen, against all of them together.
+    beards : bool
+        Whether an edge far outside counts.
 
     Returns
     -------
@@ -127,6 +134,10 @@ def settle(seen: Floats, unseen: Floats) -> tuple[Array, Array]:
     own = np.exp(seen - seen.max(axis=1, keepdims=True)).astype(np.float64)
     own /= own.sum(axis=1, keepdims=True)
     visible = 1.0 / (1.0 + np.exp(np.clip(unseen.astype(np.float64), -30.0, 30.0)))[:, None]
+    if not beards:
+        own = own * _OF_CHIN + 1e-12
+        share = own.sum(axis=1, keepdims=True)
+        visible, own = visible * share, own / share
     likely = visible * own * _SEEN + (1.0 - visible) * _UNSEEN / _UNSEEN.sum()
     moves = _along_chain(likely) @ MOVES
     # What each line sees for itself says more than the chain, which is sure of everything: areas
