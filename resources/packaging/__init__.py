@@ -1,0 +1,1 @@
+"""Programs for desktops without Python: made here, not part of the wheel."""

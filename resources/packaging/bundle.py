@@ -1,0 +1,104 @@
+"""Make a folder that runs where no Python is: ``python3 -m resources.packaging.bundle dist``.
+
+The wheel is installed into an environment of its own, together with what it uses; PyInstaller
+gathers both programs from there into ``dist/kogao``. On Debian this needs python3-venv,
+libpython3.11 and binutils; licences of the system's libraries are asked of dpkg.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+import venv
+from pathlib import Path
+from typing import Final
+
+HERE: Final = Path(__file__).resolve().parent
+ROOT: Final = HERE.parents[1]
+_PYINSTALLER: Final = "pyinstaller>=6.16,<7"
+_EXTRAS: Final = "heic,raw"
+# Of Qt's plug-ins: the window is one of Widgets, painted without OpenGL, and opens no connection.
+# They go before PyInstaller looks, for what it brings along is what they need: all of GTK, say.
+_UNUSED_PLUGINS: Final = (
+    "egldeviceintegrations", "generic", "networkinformation", "platforms/*egl*", "platforms/*fb*",
+    "platforms/*minimal*", "platforms/*vk*", "platforms/*vnc*", "platformthemes/*gtk*",
+    "platforminputcontexts/*virtualkeyboard*", "imageformats/*pdf*", "tls",
+)  # fmt: skip
+
+
+def main() -> None:
+    """Make the folder that the command line names."""
+    parser = argparse.ArgumentParser(description="Make a folder that runs where no Python is.")
+    parser.add_argument("folder", type=Path, help="where its folder `kogao` is made")
+    parser.add_argument("--wheel", type=Path, help="a built wheel [one of this checkout]")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="kogao-bundle-") as work:
+        made = bundle(given.folder.resolve(), given.wheel or ROOT, Path(work))
+    size = sum(file.lstat().st_size for file in made.rglob("*"))
+    print(f"{made}: {size / 1e6:.0f} MB")
+
+
+def bundle(folder: Path, what: Path, work: Path) -> Path:
+    """Gather both programs.
+
+    Parameters
+    ----------
+    folder : Path
+        A folder `kogao` in it is made anew.
+    what : Path
+        A wheel, or a checkout to build one from.
+    work : Path
+        An empty folder for what is only needed meanwhile.
+
+    Returns
+    -------
+    Path
+        The new folder.
+    """
+    venv.create(work / "venv", with_pip=True)
+    python = work / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    _run(python, "-m", "pip", "install", "--quiet", f"{what}[{_EXTRAS}]", _PYINSTALLER)
+    _drop_unused_plugins(python)
+    _run(python, "-m", "PyInstaller", "--noconfirm", "--log-level", "WARN",
+         "--distpath", folder, "--workpath", work / "build", HERE / "kogao.spec")  # fmt: skip
+    made = folder / "kogao"
+    licences = made / "licences"
+    licences.mkdir()
+    shutil.copy(HERE / "licences.md", licences / "README.md")
+    if sys.platform == "linux":
+        _add_licences_of_the_system(made, licences)
+    return made
+
+
+def _drop_unused_plugins(python: Path) -> None:
+    where = _run(python, "-c", "import PySide6; print(PySide6.__path__[0])").strip()
+    for plugins in (Path(where, "Qt", "plugins"), Path(where, "plugins")):  # the second: Windows
+        for pattern in _UNUSED_PLUGINS:
+            for found in plugins.glob(pattern):
+                shutil.rmtree(found) if found.is_dir() else found.unlink()
+
+
+def _add_licences_of_the_system(made: Path, licences: Path) -> None:
+    """Copy what Debian's packages say of the libraries that were taken from them."""
+    inside = made / "_internal"
+    names = [file.name for file in inside.glob("*.so*") if not file.is_symlink()]
+    libraries = [f"*/{name}" for name in names if ".cpython-" not in name]
+    owners = _run("dpkg-query", "-S", *libraries)
+    for package in sorted({line.split(":")[0] for line in owners.splitlines()}):
+        source = Path("/usr/share/doc", package, "copyright")
+        if source.is_file():
+            shutil.copy(source, licences / f"{package}.txt")
+    for name in ("GPL-2", "GPL-3", "LGPL-2.1", "LGPL-3", "Apache-2.0", "MPL-2.0"):
+        shutil.copy(Path("/usr/share/common-licenses", name), licences / f"{name}.txt")
+
+
+def _run(*command: str | Path) -> str:
+    done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, text=True, check=True)
+    return done.stdout
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+"""Both programs of a bundle: which of them, the name of the file that was started says."""
+
+import multiprocessing
+import os
+import sys
+from pathlib import Path
+
+# Set for the bundle's own libraries, which other programs, a browser say, must not find.
+_OURS = ("LD_LIBRARY_PATH", "QT_PLUGIN_PATH", "QML2_IMPORT_PATH")
+
+
+def _forget_where_we_lie() -> None:
+    for name in _OURS:
+        os.environ.pop(name, None)
+        before = os.environ.pop(f"{name}_ORIG", None)
+        if before is not None:
+            os.environ[name] = before
+    # The workers that a batch starts find them by themselves then, as if started by a user.
+    os.environ["PYINSTALLER_RESET_ENVIRONMENT"] = "1"
+
+
+if __name__ == "__main__":
+    multiprocessing.freeze_support()  # a batch's workers are this program, started once more
+    _forget_where_we_lie()
+    if Path(sys.executable).stem == "kogao-cli":
+        from kogao_core.cli import main as command_line
+
+        command_line()
+    else:
+        from kogao_app.__main__ import main as window
+
+        sys.exit(window())
