@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import kogao_core
 from kogao_core.atomic import Pieces
+from kogao_core.installed import adding
 from kogao_core.language import Text
 from kogao_core.photo import tiff
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
@@ -119,7 +120,7 @@ def _c2pa() -> ModuleType:
         import c2pa
     except ImportError:
         raise MissingExtra(
-            Text("signing needs an extra: pip install 'kogao[credentials]'")
+            Text("signing needs an extra: {how}", how=adding("credentials"))
         ) from None
     module: ModuleType = c2pa
     return module
