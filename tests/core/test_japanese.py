@@ -105,3 +105,12 @@ def test_the_page_of_the_editor_has_keys_that_the_english_one_has():
     assert len(keys) > 30
     english = page("docs/editor.md")
     assert [key for key in keys if key not in english] == []
+
+
+def test_the_page_of_the_command_line_has_what_the_english_one_has():
+    japanese, english = (page(f"docs/{one}command-line.md") for one in ("ja/", ""))
+    spoken = re.findall(r"`(-[-a-z]+|kogao-cli [a-z]+)`", japanese)
+    assert len(spoken) > 25
+    assert [one for one in spoken if f"`{one}" not in english and f" {one} " not in english] == []
+    codes = re.findall(r"^\| (\d+) \|", japanese, re.MULTILINE)
+    assert codes == re.findall(r"^  (\d+)  ", english, re.MULTILINE)
