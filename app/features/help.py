@@ -11,6 +11,7 @@ from PySide6.QtGui import QDesktopServices, QImage, QKeySequence, QShortcut, QTe
 from PySide6.QtWidgets import QLineEdit, QPushButton, QTextBrowser, QWidget
 
 from kogao_core import assets
+from kogao_core.language import language
 
 from ..actions import Spec
 from ..i18n import sentence, tr
@@ -95,7 +96,7 @@ class HelpDialog(Dialog):
         self.pages.backwardAvailable.connect(self.back.setEnabled)
         self.list = ChoiceBox()
         self.list.setAccessibleName(tr("Pages"))
-        for path in sorted(folder.glob("*.md")):
+        for path in _pages(folder):
             self.list.addItem(_title(path), path.as_posix())
         self.list.activated.connect(self._turn)
         self.pages.sourceChanged.connect(self._mark)
@@ -110,7 +111,8 @@ class HelpDialog(Dialog):
         column = column_of(self, margin=2 * GRID_PX, spacing=2 * GRID_PX)
         column.addLayout(row_of(self.back, self.list, None, self.words))
         column.addWidget(self.pages)
-        self.pages.follow(QUrl.fromLocalFile(str(folder / _FIRST)))
+        first = next(path for path in _pages(folder) if path.name == _FIRST)
+        self.pages.follow(QUrl.fromLocalFile(str(first)))
         self.pages.setFocus()
 
     def _turn(self) -> None:
@@ -127,6 +129,11 @@ class HelpDialog(Dialog):
             cursor.movePosition(cursor.MoveOperation.Start)
             self.pages.setTextCursor(cursor)
             self.pages.find(words)
+
+
+def _pages(folder: Path) -> list[Path]:
+    """Return the pages: those in the language at work, if any, before the English ones."""
+    return [*sorted((folder / language()).glob("*.md")), *sorted(folder.glob("*.md"))]
 
 
 def _title(path: Path) -> str:

@@ -1,5 +1,6 @@
 """The documentation is read without a network: its pages, their links, pictures and headings."""
 
+import gettext
 import re
 
 import pytest
@@ -10,7 +11,7 @@ from PySide6.QtCore import QPoint, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QTextDocument
 from PySide6.QtTest import QTest
 
-from kogao_core import assets
+from kogao_core import assets, language
 
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
@@ -31,6 +32,17 @@ def test_it_begins_with_the_page_of_the_editor(shown):
     assert shown.list.currentText() == "The editor"
     assert "Ctrl+Shift+P" in shown.pages.toPlainText()
     assert not shown.back.isEnabled()
+
+
+def test_pages_in_the_language_at_work_come_first(empty, english):  # noqa: ARG001
+    language.use_catalogue("ja", gettext.NullTranslations())
+    empty.key(Qt.Key.Key_F1)
+    shown = empty.dialog(HelpDialog)
+    assert shown.pages.source().toLocalFile() == str(DOCS / "ja" / "editor.md")
+    assert shown.list.currentText() == shown.list.itemText(1) == "エディター"
+    assert shown.list.findText("The editor") > 1
+    shown.pages.anchorClicked.emit(QUrl("../editor.md"))
+    assert shown.list.currentText() == "The editor"
 
 
 def test_links_lead_to_other_pages_and_back_again(shown):
