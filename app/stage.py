@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
-from PySide6.QtCore import QRectF, Qt
+from PySide6.QtCore import QRectF, QSizeF, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
@@ -15,7 +15,6 @@ from .canvas.viewport import OriginalView, Viewport
 from .theme import GRID_PX
 from .view_state import ViewState
 from .widgets.messages import MessageBar
-from .widgets.placing import clear_place
 
 # Of the height from the eyes to the chin: the hair ends about so far above the eyes.
 _FOREHEAD: Final = 0.8
@@ -107,3 +106,38 @@ class Stage(QWidget):
                     for corner in corners
                 )
                 yield QRectF(low, high)
+
+
+def clear_place(
+    size: QSizeF, area: QRectF, kept: Sequence[QRectF], now: QRectF | None = None
+) -> QRectF:
+    """Return the place of `size` in `area` that covers least of what is to be `kept` in sight.
+
+    Parameters
+    ----------
+    size : QSizeF
+        Of what is laid over the picture.
+    area : QRectF
+        Where it may lie.
+    kept : sequence of QRectF
+        What it should not cover.
+    now : QRectF, optional
+        Where it lies; it moves only for a place that covers less. Without one the upper places
+        come before the lower ones, and the middle before the sides.
+    """
+    places = list(_places(size, area))
+    if now is not None and now in places:
+        places.insert(0, now)
+    return min(places, key=lambda place: sum(_common(place, one) for one in kept))
+
+
+def _places(size: QSizeF, area: QRectF) -> Iterable[QRectF]:
+    right, below = area.width() - size.width(), area.height() - size.height()
+    for y in (0.0, below):
+        for x in (right / 2, 0.0, right):
+            yield QRectF(area.left() + x, area.top() + y, size.width(), size.height())
+
+
+def _common(one: QRectF, other: QRectF) -> float:
+    both = one.intersected(other)
+    return both.width() * both.height()

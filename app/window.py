@@ -25,12 +25,11 @@ from .i18n import tr
 from .stage import Stage
 from .theme import GRID_PX, Theme
 from .view_state import ViewState
-from .widgets.controls import column_of
+from .widgets.controls import column_of, segmented
 from .widgets.docks import Dock, Docks
 from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
 from .widgets.messages import MessageBar, StatusLine
 from .widgets.scrolled import ColumnArea, RowArea
-from .widgets.segments import segmented
 from .workspaces import WORKSPACES, Workspace
 
 _SIDE_PX = 296

@@ -20,7 +20,8 @@ from ..actions import Spec
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..view_state import Brush, ToolName
-from ..widgets.controls import Fold, ValueSlider, action_button, column_of, muted_label, row_of
+from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
+from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 

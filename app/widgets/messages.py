@@ -14,7 +14,7 @@ from kogao_core.photo import Photo, formats
 from ..i18n import tr
 from ..render.colour import screen_colours
 from ..theme import GRID_PX
-from .elided import Elided
+from .controls import Elided
 
 # What is done sooner after a message came was done without having read it.
 UNREAD_MS: Final = 2000

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QAccessibleWidget
 from ..accessibility import DECREASE, FOCUS, INCREASE, NOTHING
 
 if TYPE_CHECKING:
-    from .controls import GestureSlider
+    from .sliders import GestureSlider
 
 
 class SpokenSlider(QAccessibleWidget):

@@ -9,8 +9,8 @@ from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.spoken import Part
 from kogao_app.features import speech
 from kogao_app.features.recipe import fields
-from kogao_app.widgets.controls import ValueSlider
 from kogao_app.widgets.messages import BarAction
+from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest

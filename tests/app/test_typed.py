@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from kogao_app.features.recipe import fields
-from kogao_app.widgets.controls import ValueSlider
 from kogao_app.widgets.scrolled import ColumnArea
+from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest

@@ -18,7 +18,8 @@ from ...document import DEFAULT, State
 from ...i18n import tr, translated
 from ...render.live import RenderedFrame
 from ...theme import GRID_PX
-from ...widgets.controls import ChoiceBox, Fold, ValueSlider, column_of, muted_label
+from ...widgets.controls import ChoiceBox, Fold, column_of, muted_label
+from ...widgets.sliders import ValueSlider
 from . import fields
 from .fields import CenterChoice, OwnerLine
 from .gauge import NaturalnessGauge

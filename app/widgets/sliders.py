@@ -1,0 +1,295 @@
+"""Sliders: a drag or a held key previews, letting go commits."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QApplication, QLabel, QSlider, QStyle, QStyleOptionSlider, QWidget
+
+from ..accessibility import speak
+from ..i18n import bare, tr
+from .controls import column_of, muted_label, row_of, turn_in_focus_only
+from .spoken import SpokenSlider
+from .typed import SliderScale, ValueField
+
+# Notches of a wheel that follow each other faster are one gesture, and so is a double click.
+_REST_MS = 400
+# What name, slider and value take of their one line, so that lines below each other are aligned.
+_COMPACT = (5, 4, 3)
+
+
+class GestureSlider(QSlider):
+    """A slider that tells a gesture from its end.
+
+    Parameters
+    ----------
+    scale : SliderScale
+        Its steps and what they stand for.
+
+    Signals
+    -------
+    edited
+        The user moved it.
+    rested
+        The user let go of the button or the key.
+    reset
+        A double click asks for the first value.
+    entered
+        Enter: a value is to be typed.
+    """
+
+    edited = Signal()
+    rested = Signal()
+    reset = Signal()
+    entered = Signal()
+
+    def __init__(self, scale: SliderScale) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        speak(GestureSlider, SpokenSlider)
+        turn_in_focus_only(self)
+        self.scale = scale
+        self.setRange(scale.low, scale.high)
+        self.setPageStep(scale.page)
+        self._exact = scale.value(self.value())
+        self._aborted = False
+        pause = max(_REST_MS, QApplication.doubleClickInterval())
+        self._rest = QTimer(self, singleShot=True, interval=pause)
+        self._rest.timeout.connect(self.rested)
+        self._dragged = False
+        self.valueChanged.connect(self.edited)
+
+    def abort(self) -> None:
+        """Ignore the mouse until its button is let go."""
+        self._aborted = self.isSliderDown()
+
+    def show_amount(self, value: float) -> None:
+        """Stand on the step nearest to a value, without telling anyone."""
+        self._exact = value
+        with QSignalBlocker(self):
+            self.setValue(self.scale.step(value))
+
+    def amount(self) -> float:
+        """Return the value shown: one that was typed may lie between two steps."""
+        step = self.value()
+        return self._exact if self.scale.step(self._exact) == step else self.scale.value(step)
+
+    def amount_text(self) -> str:
+        """Return how the value shown reads."""
+        return self.scale.text(self.amount())
+
+    def take_figure(self, figure: float) -> None:
+        """Go where a figure is asked for, as a gesture of its own; one out of range is brought in.
+
+        Parameters
+        ----------
+        figure : float
+            What the number in `amount_text` is to be.
+        """
+        ends = self.scale.value(self.minimum()), self.scale.value(self.maximum())
+        self.take_step(self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1])))
+
+    def take_step(self, step: int) -> None:
+        """Go to a step, as a gesture of its own."""
+        self.setValue(step)
+        self.rested.emit()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a gesture; a press beside the handle brings it there, to be dragged on."""
+        self._rest.stop()
+        self._aborted = self._dragged = False
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._jump(event.position().x())
+        super().mousePressEvent(event)
+
+    def _jump(self, x: float) -> None:
+        option = QStyleOptionSlider()
+        self.initStyleOption(option)
+        groove, handle = (
+            self.style().subControlRect(QStyle.ComplexControl.CC_Slider, option, part, self)
+            for part in (QStyle.SubControl.SC_SliderGroove, QStyle.SubControl.SC_SliderHandle)
+        )
+        if handle.left() <= x <= handle.right():
+            return
+        # The style's rectangles are mirrored where the text runs from right to left.
+        place = round(x - groove.left() - handle.width() / 2)
+        room = groove.width() - handle.width()
+        value = QStyle.sliderValueFromPosition(
+            self.minimum(), self.maximum(), place, room, option.upsideDown
+        )
+        self.setValue(value)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the mouse unless the gesture was aborted."""
+        self._dragged = self.isSliderDown()
+        if not self._aborted:
+            super().mouseMoveEvent(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End the gesture; that of a click may still become a double click."""
+        with QSignalBlocker(self):
+            super().mouseReleaseEvent(event)
+        if not self._aborted and self._dragged:
+            self.rested.emit()
+        elif not self._aborted:
+            self._rest.start()
+        self._aborted = False
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Ask for the first value."""
+        event.accept()
+        self._rest.stop()
+        self.reset.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move by keys; Enter asks for a field to type in."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.entered.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """End a gesture made by keys; a held key repeats within one gesture."""
+        super().keyReleaseEvent(event)
+        if not event.isAutoRepeat():
+            self.rested.emit()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """End a gesture whose key is let go elsewhere."""
+        super().focusOutEvent(event)
+        self._rest.stop()
+        self.rested.emit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Move by notches: those that follow each other are one gesture."""
+        super().wheelEvent(event)
+        self._rest.start()
+
+
+class _Title(QLabel):
+    """The name of a slider.
+
+    Signals
+    -------
+    doubled
+        It was clicked twice.
+    """
+
+    doubled = Signal()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Tell of it."""
+        event.accept()
+        self.doubled.emit()
+
+
+class ValueSlider(QWidget):
+    """A named slider, its value to be typed as well, and a line of explanation.
+
+    Parameters
+    ----------
+    title : str
+        Name, with a mnemonic.
+    scale : SliderScale
+        Steps and values.
+    tip : str
+        What it does.
+    note_lines : int
+        Room for the explanation, so that nothing jumps when it comes.
+    compact : bool
+        Whether name, slider and value share one line.
+
+    Signals
+    -------
+    edited(float)
+        A new value, while the gesture lasts.
+    rested
+        The gesture's end.
+    reset
+        The first value is wanted: its name or its handle was clicked twice.
+    refused(str)
+        What was typed is no value, in a sentence that says which are.
+    """
+
+    edited = Signal(float)
+    rested = Signal()
+    reset = Signal()
+    refused = Signal(str)
+
+    def __init__(
+        self,
+        title: str,
+        scale: SliderScale,
+        tip: str,
+        note_lines: int = 0,
+        *,
+        compact: bool = False,
+    ) -> None:
+        super().__init__()
+        self._scale = scale
+        self._first: float | None = None
+        self.slider = GestureSlider(scale)
+        self.title = _Title()
+        self.title.setProperty("heading", "true")
+        self.title.setBuddy(self.slider)
+        self.field = ValueField("", scale)
+        self.rename(title, tip, scale)
+        self.note = muted_label()
+        self.note.setVisible(note_lines > 0)
+        self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
+        column = column_of(self)
+        if compact:
+            row = row_of(self.title, self.slider, self.field)
+            for place, share in enumerate(_COMPACT):
+                row.setStretch(place, share)
+            column.addLayout(row)
+        else:
+            column.addLayout(row_of(self.title, None, self.field))
+            column.addWidget(self.slider)
+        column.addWidget(self.note)
+        self.slider.edited.connect(self._tell)
+        self.slider.rested.connect(self.rested)
+        for doubled in (self.slider.reset, self.title.doubled):
+            doubled.connect(self.reset)
+        self.slider.entered.connect(self._type)
+        self.field.typed.connect(self._take)
+        self.field.refused.connect(self.refused)
+        self.field.left.connect(self.slider.setFocus)
+
+    def show_value(self, value: float) -> None:
+        """Show a value without telling anyone."""
+        self.slider.show_amount(value)
+        self.field.show_text(self._scale.text(value))
+
+    def rename(self, title: str, tip: str, scale: SliderScale) -> None:
+        """Take another name, with its mnemonic, another explanation, and texts for the values."""
+        self._scale, self._tip = scale, tip
+        self.slider.scale = scale
+        self.field.rename(bare(title), scale)
+        self.title.setText(title)
+        self.slider.setAccessibleName(bare(title))
+        self._show_tip()
+
+    def show_first(self, value: float) -> None:
+        """Say which value a double click brings back."""
+        self._first = value
+        self._show_tip()
+
+    def _show_tip(self) -> None:
+        tip = self._tip
+        if self._first is not None:
+            back = tr("A double click brings {value} back.", value=self._scale.text(self._first))
+            tip = f"{tip}\n{back}"
+        for widget in (self.title, self.slider):
+            widget.setToolTip(tip)
+        self.slider.setAccessibleDescription(tip)
+
+    def _tell(self) -> None:
+        self.edited.emit(self._scale.value(self.slider.value()))
+
+    def _type(self) -> None:
+        self.field.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.field.selectAll()
+
+    def _take(self, value: float) -> None:
+        self.edited.emit(value)
+        self.rested.emit()
