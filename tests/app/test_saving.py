@@ -15,7 +15,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 from scenes import oval_face, textured_photo
 
-from kogao_core.photo import read, read_ahead
+from kogao_core.photo import label, read, read_ahead
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 
@@ -199,7 +199,8 @@ def test_a_picture_that_cant_be_read_is_said_at_once(empty, tmp_path):
     assert "none.png doesn't exist" in box.note.text()
 
 
-def test_a_label_that_cannot_be_drawn_is_said_at_once(empty):
+def test_a_label_that_cannot_be_drawn_is_said_at_once(empty, monkeypatch):
+    monkeypatch.setattr(label, "_OF_SYSTEM", ("missing.ttf",))
     box = options(empty)
     QTest.keyClick(box.labelled, Qt.Key.Key_Space)
     box.label.setText("加工")
