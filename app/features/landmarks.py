@@ -12,11 +12,18 @@ from PySide6.QtGui import QActionGroup
 
 from kogao_core import interchange
 from kogao_core.face import Face, LandmarkSource
-from kogao_core.landmarks import CHOICES, Measured, ModelRefused, networks_are_here, source
+from kogao_core.landmarks import (
+    CHOICES,
+    Choice,
+    Measured,
+    ModelRefused,
+    networks_are_here,
+    source,
+)
 from kogao_core.strict import BadFile
 
 from ..actions import Spec
-from ..i18n import tr, translated
+from ..i18n import lettered, tr, translated
 from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
@@ -38,7 +45,7 @@ class LandmarkSources(Feature):
         specs = [
             Spec(
                 f"landmarks-{choice.name}",
-                tr("Landmarks by the &{title}", title=translated(choice.title)),
+                tr("Landmarks by the {title}", title=_lettered(choice)),
                 key,
                 translated(choice.help) if choice.help else _figures(choice.measured),
                 partial(self.use, choice.name),
@@ -178,6 +185,11 @@ class Exchange(Feature):
 
     def _show(self) -> None:
         self.actions["export-landmarks"].setEnabled(bool(self.document.photo and self._faces()))
+
+
+def _lettered(choice: Choice) -> str:
+    """Return what a source is called; Alt leads to it by the letter that its name begins with."""
+    return lettered(translated(choice.title), choice.title[0])
 
 
 def _figures(measured: Measured | None) -> str:

@@ -15,6 +15,7 @@ from test_mnemonics import doubled, letters_of
 from test_room import LEAST, nothing_is_cut
 
 from kogao_core import language
+from kogao_core.landmarks import CHOICES
 
 
 @pytest.fixture(autouse=True)
@@ -64,3 +65,10 @@ def test_no_text_is_cut_in_the_least_window(start, photo):
         driver.settle()
         driver.window.resize(*LEAST)
         driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, name))
+
+
+def test_sources_of_landmarks_have_the_letters_of_their_english_names(two):
+    actions = two.window.actions_by_name
+    named = [actions[f"landmarks-{one.name}"].text() for one in CHOICES]
+    letters = [QKeySequence.mnemonic(text).toString() for text in named]
+    assert letters == [f"Alt+{one.title[0].upper()}" for one in CHOICES]
