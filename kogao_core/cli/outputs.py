@@ -102,10 +102,11 @@ class Outputs:
         """Write the files, and print the tables unless a file is printed."""
         from kogao_core import atomic
         from kogao_core.experiments.page import files
+        from kogao_core.experiments.translating import translated_report
 
         text_of = files(report, made)
         if STDOUT not in self._files.values():
-            click.echo(report.text())
+            click.echo(translated_report(report).text())
         if self._folder is not None:
             with _writing(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)

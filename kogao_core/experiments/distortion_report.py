@@ -12,12 +12,13 @@ import numpy as np
 from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.distortion import Distortion, DistortionResult, shown
 from kogao_core.experiments.report import NONE, Heading, Part, Report, Row, Table
+from kogao_core.language import Text
 from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 
-_TITLE: Final = "Table 1 beside numbers: what the warp distorts"
-_LEAD: Final = (
-    "Above a warp distance of 6 % people suddenly called faces unnatural. Does anything that can "
-    "be measured in the warp jump there, too?"
+_TITLE: Final = Text("Table 1 beside numbers: what the warp distorts")
+_LEAD: Final = Text(
+    "Above a warp distance of 6 % people suddenly called faces unnatural. Does "
+    "anything that can be measured in the warp jump there, too?"
 )
 
 
@@ -27,8 +28,10 @@ class Measure:
 
     Parameters
     ----------
-    name, title : str
-        Of the column in files, and what people read.
+    name : str
+        Of the column in files.
+    title, heading : Text
+        What people read, within a sentence and above a table.
     digits : int
         Decimals shown.
     harm : callable
@@ -36,7 +39,8 @@ class Measure:
     """
 
     name: str
-    title: str
+    title: Text
+    heading: Text
     digits: int
     harm: Callable[[float], float] = abs
 
@@ -52,31 +56,79 @@ class Measure:
 
 
 MEASURES: Final = (
-    Measure("achieved", "achieved, % of D", 2),
-    Measure("face_area", "area of the face, change in %", 1),
-    Measure("local_area", "local change of area, rms in %", 1),
-    Measure("min_det", "smallest det J", 2, lambda det: 1.0 - det),
-    Measure("bend", "bend of the worst ruled line, % of the eyes' distance", 2),
-    Measure("photo_bend", "bend of the worst line in the photo, % of the eyes' distance", 2),
-    Measure("residual", "landmarks off their targets, mean, % of the eyes' distance", 3),
-    Measure("contour", "outline off its curve, largest, % of the eyes' distance", 3),
+    Measure(
+        "achieved",
+        Text("achieved, % of D"),
+        Text("Achieved, % of D"),
+        2,
+    ),
+    Measure(
+        "face_area",
+        Text("area of the face, change in %"),
+        Text("Area of the face, change in %"),
+        1,
+    ),
+    Measure(
+        "local_area",
+        Text("local change of area, rms in %"),
+        Text("Local change of area, rms in %"),
+        1,
+    ),
+    Measure(
+        "min_det",
+        Text("smallest det J"),
+        Text("Smallest det J"),
+        2,
+        lambda det: 1.0 - det,
+    ),
+    Measure(
+        "bend",
+        Text("bend of the worst ruled line, % of the eyes' distance"),
+        Text("Bend of the worst ruled line, % of the eyes' distance"),
+        2,
+    ),
+    Measure(
+        "photo_bend",
+        Text("bend of the worst line in the photo, % of the eyes' distance"),
+        Text("Bend of the worst line in the photo, % of the eyes' distance"),
+        2,
+    ),
+    Measure(
+        "residual",
+        Text("landmarks off their targets, mean, % of the eyes' distance"),
+        Text("Landmarks off their targets, mean, % of the eyes' distance"),
+        3,
+    ),
+    Measure(
+        "contour",
+        Text("outline off its curve, largest, % of the eyes' distance"),
+        Text("Outline off its curve, largest, % of the eyes' distance"),
+        3,
+    ),
 )
-_CHARTED: Final = ("local_area", "min_det", "bend")
+_CHARTED: Final = {
+    "local_area": Text("local change of area"),
+    "min_det": Text("1 - smallest det J"),
+    "bend": Text("bend of the worst ruled line"),
+}
 
 
 def report(result: DistortionResult) -> Report:
     """Return how each measure grows, table 1 and each in its shape, and the lattice sizes."""
     photos = len({one.photo for one in result.distortions})
-    how = (
-        f"{result.recipe.fit.capitalize()} fit, {photos} "
-        f"{'photo' if photos == 1 else 'photos, medians'}. Nothing here looks at a face: these "
-        "are numbers of the displacement, and of straight lines that it bends."
+    how = Text.counted(
+        photos,
+        "{fit} fit, {n} photo. Nothing here looks at a face: these are numbers of the "
+        "displacement, and of straight lines that it bends.",
+        "{fit} fit, {n} photos, medians. Nothing here looks at a face: these are numbers of the "
+        "displacement, and of straight lines that it bends.",
+        fit=result.recipe.fit.capitalize(),
     )
     cells = [_published(), *(_in_its_shape(result, measure) for measure in MEASURES)]
     parts: list[Part] = [
         _chart(result), how, _growth(result),
-        Heading("Cell by cell"), Row(cells, wide=True),
-        Heading("Lattice size"), _lattices(result),
+        Heading(Text("Cell by cell")), Row(cells, wide=True),
+        Heading(Text("Lattice size")), _lattices(result),
     ]  # fmt: skip
     return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
 
@@ -87,12 +139,14 @@ def _header(first: str) -> tuple[str, ...]:
 
 def _published() -> Table:
     rows = [(str(k), *(f"{v:.3f}" for v in row)) for k, row in enumerate(UNNATURAL, start=1)]
-    caption = "Table 1: answers that called the picture unnatural, %"
-    note = (
-        f"Published: {SUBJECTS} faces, {STUDENTS} people. Columns: warp distance asked for, in % "
-        "of D; what the fit makes of it follows."
+    caption = Text("Table 1: answers that called the picture unnatural, %")
+    note = Text(
+        "Published: {subjects} faces, {students} people. Columns: warp distance "
+        "asked for, in % of D; what the fit makes of it follows.",
+        subjects=SUBJECTS,
+        students=STUDENTS,
     )
-    return Table(caption, _header("centre"), rows, note)
+    return Table(caption, _header(Text("centre")), rows, note)
 
 
 def _grid(result: DistortionResult, measure: Measure) -> list[list[float]]:
@@ -107,8 +161,7 @@ def _in_its_shape(result: DistortionResult, measure: Measure) -> Table:
         (str(center), *map(measure.text, row))
         for center, row in enumerate(_grid(result, measure), start=1)
     ]
-    title = measure.title[0].upper() + measure.title[1:]
-    return Table(title, _header("centre"), rows)
+    return Table(measure.heading, _header(Text("centre")), rows)
 
 
 def _harms(result: DistortionResult, measure: Measure) -> list[list[float]]:
@@ -122,20 +175,24 @@ def _relative(rows: Sequence[Sequence[float]]) -> list[float]:
 
 
 def _growth(result: DistortionResult) -> Table:
-    published = ("unnatural answers (table 1)", *_whole(_relative(UNNATURAL)), "1.00")
+    published = (Text("unnatural answers (table 1)"), *_whole(_relative(UNNATURAL)), "1.00")
     rows = [published]
     for measure in MEASURES:
         harms = _harms(result, measure)
         alike = rank_correlation(np.ravel(harms), np.ravel(UNNATURAL))
-        title = "1 - smallest det J" if measure.name == "min_det" else measure.title
+        title = Text("1 - smallest det J") if measure.name == "min_det" else measure.title
         rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
-    header = (*_header("mean over the centres, % of its value at 10 %"), "rank correlation")
-    note = (
-        "A number that grows evenly reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of "
-        "the 20 cells with table 1; it says whether the order agrees, not the jump. Photos without "
-        "a straight line beside the face don't count for that row."
+    header = (
+        *_header(Text("mean over the centres, % of its value at 10 %")),
+        Text("rank correlation"),
     )
-    return Table("How each grows with the warp distance", header, rows, note)
+    note = Text(
+        "A number that grows evenly reads 20, 40, 60, 80, 100. Rank correlation: "
+        "Spearman's, of the 20 cells with table 1; it says whether the order "
+        "agrees, not the jump. Photos without a straight line beside the face "
+        "don't count for that row."
+    )
+    return Table(Text("How each grows with the warp distance"), header, rows, note)
 
 
 def _whole(values: Sequence[float]) -> list[str]:
@@ -158,22 +215,29 @@ def _lattices(result: DistortionResult) -> Table:
     sizes = [variant for variant in shown(result.recipe) if variant.kind == "figure11"]
     found = [result.of(variant) for variant in sizes]
     rows = [
-        ("lattice spacing, px", *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
+        (Text("lattice spacing, px"), *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
         (
-            "lattice spacing / warp distance",
+            Text("lattice spacing / warp distance"),
             *(f"{_median(one, 'spacing_px') / _median(one, 'warp_px'):.2f}" for one in found),
         ),
-        ("photos that fold", *(f"{sum(p.folds for p in one)} of {len(one)}" for one in found)),
+        (
+            Text("photos that fold"),
+            *(
+                Text("{folded} of {count}", folded=sum(p.folds for p in one), count=len(one))
+                for one in found
+            ),
+        ),
         *((m.title, *(m.text(m.median(one)) for one in found)) for m in MEASURES),
     ]
-    note = (
-        "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for figure "
-        "11; it says that nobody called a face unnatural once the lattice size exceeded the warp "
-        "distance. The four sizes are this program's choice. They achieve different distances, so "
-        "what differs between the columns is size and distance together."
+    note = Text(
+        "At 4 % towards centre 2, medians over the photos. The paper prints no "
+        "numbers for figure 11; it says that nobody called a face unnatural once "
+        "the lattice size exceeded the warp distance. The four sizes are this "
+        "program's choice. They achieve different distances, so what differs "
+        "between the columns is size and distance together."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
-    return Table("Figure 11's question: lattice sizes", header, rows, note)
+    return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
 
 
 def _median(found: Sequence[Distortion], name: str) -> float:
@@ -205,13 +269,12 @@ def _document(result: DistortionResult) -> dict[str, object]:
 
 
 def _chart(result: DistortionResult) -> Chart:
-    series = [Series("unnatural answers (table 1)", _relative(UNNATURAL))]
+    series = [Series(Text("unnatural answers (table 1)"), _relative(UNNATURAL))]
     for measure in MEASURES:
         if measure.name in _CHARTED:
-            title = "1 - smallest det J" if measure.name == "min_det" else measure.title
-            series.append(Series(title.split(",")[0], _relative(_harms(result, measure))))
+            series.append(Series(_CHARTED[measure.name], _relative(_harms(result, measure))))
     return Chart(
-        "Growth with the warp distance", [f"{distance:g}" for distance in DISTANCES],
-        "% of the value at 10 %", series, along="warp distance, % of D",
-        caption="Means over the four centres, in % of the value at 10 %.",
+        Text("Growth with the warp distance"), [f"{distance:g}" for distance in DISTANCES],
+        Text("% of the value at 10 %"), series, along=Text("warp distance, % of D"),
+        caption=Text("Means over the four centres, in % of the value at 10 %."),
     )  # fmt: skip

@@ -24,12 +24,13 @@ from kogao_core.experiments.report import (
 )
 from kogao_core.experiments.spread import Spread
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.settings import DOMAINS, DomainName
 
-_TITLE: Final = "Figures 14 and 15: the reduced domain"
-_LEAD: Final = (
-    "Which pixels does the warp have to work on, and what does it cost the picture when pixels "
-    "that move only a little are left where they are?"
+_TITLE: Final = Text("Figures 14 and 15: the reduced domain")
+_LEAD: Final = Text(
+    "Which pixels does the warp have to work on, and what does it cost the "
+    "picture when pixels that move only a little are left where they are?"
 )
 _NAMES: Final = [one.name for one in DOMAINS]
 
@@ -38,14 +39,16 @@ def report(result: DomainsResult) -> Report:
     """Return pixel counts photo by photo, the errors of each threshold, and the domains."""
     parts: list[Part] = [
         Row(_bars(result), wide=True),
-        f"{recipe_in_words(result.recipe)}.",
+        Text("{recipe}.", recipe=recipe_in_words(result.recipe)),
         _counts(result),
-        Heading("What a threshold costs the picture"),
+        Heading(Text("What a threshold costs the picture")),
         Row(_curves(result), wide=True),
         _errors(result),
-        Heading("The domains"),
-        "What is worked on shows the photo; white pixels keep their bytes. The threshold is "
-        "1/64 px, which changes no byte.",
+        Heading(Text("The domains")),
+        Text(
+            "What is worked on shows the photo; white pixels keep their bytes. The "
+            "threshold is 1/64 px, which changes no byte."
+        ),
     ]
     for photo in result.photos:
         parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
@@ -56,19 +59,19 @@ def _bars(result: DomainsResult) -> list[Chart]:
     shares = [[_share(photo, name) for photo in result.photos] for name in _NAMES]
     times = [[photo.computing_ms[name] for photo in result.photos] for name in _NAMES]
     spreads = [one[0] if len(one) == 1 else Spread.of([s.median for s in one]) for one in times]
-    pixels = Series("pixels worked on", list(map(statistics.median, shares)))
+    pixels = Series(Text("pixels worked on"), list(map(statistics.median, shares)))
     computing = Series(
-        "computing", [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
+        Text("computing"), [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
     )
-    of = "" if len(result.photos) == 1 else f", {len(result.photos)} photos"
+    of = "" if len(result.photos) == 1 else Text(", {count} photos", count=len(result.photos))
     return [
         Chart(
-            "Pixels to be worked on", _NAMES, "% of the image", [pixels], bars=True,
-            caption=f"Pixels of each domain: median{of}.",
+            Text("Pixels to be worked on"), _NAMES, Text("% of the image"), [pixels], bars=True,
+            caption=Text("Pixels of each domain: median{of}.", of=of),
         ),
         Chart(
-            "Computing time", _NAMES, "ms", [computing], bars=True,
-            caption=f"From landmarks to pixels: median and quartiles{of}.",
+            Text("Computing time"), _NAMES, "ms", [computing], bars=True,
+            caption=Text("From landmarks to pixels: median and quartiles{of}.", of=of),
         ),
     ]  # fmt: skip
 
@@ -78,10 +81,20 @@ def _counts(result: DomainsResult) -> Table:
     if len(result.photos) > 1:
         rows = [_median_row(result, name) for name in _NAMES] + rows
     return Table(
-        "Pixels to be worked on",
-        ("photo", "domain", "pixels", "% of image", "% saved", "computing, ms"),
+        Text("Pixels to be worked on"),
+        (
+            Text("photo"),
+            Text("domain"),
+            Text("pixels"),
+            Text("% of image"),
+            Text("% saved"),
+            Text("computing, ms"),
+        ),
         rows,
-        "Computing: median and quartiles of all stages from landmarks to pixels, domains in turns.",
+        Text(
+            "Computing: median and quartiles of all stages from landmarks to pixels, "
+            "domains in turns."
+        ),
     )
 
 
@@ -102,15 +115,15 @@ def _median_row(result: DomainsResult, name: DomainName) -> tuple[str, ...]:
     share = statistics.median(_share(photo, name) for photo in result.photos)
     computing_ms = [photo.computing_ms[name].median for photo in result.photos]
     return (
-        f"median of {len(result.photos)}", name, _whole_or_half(pixels), f"{share:.1f}",
-        f"{100.0 - share:.1f}", Spread.of(computing_ms).text(),
+        Text("median of {count}", count=len(result.photos)), name, _whole_or_half(pixels),
+        f"{share:.1f}", f"{100.0 - share:.1f}", Spread.of(computing_ms).text(),
     )  # fmt: skip
 
 
 def _errors(result: DomainsResult) -> Table:
     header = (
-        "T, px", "% of image", "cut: max", "PSNR, dB", "seam, px",
-        "fade: max", "PSNR, dB", "seam, px", "fades proven",
+        Text("T, px"), Text("% of image"), Text("cut: max"), Text("PSNR, dB"), Text("seam, px"),
+        Text("fade: max"), Text("PSNR, dB"), Text("seam, px"), Text("fades proven"),
     )  # fmt: skip
     rows = []
     for steps in _by_threshold(result):
@@ -120,16 +133,17 @@ def _errors(result: DomainsResult) -> Table:
             _threshold(steps[0].threshold_px), f"{share:.1f}",
             *_error_cells([step.cut for step in steps]),
             *_error_cells([step.fade for step in steps]),
-            f"{proven} of {len(steps)}",
+            Text("{proven} of {count}", proven=proven, count=len(steps)),
         ))  # fmt: skip
-    note = (
-        "Against the result without a threshold; medians over the photos. Max: largest difference "
-        "of a pixel, of 255. PSNR: over the control-point domain; a dash where no byte differs. "
-        "Seam: largest step that the threshold brings in between neighbouring pixels. Cut: as in "
-        "the paper, pixels below T aren't moved; fade: the move comes in over [T, 2T]. A fade that "
-        "isn't proven could fold in bands thinner than the samples."
+    note = Text(
+        "Against the result without a threshold; medians over the photos. Max: "
+        "largest difference of a pixel, of 255. PSNR: over the control-point "
+        "domain; a dash where no byte differs. Seam: largest step that the "
+        "threshold brings in between neighbouring pixels. Cut: as in the paper, "
+        "pixels below T aren't moved; fade: the move comes in over [T, 2T]. A "
+        "fade that isn't proven could fold in bands thinner than the samples."
     )
-    return Table("Error that each threshold causes", header, rows, note)
+    return Table(Text("Error that each threshold causes"), header, rows, note)
 
 
 def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
@@ -225,8 +239,12 @@ def _curves(result: DomainsResult) -> list[Chart]:
 
     def errors(of: Callable[[list[Error]], float]) -> list[Series]:
         return [
-            Series("cut, as in the paper", [of([s.cut for s in steps]) for steps in by_threshold]),
-            Series("fade over [T, 2T]", [of([s.fade for s in steps]) for steps in by_threshold]),
+            Series(
+                Text("cut, as in the paper"), [of([s.cut for s in steps]) for steps in by_threshold]
+            ),
+            Series(
+                Text("fade over [T, 2T]"), [of([s.fade for s in steps]) for steps in by_threshold]
+            ),
         ]
 
     def median(name: str) -> Callable[[list[Error]], float]:
@@ -234,22 +252,36 @@ def _curves(result: DomainsResult) -> list[Chart]:
 
     shares = [statistics.median(_shares(result, steps)) for steps in by_threshold]
     charts = (
-        ("Pixels worked on", "% of the image", [Series("pixels that move by more than T", shares)]),
-        ("Largest difference", "levels of 255", errors(median("max_levels"))),
-        ("Signal-to-noise ratio", "PSNR, dB", errors(lambda e: _psnr(e) or float("nan"))),
-        ("Seam", "step between neighbours, px", errors(median("seam_px"))),
+        (
+            Text("Pixels worked on"),
+            Text("% of the image"),
+            [Series(Text("pixels that move by more than T"), shares)],
+        ),
+        (Text("Largest difference"), Text("levels of 255"), errors(median("max_levels"))),
+        (
+            Text("Signal-to-noise ratio"),
+            Text("PSNR, dB"),
+            errors(lambda e: _psnr(e) or float("nan")),
+        ),
+        (Text("Seam"), Text("step between neighbours, px"), errors(median("seam_px"))),
     )
     return [
         Chart(
-            title, places, unit, series, along="threshold T, px",
-            caption=f"{title}; medians over the photos.",
+            title, places, unit, series, along=Text("threshold T, px"),
+            caption=Text("{title}; medians over the photos.", title=title),
         )
         for title, unit, series in charts
     ]  # fmt: skip
 
 
 def _figure(photo: Domains, name: DomainName) -> Picture:
-    share = f"{_share(photo, name):.1f} % of the image"
     which = next(one.description for one in DOMAINS if one.name == name)
-    caption = f"{which}: {photo.counts[name]} pixels, {share}"
-    return Picture(photo.shown[name], caption, f"{photo.photo}, {caption}")
+    caption = Text(
+        "{which}: {count} pixels, {share:.1f} % of the image",
+        which=which,
+        count=photo.counts[name],
+        share=_share(photo, name),
+    )
+    return Picture(
+        photo.shown[name], caption, Text("{photo}, {caption}", photo=photo.photo, caption=caption)
+    )

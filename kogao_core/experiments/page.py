@@ -16,6 +16,8 @@ from kogao_core.display import data_uri, reduced
 from kogao_core.experiments.charts import Chart, svg
 from kogao_core.experiments.markup import element, html
 from kogao_core.experiments.report import Heading, Made, Part, Picture, Report, Row, Table
+from kogao_core.experiments.translating import translated_report
+from kogao_core.language import language, tr, translated
 
 
 def files(report: Report, made: Made) -> Mapping[str, Callable[[], str]]:
@@ -28,7 +30,8 @@ def files(report: Report, made: Made) -> Mapping[str, Callable[[], str]]:
 
 
 def page(report: Report, made: Made) -> str:
-    """Return the HTML file of a report."""
+    """Return the HTML file of a report, in the user's language."""
+    report = translated_report(report)
     style = resources.files(__package__).joinpath("style.css").read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
     policy = f"default-src 'none'; img-src data:; style-src 'sha256-{digest}'; base-uri 'none'"
@@ -44,7 +47,11 @@ def page(report: Report, made: Made) -> str:
     parts = [*report.parts, *_how_made(made)]
     title, lead = element("h1", report.title), element("p", report.lead, class_="lead")
     body = element("body", element("main", title, lead, *map(_shown, parts)))
-    return "<!doctype html>\n" + html(element("html", head, body, lang="en")) + "\n"
+    return (
+        "<!doctype html>\n"
+        + html(element("html", head, body, lang=language().replace("_", "-")))
+        + "\n"
+    )
 
 
 def _shown(part: Part | Element) -> Element:
@@ -104,14 +111,14 @@ def _how_made(made: Made) -> list[Part | Element]:
     packages = made.machine.get("packages")
     if isinstance(packages, Mapping):
         rows += [(str(name), str(version)) for name, version in packages.items()]
-    when = ("made", made.at.strftime("%Y-%m-%d %H:%M %Z"))
-    record = Table("Machine and versions", ("what", "value"), [when, *rows])
+    when = (tr("made"), made.at.strftime("%Y-%m-%d %H:%M %Z"))
+    record = Table(tr("Machine and versions"), (tr("what"), tr("value")), [when, *rows])
     left_out: list[Part | Element] = [
-        Heading("Left out"),
-        element("ul", *(element("li", sentence) for sentence in made.left_out)),
+        Heading(tr("Left out")),
+        element("ul", *(element("li", translated(sentence)) for sentence in made.left_out)),
     ]
     how: list[Part | Element] = [
-        Heading("How this was made"),
+        Heading(tr("How this was made")),
         element("pre", made.command),
         record,
     ]

@@ -17,9 +17,14 @@ from typing import Final
 from kogao_core.experiments.charts import Chart
 from kogao_core.experiments.machine import machine
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 from kogao_core.recipe import Recipe
-from kogao_core.settings import LATTICE_UNITS
+from kogao_core.settings import LatticeUnit
 
+_UNITS: Final[dict[LatticeUnit, Text]] = {
+    "spacing": Text("landmark spacings"),
+    "warp": Text("warp distances"),
+}
 NONE: Final = "\N{EN DASH}"
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
@@ -195,10 +200,16 @@ def _tables(parts: Sequence[Part]) -> Iterator[Table]:
             yield from _tables(part.parts)
 
 
-def recipe_in_words(recipe: Recipe) -> str:
+def recipe_in_words(recipe: Recipe) -> Text:
     """Return what decides a warp, such as "4 % of D towards centre 2, exact fit, ..."."""
-    unit = next(u.title.lower() for u in LATTICE_UNITS if u.name == recipe.lattice_unit)
-    return (
-        f"{recipe.percent:g} % of D towards centre {recipe.center:g}, {recipe.fit} fit, lattice "
-        f"R = {recipe.lattice:g} {unit}, {recipe.interpolation}"
+    unit = _UNITS[recipe.lattice_unit]
+    return Text(
+        "{percent:g} % of D towards centre {center:g}, {fit} fit, lattice R = "
+        "{lattice:g} {unit}, {interpolation}",
+        percent=recipe.percent,
+        center=recipe.center,
+        fit=recipe.fit,
+        lattice=recipe.lattice,
+        unit=unit,
+        interpolation=recipe.interpolation,
     )

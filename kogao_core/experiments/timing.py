@@ -22,6 +22,7 @@ from kogao_core.experiments.subjects import (
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.field import Field
 from kogao_core.geometry import Box
+from kogao_core.language import Text
 from kogao_core.pipeline import render
 from kogao_core.recipe import Recipe
 from kogao_core.settings import DomainName
@@ -48,10 +49,10 @@ class Procedure:
 
 
 PROCEDURES: Final = (
-    Procedure("conventional", "Conventional method", False, "image", 20.0, 5.896),
-    Procedure("wdr", "Warping domain reduction (Wdr)", False, "threshold", 20.0, 3.576),
-    Procedure("akt", "Automatic transformation (Akt)", True, "image", 1.0, 6.102),
-    Procedure("dual", "Dual method (Wdr + Akt)", True, "threshold", 1.0, 3.722),
+    Procedure("conventional", Text("Conventional method"), False, "image", 20.0, 5.896),
+    Procedure("wdr", Text("Warping domain reduction (Wdr)"), False, "threshold", 20.0, 3.576),
+    Procedure("akt", Text("Automatic transformation (Akt)"), True, "image", 1.0, 6.102),
+    Procedure("dual", Text("Dual method (Wdr + Akt)"), True, "threshold", 1.0, 3.722),
 )
 
 
@@ -162,14 +163,20 @@ def measure(
         And what couldn't be measured, in a sentence each.
     """
     timings: list[Timing] = []
-    notes = []
+    notes: list[str] = []
     at_size = {"own": subject, "960x720": at_paper_size(subject)}
     runs = len(sizes) * len(PROCEDURES) * (repeats + warm_up)
     for number, size in enumerate(sizes):
         here = at_size[size]
         procedures: tuple[Procedure, ...] = PROCEDURES
         if not source.find(here.pixels):
-            notes.append(f"{subject.name} at {size}: no face was found, so nothing is automatic")
+            notes.append(
+                Text(
+                    "{name} at {size}: no face was found, so nothing is automatic",
+                    name=subject.name,
+                    size=size,
+                )
+            )
             procedures = tuple(procedure for procedure in PROCEDURES if not procedure.automatic)
         timer = _Timer(here, source, recipe)
         names = {procedure.name: procedure for procedure in procedures}

@@ -13,15 +13,23 @@ from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.report import NONE, Report, Table, recipe_in_words
 from kogao_core.experiments.spread import Spread, rounded
 from kogao_core.experiments.timing import PROCEDURES, SIZES, Procedure, Size, Timing, TimingResult
+from kogao_core.language import Text
 
-_TITLE: Final = "Table 2: setting and computing time"
-_LEAD: Final = (
-    "How long does it take to make a face smaller when landmarks and targets are set by hand or "
-    "found, and when the whole image or only the reduced domain is warped?"
+_TITLE: Final = Text("Table 2: setting and computing time")
+_LEAD: Final = Text(
+    "How long does it take to make a face smaller when landmarks and targets are "
+    "set by hand or found, and when the whole image or only the reduced domain "
+    "is warped?"
 )
 _NAMES: Final[dict[Size, str]] = {
-    "960x720": "960 x 720 px",
-    "own": "the photos' own size",
+    "960x720": Text("960 x 720 px"),
+    "own": Text("the photos' own size"),
+}
+_SHORT: Final = {
+    "conventional": Text("Conventional method"),
+    "wdr": Text("Warping domain reduction"),
+    "akt": Text("Automatic transformation"),
+    "dual": Text("Dual method"),
 }
 _PAPER_MACHINE: Final = "Intel Core Duo T2300, 1.66 GHz, 2011"
 
@@ -37,11 +45,14 @@ def report(result: TimingResult) -> Report:
             _stages(result, size),
         )
     ]  # fmt: skip
-    how = (
-        f"{recipe_in_words(result.recipe)}; {result.warm_up} rounds to warm up, then "
-        f"{result.repeats} that count, the four ways in turns. Manual ways are computed with the "
-        "points that were found, held as if set by hand: where a point lies doesn't change what "
-        "its warp costs."
+    how = Text(
+        "{recipe}; {warm_up} rounds to warm up, then {repeats} that "
+        "count, the four ways in turns. Manual ways are computed with the points "
+        "that were found, held as if set by hand: where a point lies doesn't "
+        "change what its warp costs.",
+        recipe=recipe_in_words(result.recipe),
+        warm_up=result.warm_up,
+        repeats=result.repeats,
     )
     return Report(
         _TITLE, _LEAD, [*parts, _photos(result), how], _records(result), _document(result)
@@ -53,21 +64,24 @@ def _chart(result: TimingResult, size: Size) -> Chart:
     settings = [_setting(result, timings, procedure) for procedure, timings in procedures]
     computings = [_pooled(timings) for _, timings in procedures]
     series = (
-        _bars("setting, here", settings, 1.0),
-        Series("setting, the paper", [procedure.setting_s for procedure, _ in procedures]),
-        _bars("computing, here", computings, 1e-3),
-        Series("computing, the paper", [procedure.computing_s for procedure, _ in procedures]),
+        _bars(Text("setting, here"), settings, 1.0),
+        Series(Text("setting, the paper"), [procedure.setting_s for procedure, _ in procedures]),
+        _bars(Text("computing, here"), computings, 1e-3),
+        Series(
+            Text("computing, the paper"), [procedure.computing_s for procedure, _ in procedures]
+        ),
     )
-    caption = (
-        f"At {_NAMES[size]}: medians with quartiles. A division is ten times the one before. "
-        "The paper says less than 1 s for automatic setting."
+    caption = Text(
+        "At {size}: medians with quartiles. A division is ten times the one "
+        "before. The paper says less than 1 s for automatic setting.",
+        size=_NAMES[size],
     )
     title, names = (
-        f"Table 2 at {_NAMES[size]}",
-        [one.title.split(" (")[0] for one, _ in procedures],
+        Text("Table 2 at {size}", size=_NAMES[size]),
+        [_SHORT[one.name] for one, _ in procedures],
     )
     return Chart(
-        title, names, "time, s", series, bars=True, logarithmic=True, caption=caption
+        title, names, Text("time, s"), series, bars=True, logarithmic=True, caption=caption
     )  # fmt: skip
 
 
@@ -82,7 +96,13 @@ def _bars(name: str, spreads: Sequence[Spread | None], unit_s: float) -> Series:
 
 
 def _table_2(result: TimingResult, size: Size) -> Table:
-    header = ("method", "setting, s", "computing, ms", "total, s", "computing / conventional")
+    header = (
+        Text("method"),
+        Text("setting, s"),
+        Text("computing, ms"),
+        Text("total, s"),
+        Text("computing / conventional"),
+    )
     rows = []
     for procedure, timings in _procedures(result, size):
         setting, total = _setting(result, timings, procedure), _total(result, timings, procedure)
@@ -91,18 +111,24 @@ def _table_2(result: TimingResult, size: Size) -> Table:
             procedure.title, setting.text() if setting else NONE, _pooled(timings).text(),
             total.text() if total else NONE, NONE if ratio is None else f"{ratio:.2f}",
         ))  # fmt: skip
-    note = "Median and quartiles of all runs. "
     if result.setting is None:
-        note += "No session of setting by hand was given, so there is no total with one."
+        note = Text(
+            "Median and quartiles of all runs. No session of setting by hand was given, so there "
+            "is no total with one."
+        )
     else:
-        note += f"Recorded sessions of setting by hand: {result.setting.count}."
-    return Table(f"Table 2 at {_NAMES[size]}, measured here", header, rows, note)
+        note = Text(
+            "Median and quartiles of all runs. Recorded sessions of setting by hand: {count}.",
+            count=result.setting.count,
+        )
+    return Table(Text("Table 2 at {size}, measured here", size=_NAMES[size]), header, rows, note)
 
 
 def _beside_the_paper(result: TimingResult, size: Size) -> Table:
     header = (
-        "method", "setting, s", "computing, s", "total, s", "computing / conventional",
-        "paper's computing / here", "paper's total / here",
+        Text("method"), Text("setting, s"), Text("computing, s"), Text("total, s"),
+        Text("computing / conventional"), Text("paper's computing / here"),
+        Text("paper's total / here"),
     )  # fmt: skip
     rows = []
     for procedure, timings in _procedures(result, size):
@@ -114,12 +140,15 @@ def _beside_the_paper(result: TimingResult, size: Size) -> Table:
             rounded(1e3 * procedure.computing_s / _pooled(timings).median),
             rounded(procedure.total_s / total.median) if total else NONE,
         ))  # fmt: skip
-    note = (
-        f"The paper worked at 960 x 720 px on an {_PAPER_MACHINE}; the last two columns divide its "
-        f"times by the medians at {_NAMES[size]} here: they compare machines and programs "
-        "together. Its text says 6.3 and 3.2 s where its table, as here, says 7.102 and 4.722 s."
+    note = Text(
+        "The paper worked at 960 x 720 px on an {machine}; the last two "
+        "columns divide its times by the medians at {size} here: they compare "
+        "machines and programs together. Its text says 6.3 and 3.2 s where its "
+        "table, as here, says 7.102 and 4.722 s.",
+        machine=_PAPER_MACHINE,
+        size=_NAMES[size],
     )
-    return Table("The paper's table 2, and how many times faster here", header, rows, note)
+    return Table(Text("The paper's table 2, and how many times faster here"), header, rows, note)
 
 
 def _procedures(result: TimingResult, size: Size) -> list[tuple[Procedure, list[Timing]]]:
@@ -164,14 +193,14 @@ def _of_conventional(result: TimingResult, size: Size, procedure: str) -> float 
 
 def _stages(result: TimingResult, size: Size) -> Table:
     procedures = _procedures(result, size)
-    rows = [["finding faces and landmarks"]]
+    rows: list[list[str]] = [[Text("finding faces and landmarks")]]
     for procedure, timings in procedures:
         setting = _setting(result, timings, procedure) if procedure.automatic else None
         rows[0].append(rounded(1e3 * setting.median) if setting else NONE)
     for name in procedures[0][1][0].stages_ms:
         rows.append([name, *(rounded(_stage(timings, name)) for _, timings in procedures)])
-    header = ("stage", *(procedure.name for procedure, _ in procedures))
-    return Table(f"Stages at {_NAMES[size]}, median ms", header, rows)
+    header = (Text("stage"), *(procedure.name for procedure, _ in procedures))
+    return Table(Text("Stages at {size}, median ms", size=_NAMES[size]), header, rows)
 
 
 def _stage(timings: Sequence[Timing], name: str) -> float:
@@ -180,8 +209,8 @@ def _stage(timings: Sequence[Timing], name: str) -> float:
 
 def _photos(result: TimingResult) -> Table:
     header = (
-        "photo", "width", "height", "faces", "domain, % of image",
-        "conventional, ms", "wdr, ms", "wdr / conventional", "finding, ms",
+        Text("photo"), Text("width"), Text("height"), Text("faces"), Text("domain, % of image"),
+        Text("conventional, ms"), Text("wdr, ms"), Text("wdr / conventional"), Text("finding, ms"),
     )  # fmt: skip
     rows = []
     for size in SIZES:
@@ -195,7 +224,9 @@ def _photos(result: TimingResult) -> Table:
                 f"{100.0 * reduced.domain_share:.1f}", all_of_it.text(), part.text(),
                 f"{part.median / all_of_it.median:.2f}", found.text() if found else NONE,
             ])  # fmt: skip
-    return Table("Photo by photo", header, rows, "Computing and finding: median and quartiles.")
+    return Table(
+        Text("Photo by photo"), header, rows, Text("Computing and finding: median and quartiles.")
+    )
 
 
 def _records(result: TimingResult) -> list[dict[str, object]]:

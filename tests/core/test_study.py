@@ -624,7 +624,6 @@ def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict)
     assert sources.notes(counted(copy)) == []
     assert report.table_1(counted(copy)).note.startswith("2 faces, 1 rater, 2 answers to each")
-    assert sources.counted(1, "face") == "1 face"
 
 
 def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):

@@ -117,6 +117,32 @@ def test_what_programs_read_is_english(said, tmp_path):
     assert any("of the JPEG's blocks are the source's own" in note for note in notes)
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["domains"],
+        pytest.param(["timing", "--warm-up", "0"], marks=pytest.mark.slow),
+        pytest.param(["methods"], marks=pytest.mark.slow),
+        pytest.param(["distortion"], marks=pytest.mark.slow),
+    ],
+    ids=str,
+)
+def test_every_word_of_a_report_is_translated(arguments, said, small_portrait, tmp_path):
+    """On the terminal and in the page; names of methods, domains and libraries are names."""
+    repeats = [] if "distortion" in arguments else ["--repeats", "1"]
+    code, text = said("experiment", *arguments, *repeats, small_portrait, "-o", tmp_path / "out")
+    assert code == 0
+    (page,) = (tmp_path / "out").glob("*.html")
+    html = re.sub(r"<style>.*?</style>|<pre>.*", "", page.read_text(encoding="utf-8"), flags=re.S)
+    heard = re.findall(r'(?:alt|aria-label)="([^"]*)"', html)
+    lines = [*text.splitlines(), *re.sub(r"<[^>]*>", "\n", html).splitlines(), *heard]
+    names = {"scipy", "scikit", "image", "conventional", "wdr", "akt", "dual"}
+    names |= {"mesh", "radial", "moving", "liquify", "thin", "plate", "own", "lt", *TYPED}
+    names |= {"Approximation", "Intel", "Core", "Duo", "GHz"}
+    lines = [line.replace(str(small_portrait), "") for line in lines]
+    assert [(line, set(plain(line)) - names) for line in lines if set(plain(line)) - names] == []
+
+
 @pytest.mark.usefixtures("english")
 @pytest.mark.parametrize("way", [("--language", "ja"), ("--language=ja",)])
 def test_the_language_is_chosen_by_an_option(way, catalogues, tmp_path, monkeypatch, capsys):

@@ -21,6 +21,7 @@ from kogao_core.experiments.methods import comparing, methods_report
 from kogao_core.experiments.page import files
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.subjects import Progress, Subject
+from kogao_core.experiments.translating import translated_report
 from kogao_core.face import LandmarkSource
 from kogao_core.geometry import Image
 from kogao_core.recipe import Recipe
@@ -75,12 +76,13 @@ def measured(name: ExperimentName, task: ExperimentTask, progress: Progress) -> 
 def _outcome(name: ExperimentName, task: ExperimentTask, found: _Found) -> Findings:
     made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
     report = _REPORTS[name].report(found.result)
+    shown = translated_report(report)
     return Findings(
         name,
-        report.lead,
-        report.tables,
+        shown.lead,
+        shown.tables,
         found.pictures,
-        found.left_out,
+        list(map(translated, found.left_out)),
         {kind: text() for kind, text in files(report, made).items()},
     )
 
@@ -126,7 +128,7 @@ def _methods(task: ExperimentTask, progress: Progress) -> _Found:
         "heat": tr("Displacement"),
     }
     pictures = {
-        words: [(one.method.title, one.pictures[kind]) for one in seen.methods]
+        words: [(translated(one.method.title), one.pictures[kind]) for one in seen.methods]
         for kind, words in kinds.items()
     }
     pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))

@@ -10,10 +10,11 @@ from kogao_core.experiments.methods.liquify import Liquify
 from kogao_core.experiments.methods.mesh import PiecewiseAffine
 from kogao_core.experiments.methods.moving import MovingLeastSquares
 from kogao_core.experiments.methods.scattered import Radial, ThinPlate
+from kogao_core.language import Text
 from kogao_core.settings import FITS
 
 METHODS: Final[tuple[Method, ...]] = (
-    *(BSpline(fit.name, f"B-spline, {fit.name}", fit.reference) for fit in FITS),
+    *(BSpline(fit.name, Text("B-spline, {fit}", fit=fit.name), fit.reference) for fit in FITS),
     ThinPlate(),
     Radial(),
     PiecewiseAffine(),

@@ -18,6 +18,7 @@ from kogao_core.experiments.spread import Spread, in_turns
 from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.installed import adding
+from kogao_core.language import Text
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.threads import one_blas_thread
 
@@ -128,7 +129,12 @@ class MethodsResult:
 def missing(methods: Sequence[Method] = METHODS) -> list[str]:
     """Return a sentence for each method whose library is absent."""
     return [
-        f"{method.title} needs {method.library}, which is absent: {adding('experiments')}"
+        Text(
+            "{method} needs {library}, which is absent: {how}",
+            method=method.title,
+            library=method.library,
+            how=adding("experiments"),
+        )
         for method in methods
         if not _is_here(method)
     ]
@@ -208,18 +214,27 @@ def _measured(
             look = _Look.at(sampled, step, asked_px)
         result, mine = results[method.name], times[method.name]
         found.append(_compared(method, warp, task, subject.pixels, result, mine, look))
-    return Comparison(subject, asked_px, tuple(found)), [f"{subject.name}: {one}" for one in failed]
+    return Comparison(subject, asked_px, tuple(found)), [
+        Text("{photo}: {problem}", photo=subject.name, problem=one) for one in failed
+    ]
 
 
 def _fitted(
     methods: Sequence[Method], task: WarpTask
 ) -> tuple[list[tuple[Method, Warp]], list[str]]:
-    fitted, failed = [], []
+    fitted = []
+    failed: list[str] = []
     for method in methods:
         try:
             fitted.append((method, method.fit(task)))
         except (ValueError, np.linalg.LinAlgError) as error:
-            failed.append(f"{method.title} can't be fitted to these points ({error})")
+            failed.append(
+                Text(
+                    "{method} can't be fitted to these points ({error})",
+                    method=method.title,
+                    error=error,
+                )
+            )
     return fitted, failed
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
+from kogao_core.language import Text
 
 BRUSH_SPACINGS: Final = 1.0  # standard deviation of the brush, in landmark spacings
 
@@ -40,9 +41,9 @@ class Liquify:
     """
 
     name: str = "liquify"
-    title: str = "Liquify, Gaussian brush"
-    reference: str = "today's practice"
-    library: str = "own (numpy)"
+    title: str = Text("Liquify, Gaussian brush")
+    reference: str = Text("today's practice")
+    library: str = Text("own (numpy)")
     needs: str = ""
 
     def fit(self, task: WarpTask) -> Warp:

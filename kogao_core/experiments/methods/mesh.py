@@ -9,6 +9,7 @@ import numpy as np
 
 from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
+from kogao_core.language import Text
 
 
 class _Piecewise(Warp):
@@ -29,7 +30,7 @@ class PiecewiseAffine:
     """Delaunay triangles of landmarks and corners, each mapped affinely."""
 
     name: str = "mesh"
-    title: str = "Piecewise-affine mesh"
+    title: str = Text("Piecewise-affine mesh")
     reference: str = "[4]"
     library: str = "scikit-image"
     needs: str = "skimage"

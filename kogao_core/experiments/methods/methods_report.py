@@ -18,26 +18,37 @@ from kogao_core.experiments.methods.comparing import (
 from kogao_core.experiments.report import Heading, Part, Picture, Report, Row, Table
 from kogao_core.experiments.spread import Spread, rounded
 from kogao_core.geometry import Image
+from kogao_core.language import Text
 
-_TITLE: Final = "Methods side by side"
-_LEAD: Final = (
-    "The same landmarks go to the same targets by the methods of the paper's references and of "
-    "today's practice: how exactly, how fast, over how many pixels, and does it fold?"
+_TITLE: Final = Text("Methods side by side")
+_LEAD: Final = Text(
+    "The same landmarks go to the same targets by the methods of the paper's "
+    "references and of today's practice: how exactly, how fast, over how many "
+    "pixels, and does it fold?"
 )
 _KINDS: Final = {
-    "result": "Results",
-    "difference": f"Differences to the photo, times {DIFFERENCE_GAIN}",
-    "heat": "Displacement",
+    "result": Text("Results"),
+    "difference": Text("Differences to the photo, times {gain}", gain=DIFFERENCE_GAIN),
+    "heat": Text("Displacement"),
 }
 
 
 def report(result: MethodsResult) -> Report:
     """Return what each method costs and does, over all photos, then photo by photo."""
     recipe, several = result.recipe, len(result.photos) > 1
-    what = f"{recipe.percent:g} % of D towards centre {recipe.center:g}; B-splines with lattice "
+    what = Text(
+        "{percent:g} % of D towards centre {center:g}; B-splines with lattice ",
+        percent=recipe.percent,
+        center=recipe.center,
+    )
     parts: list[Part] = [
         Row(_bars(result.photos), wide=True),
-        f"{what}R = {recipe.lattice:g}. {result.repeats} rounds that count.",
+        Text(
+            "{what}R = {lattice:g}. {repeats} rounds that count.",
+            what=what,
+            lattice=recipe.lattice,
+            repeats=result.repeats,
+        ),
         *_tables("", result.photos),
     ]
     for photo in result.photos:
@@ -53,21 +64,22 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
         return [statistics.median(of(one) for one in _of(photos, method)) for method in methods]
 
     times = (
-        Series("fit", medians(lambda one: one.fit_ms.median)),
-        Series("warp", medians(lambda one: one.warp_ms.median)),
+        Series(Text("fit"), medians(lambda one: one.fit_ms.median)),
+        Series(Text("warp"), medians(lambda one: one.warp_ms.median)),
     )
     off = (
-        Series("mean", medians(lambda one: one.residual_mean_px)),
-        Series("largest", medians(lambda one: one.residual_max_px)),
+        Series(Text("mean"), medians(lambda one: one.residual_mean_px)),
+        Series(Text("largest"), medians(lambda one: one.residual_max_px)),
     )
     return [
         Chart(
-            "What the methods cost", names, "time, ms", times, bars=True, logarithmic=True,
-            caption="Medians. A division is ten times the one before.",
+            Text("What the methods cost"), names, Text("time, ms"), times, bars=True,
+            logarithmic=True,
+            caption=Text("Medians. A division is ten times the one before."),
         ),
         Chart(
-            "How far landmarks miss their targets", names, "px", off, bars=True,
-            caption="Landmarks off their targets, medians over the photos.",
+            Text("How far landmarks miss their targets"), names, "px", off, bars=True,
+            caption=Text("Landmarks off their targets, medians over the photos."),
         ),
     ]  # fmt: skip
 
@@ -75,24 +87,47 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
 def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
     methods = _methods(photos)
     first = methods[0].title if methods else ""
-    over = " Medians over the photos." if len(photos) > 1 else ""
+    over = Text(" Medians over the photos.") if len(photos) > 1 else ""
     return [
         Table(
-            f"What the methods cost{of}",
-            ("method", "reference", "library", "fit, ms", "warp, ms", "times the first"),
+            Text("What the methods cost{of}", of=of),
+            (
+                Text("method"),
+                Text("reference"),
+                Text("library"),
+                Text("fit, ms"),
+                Text("warp, ms"),
+                Text("times the first"),
+            ),
             [_cost(photos, method) for method in methods],
-            f"Median and quartiles of a photo's rounds, methods in turns.{over} The last column "
-            f"compares fit and warp together with {first}: the median of the photos' own ratios. "
-            "B-splines resample their own domain, the others the whole photo, all bilinearly. Own "
-            "rivals are written to be right, not fast: their times say little.",
+            Text(
+                "Median and quartiles of a photo's rounds, methods in turns.{over} "
+                "The last column compares fit and warp together with {first}: the "
+                "median of the photos' own ratios. B-splines resample their own "
+                "domain, the others the whole photo, all bilinearly. Own rivals are "
+                "written to be right, not fast: their times say little.",
+                over=over,
+                first=first,
+            ),
         ),
         Table(
-            f"What the methods do{of}",
-            ("method", "landmarks off, px", "largest", "smallest det J", "% folded", "% moved"),
+            Text("What the methods do{of}", of=of),
+            (
+                Text("method"),
+                Text("landmarks off, px"),
+                Text("largest"),
+                Text("smallest det J"),
+                Text("% folded"),
+                Text("% moved"),
+            ),
             [_effect(photos, method) for method in methods],
-            "Landmarks off: mean and largest. Folded, moved (by more than 1/64 px) and det J: by "
-            f"differences between pixels, every one of photos up to {SAMPLES_PX / 1e6:g} "
-            f"megapixels.{over}",
+            Text(
+                "Landmarks off: mean and largest. Folded, moved (by more than 1/64 "
+                "px) and det J: by differences between pixels, every one of photos "
+                "up to {most:g} megapixels.{over}",
+                most=SAMPLES_PX / 1e6,
+                over=over,
+            ),
         ),
     ]
 
@@ -194,25 +229,39 @@ def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
     name = photo.subject.name
     yield Heading(name)
     yield from tables
-    original = Picture(photo.subject.pixels, "The photo", f"{name} as it is")
+    original = Picture(photo.subject.pixels, Text("The photo"), Text("{name} as it is", name=name))
     for kind, title in _KINDS.items():
         yield Heading(title, 3)
         if kind == "heat":
             yield (
-                "Dark violet stays; yellow moves by the largest distance that a landmark asks for, "
-                f"{photo.asked_px:.1f} px, or more."
+                Text(
+                    "Dark violet stays; yellow moves by the largest distance that a "
+                    "landmark asks for, {asked_px:.1f} px, or more.",
+                    asked_px=photo.asked_px,
+                )
             )
         figures = [
-            Picture(one.pictures[kind], _caption(one, kind), f"{title}: {one.method.title}, {name}")
+            Picture(one.pictures[kind], _caption(one, kind), _shown(title, one, name))
             for one in photo.methods
         ]
         yield Row([original, *figures] if kind == "result" else figures)
 
 
-def _caption(one: Compared, kind: str) -> str:
+def _shown(title: Text, one: Compared, name: str) -> Text:
+    return Text("{title}: {method}, {photo}", title=title, method=one.method.title, photo=name)
+
+
+def _caption(one: Compared, kind: str) -> Text:
     facts = {
-        "result": f"landmarks off by {one.residual_mean_px:.2f} px on average",
-        "difference": f"smallest det J {one.min_det:.2f}",
-        "heat": f"{100.0 * one.moved_share:.0f} % of the image moves, {one.largest_px:.1f} px most",
+        "result": Text(
+            "landmarks off by {px:.2f} px on average",
+            px=one.residual_mean_px,
+        ),
+        "difference": Text("smallest det J {det:.2f}", det=one.min_det),
+        "heat": Text(
+            "{share:.0f} % of the image moves, {px:.1f} px most",
+            share=100.0 * one.moved_share,
+            px=one.largest_px,
+        ),
     }
-    return f"{one.method.title}: {facts[kind]}"
+    return Text("{method}: {fact}", method=one.method.title, fact=facts[kind])

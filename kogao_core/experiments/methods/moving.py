@@ -12,6 +12,7 @@ import numpy as np
 
 from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
+from kogao_core.language import Text
 
 _NEAREST_PX: Final = 1e-6  # a point on a landmark takes that landmark's displacement
 
@@ -54,9 +55,9 @@ class MovingLeastSquares:
     """Weights fall with the square of the distance; without an end, so corners are pinned."""
 
     name: str = "moving"
-    title: str = "Moving least squares, rigid"
-    reference: str = "Schaefer et al. 2006"
-    library: str = "own (numpy)"
+    title: str = Text("Moving least squares, rigid")
+    reference: str = Text("Schaefer et al. 2006")
+    library: str = Text("own (numpy)")
     needs: str = ""
 
     def fit(self, task: WarpTask) -> Warp:

@@ -9,6 +9,7 @@ import numpy as np
 
 from kogao_core.experiments.methods.base import Warp, WarpTask
 from kogao_core.geometry import Array
+from kogao_core.language import Text
 
 # Gaussians this wide, in landmark spacings, blend along the outline and end soon beside it.
 GAUSSIAN_SPACINGS: Final = 1.5
@@ -27,7 +28,7 @@ class ThinPlate:
     """The surface that bends least through all landmarks; it never ends, so corners are pinned."""
 
     name: str = "thin-plate"
-    title: str = "Thin-plate spline"
+    title: str = Text("Thin-plate spline")
     reference: str = "[6]"
     library: str = "scipy"
     needs: str = "scipy"
@@ -45,7 +46,7 @@ class Radial:
     """A Gaussian on each landmark, together through all of them; ends by itself."""
 
     name: str = "radial"
-    title: str = "Radial basis functions, Gaussian"
+    title: str = Text("Radial basis functions, Gaussian")
     reference: str = "[5]"
     library: str = "scipy"
     needs: str = "scipy"

@@ -9,23 +9,27 @@ from typing import Final
 
 from kogao_core.experiments.charts import Chart, Series
 from kogao_core.experiments.report import NONE, Heading, Part, Report, Row, Table
-from kogao_core.experiments.study.sources import counted, document_of, notes, studies
+from kogao_core.experiments.study.sources import document_of, notes, studies
 from kogao_core.experiments.study.statistics import Share
 from kogao_core.experiments.study.tally import Tally
 from kogao_core.experiments.study.variants import Kind, Variant
+from kogao_core.language import Text
 from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
-_TITLE: Final = "How natural do the faces look?"
-_LEAD: Final = "People called pictures natural or unnatural without knowing how they were made."
-_ACHIEVED: Final = (
-    "Achieved: how far landmarks came towards the centre on average; the paper's own figures are "
-    "those that were asked for."
+_TITLE: Final = Text("How natural do the faces look?")
+_LEAD: Final = Text(
+    "People called pictures natural or unnatural without knowing how they were made."
 )
-_INDEPENDENCE: Final = (
-    "Intervals are Wilson's at 95 %. They take every answer as independent; answers of one person, "
-    "or about one face, are not, so the true uncertainty is larger."
+_ACHIEVED: Final = Text(
+    "Achieved: how far landmarks came towards the centre on average; the paper's "
+    "own figures are those that were asked for."
+)
+_INDEPENDENCE: Final = Text(
+    "Intervals are Wilson's at 95 %. They take every answer as independent; "
+    "answers of one person, or about one face, are not, so the true uncertainty "
+    "is larger."
 )
 
 
@@ -43,34 +47,45 @@ def table_1(tally: Tally) -> Table:
         shares = [_share(tally, "table1", percent, center) for percent in DISTANCES]
         came = [_achieved(tally, "table1", percent, center) for percent in DISTANCES]
         rows.append([f"candidate\N{NO-BREAK SPACE}{center}", *map(_percent, shares)])
-        rows.append(["achieved, % of D", *came])
-        rows.append(["the paper", *(f"{value:.3f} %" for value in printed)])
+        rows.append([Text("achieved, % of D"), *came])
+        rows.append([Text("the paper"), *(f"{value:.3f} %" for value in printed)])
     return Table(
-        "Unnaturalness by centre candidate and warp distance (table 1)",
-        ("asked for", *(f"{percent:g} % of D" for percent in DISTANCES)),
+        Text("Unnaturalness by centre candidate and warp distance (table 1)"),
+        (
+            Text("asked for"),
+            *(Text("{percent:g} % of D", percent=percent) for percent in DISTANCES),
+        ),
         rows,
-        f"{_basis(tally)} {_ACHIEVED} The paper: {SUBJECTS} faces, {STUDENTS} students; each of "
-        "its figures is a multiple of 1/160, so about 160 answers stand behind each. "
-        f"{_INDEPENDENCE}",
+        Text(
+            "{basis} {achieved} The paper: {subjects} faces, {students} students; "
+            "each of its figures is a multiple of 1/160, so about 160 answers stand "
+            "behind each. {independence}",
+            basis=_basis(tally),
+            achieved=_ACHIEVED,
+            subjects=SUBJECTS,
+            students=STUDENTS,
+            independence=_INDEPENDENCE,
+        ),
     )
 
 
 def figure_11(tally: Tally) -> Table:
     """Return unnaturalness by lattice size."""
     rows = [_size_row(tally, f"R = {v.lattice:g}", v) for v, _ in _of(tally, "figure11")]
-    rows += [_size_row(tally, "the photo as it is", v) for v, _ in _of(tally, "control")]
+    rows += [_size_row(tally, Text("the photo as it is"), v) for v, _ in _of(tally, "control")]
     return Table(
-        "Unnaturalness by lattice size (figure 11)",
+        Text("Unnaturalness by lattice size (figure 11)"),
         (
-            "lattice, landmark spacings", "lattice, warp distances", "achieved, % of D",
-            "unnatural",
+            Text("lattice, landmark spacings"), Text("lattice, warp distances"),
+            Text("achieved, % of D"), Text("unnatural"),
         ),
         rows,
-        f"{_basis(tally)} R is told in mean landmark spacings. The paper's own figure divides by "
-        "the warp distance: that is the second column. The paper prints no figures for its plot; "
-        "its text says that no face was called unnatural once the lattice was larger than the warp "
-        "distance, above 1 in that column. Sizes achieve different distances, so they are compared "
-        "together with these.",
+        Text("{basis} R is told in mean landmark spacings. The paper's own figure "
+"divides by the warp distance: that is the second column. The paper "
+"prints no figures for its plot; its text says that no face was called "
+"unnatural once the lattice was larger than the warp distance, above 1 "
+"in that column. Sizes achieve different distances, so they are compared "
+"together with these.", basis=_basis(tally)),
     )  # fmt: skip
 
 
@@ -90,23 +105,23 @@ def satisfaction(tally: Tally) -> Table:
     grades = tally.satisfaction
     row = [str(grades.count), _number(grades.mean), _number(grades.deviation), str(tally.skipped)]
     return Table(
-        "Satisfaction, 0 to 100 (section 5)",
-        ("", "grades", "mean", "standard deviation", "skipped"),
-        [["this study", *row], ["the paper", str(PUBLISHED_USERS), "92", NONE, NONE]],
-        "The paper's users graded the picture of themselves; it prints no deviation.",
+        Text("Satisfaction, 0 to 100 (section 5)"),
+        ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("skipped")),
+        [[Text("this study"), *row], [Text("the paper"), str(PUBLISHED_USERS), "92", NONE, NONE]],
+        Text("The paper's users graded the picture of themselves; it prints no deviation."),
     )
 
 
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
     parts: list[Part] = [Row(_distance_charts(tally), wide=True)]
-    parts += [Heading("Warp distance and centre"), table_1(tally)]
-    parts += [Heading("Lattice size"), figure_11(tally)]
+    parts += [Heading(Text("Warp distance and centre")), table_1(tally)]
+    parts += [Heading(Text("Lattice size")), figure_11(tally)]
     if _of(tally, "figure11"):
         parts.append(_lattice_chart(tally))
     parts += [Heading("Satisfaction"), satisfaction(tally)]
-    parts += [Heading("Where it comes from"), studies(tally)]
-    parts += [f"Note: {sentence}." for sentence in notes(tally)]
+    parts += [Heading(Text("Where it comes from")), studies(tally)]
+    parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     return Report(_TITLE, _LEAD, parts, _records(tally), _document(tally))
 
 
@@ -178,20 +193,34 @@ def _percent(share: Share) -> str:
     if not share.answers:
         return NONE
     low, high = (100.0 * end for end in share.interval)
-    return f"{100.0 * share.value:.1f} % ({low:.1f} to {high:.1f})"
+    return Text(
+        "{value:.1f} % ({low:.1f} to {high:.1f})", value=100.0 * share.value, low=low, high=high
+    )
 
 
 def _basis(tally: Tally) -> str:
     counts = [share.answers for share in tally.shares.values()]
     low, high = min(counts), max(counts)
-    answers = counted(high, "answer") if low == high else f"{low} to {counted(high, 'answer')}"
-    faces, raters = counted(tally.subjects, "face"), counted(tally.raters, "rater")
-    return f"{faces}, {raters}, {answers} to each kind of picture."
+    answers = (
+        Text.counted(high, "{n} answer", "{n} answers")
+        if low == high
+        else Text.counted(high, "{low} to {n} answer", "{low} to {n} answers", low=low)
+    )
+    faces = Text.counted(tally.subjects, "{n} face", "{n} faces")
+    raters = Text.counted(tally.raters, "{n} rater", "{n} raters")
+    return Text(
+        "{faces}, {raters}, {answers} to each kind of picture.",
+        faces=faces,
+        raters=raters,
+        answers=answers,
+    )
 
 
 def _distance_charts(tally: Tally) -> list[Chart]:
     """Return the study and the paper side by side, all centres."""
-    names = [f"centre candidate {center}" for center in range(1, len(UNNATURAL) + 1)]
+    names = [
+        Text("centre candidate {center}", center=center) for center in range(1, len(UNNATURAL) + 1)
+    ]
     shares = [
         [_share(tally, "table1", percent, center) for percent in DISTANCES]
         for center in range(1, len(names) + 1)
@@ -201,12 +230,14 @@ def _distance_charts(tally: Tally) -> list[Chart]:
     most = max([100.0, *(value for row in UNNATURAL for value in row)])
     return [
         Chart(
-            f"Unnaturalness by warp distance, {whose}", [f"{p:g}" for p in DISTANCES],
-            "unnatural, %", series, along="warp distance, % of D", caption=caption, most=most,
+            Text("Unnaturalness by warp distance, {whose}", whose=whose),
+            [f"{p:g}" for p in DISTANCES],
+            Text("unnatural, %"), series, along=Text("warp distance, % of D"), caption=caption,
+            most=most,
         )
         for whose, series, caption in (
-            ("this study", here, "This study, with intervals of 95 %."),
-            ("the paper", there, "The paper's table 1, which prints no intervals."),
+            (Text("this study"), here, Text("This study, with intervals of 95 %.")),
+            (Text("the paper"), there, Text("The paper's table 1, which prints no intervals.")),
         )
     ]  # fmt: skip
 
@@ -214,10 +245,10 @@ def _distance_charts(tally: Tally) -> list[Chart]:
 def _lattice_chart(tally: Tally) -> Chart:
     found = _of(tally, "figure11")
     return Chart(
-        "Unnaturalness by lattice size", [f"{variant.lattice:g}" for variant, _ in found],
-        "unnatural, %", [_series("this study", [share for _, share in found])],
-        along="lattice spacing R, landmark spacings", most=100.0,
-        caption="In the shape of figure 11, which has no printed figures to put beside.",
+        Text("Unnaturalness by lattice size"), [f"{variant.lattice:g}" for variant, _ in found],
+        Text("unnatural, %"), [_series(Text("this study"), [share for _, share in found])],
+        along=Text("lattice spacing R, landmark spacings"), most=100.0,
+        caption=Text("In the shape of figure 11, which has no printed figures to put beside."),
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from typing import Final
 from kogao_core.experiments.report import NONE, Table, recipe_in_words
 from kogao_core.experiments.study.plan import Key
 from kogao_core.experiments.study.tally import Tally
+from kogao_core.language import Text
 
 _SHOWN: Final = 12  # letters of a digest
 
@@ -21,10 +22,21 @@ def studies(tally: Tally) -> Table:
     recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
     return Table(
         "Studies",
-        ("study", "photo", "its SHA-256", "landmarks", "Kogao", "made", "seed"),
+        (
+            Text("study"),
+            Text("photo"),
+            Text("its SHA-256"),
+            Text("landmarks"),
+            "Kogao",
+            Text("made"),
+            Text("seed"),
+        ),
         rows,
-        f"{'; '.join(recipes)}; distance, centre and lattice as the tables say. Keys hold whole "
-        "digests, and the landmarks.",
+        Text(
+            "{names}; distance, centre and lattice as the tables say. Keys hold "
+            "whole digests, and the landmarks.",
+            names="; ".join(recipes),
+        ),
     )
 
 
@@ -36,21 +48,37 @@ def _origin(key: Key) -> tuple[str, str, str]:
 
 def notes(tally: Tally) -> list[str]:
     """Return sentences about what isn't counted, or should be known of what is."""
-    sentences = [
-        f"{path} holds ratings of study {study}, not of this one; they aren't counted"
+    sentences: list[str] = [
+        Text(
+            "{path} holds ratings of study {study}, not of this one; they aren't counted",
+            path=path,
+            study=study,
+        )
         for path, study in tally.foreign
     ]
     if tally.torn:
-        sentences.append(f"torn lines of ratings that were left out: {tally.torn}")
+        sentences.append(Text("torn lines of ratings that were left out: {torn}", torn=tally.torn))
     if tally.unfinished:
         left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
-        some = ", ".join(f"{rater} ({done} of {total})" for rater, done, total in left)
-        sentences.append(f"sessions that weren't finished, whose answers count: {some}")
+        some = Text.joined(
+            ", ",
+            [
+                Text("{rater} ({done} of {total})", rater=rater, done=done, total=total)
+                for rater, done, total in left
+            ],
+        )
+        sentences.append(
+            Text("sessions that weren't finished, whose answers count: {some}", some=some)
+        )
     old = [key.identity for key in tally.keys if key.origin is None]
     if old:
         sentences.append(
-            f"made by a version whose names don't tell faces apart: {', '.join(old)}; if another "
-            "study was made with the same seed, check that no rating of it lies here"
+            Text(
+                "made by a version whose names don't tell faces apart: {names}; if "
+                "another study was made with the same seed, check that no rating of "
+                "it lies here",
+                names=", ".join(old),
+            )
         )
     return sentences
 
@@ -59,8 +87,3 @@ def document_of(key: Key) -> dict[str, object]:
     """Return a key without its pictures, as plain JSON values."""
     whole = key.to_dict()
     return {name: whole[name] for name in ("study", "seed", "recipe", "origin", "subjects")}
-
-
-def counted(count: int, thing: str) -> str:
-    """Return such as "1 face" or "2 faces"."""
-    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
