@@ -12,11 +12,12 @@ from typing import Final
 import numpy as np
 
 from kogao_core.assets import AssetMissing
-from kogao_core.bend import BentLine, bends, beside, shortest_px, straight_lines
+from kogao_core.bend import SEEN_PX, BentLine, bends, beside, shortest_px, straight_lines
 from kogao_core.face import Face
 from kogao_core.geometry import Array, Box, Image, Line
 from kogao_core.holding import NOTHING_HELD, Held
 from kogao_core.landmarks import ModelRefused
+from kogao_core.landmarks.pixels import Pyramid
 from kogao_core.language import Text
 from kogao_core.person import PersonFinder, PersonMask
 from kogao_core.pipeline import Rendering
@@ -156,16 +157,20 @@ class BackgroundFinder:
             same = self._photo() is photo
             if same and self._newest is not None and keys == self._faces:
                 return self._newest
+            pyramid = None
             if not same:
-                self._lines, self._photo = straight_lines(photo), weakref.ref(photo)
-            self._newest, self._faces = self._look(photo, faces, others), keys
+                pyramid = Pyramid(photo)  # halved for lines and people together
+                self._lines, self._photo = straight_lines(photo, pyramid), weakref.ref(photo)
+            self._newest, self._faces = self._look(photo, pyramid, faces, others), keys
             return self._newest
 
-    def _look(self, photo: Image, faces: Sequence[Face], others: Sequence[Face]) -> Background:
+    def _look(
+        self, photo: Image, pyramid: Pyramid | None, faces: Sequence[Face], others: Sequence[Face]
+    ) -> Background:
         lines = beside(self._lines, [face.outline for face in faces])
         shortest = shortest_px(photo)
         try:
-            people = self.people.find(photo, faces)
+            people = self.people.find(photo, faces, pyramid)
         except (AssetMissing, ModelRefused):
             why = Text(
                 "the network that tells people apart is missing or damaged (see kogao-cli doctor)"
@@ -236,8 +241,10 @@ def measure(photo: Image, rendering: Rendering, done: Applied, finder: Backgroun
 
 
 def _marked(line: BentLine, found: Background, loose: Sequence[Line]) -> BentLine:
-    is_loose = found.is_loose(np.array([line.start_px, line.end_px]), loose)
-    return dataclasses.replace(line, holding="let go" if is_loose else "held")
+    if found.is_loose(np.array([line.start_px, line.end_px]), loose):
+        return dataclasses.replace(line, holding="let go")
+    bends_still = line.bend_px >= SEEN_PX
+    return dataclasses.replace(line, holding="gave way" if bends_still else "held")
 
 
 def _touches(lines: Array, box: Box) -> Array:

@@ -13,7 +13,7 @@ from kogao_core.field import Field, shown_at
 from kogao_core.geometry import Array, Image
 from kogao_core.landmarks.pixels import Pyramid
 
-HoldingName = Literal["held", "let go", ""]
+HoldingName = Literal["held", "gave way", "let go", ""]
 # Half a pixel is where a bend in a straight edge begins to be seen.
 SEEN_PX: Final = 0.5
 _SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
@@ -41,9 +41,9 @@ class BentLine:
         the warp, px; None where no photo was looked at.
     unheld_px : float
         `bend_px` if no line were held.
-    holding : {"held", "let go", ""}
-        Whether it was to be held straight, or would have been but for the user; empty where
-        lines aren't held.
+    holding : {"held", "gave way", "let go", ""}
+        Whether it was held straight; was to be, but bends by `SEEN_PX` or more for the face's sake;
+        or was let go by the user. Empty where lines aren't held.
     """
 
     start_px: tuple[float, float]
@@ -55,13 +55,15 @@ class BentLine:
     holding: HoldingName = ""
 
 
-def straight_lines(photo: Image) -> Array:
+def straight_lines(photo: Image, pyramid: Pyramid | None = None) -> Array:
     """Find straight lines of the photo.
 
     Parameters
     ----------
     photo : array of shape (H, W) or (H, W, C)
         The photo before the warp.
+    pyramid : Pyramid, optional
+        The same, if its halvings are wanted elsewhere, too.
 
     Returns
     -------
@@ -77,7 +79,7 @@ def straight_lines(photo: Image) -> Array:
     >>> len(straight_lines(photo)) > 0
     True
     """
-    small, halved = Pyramid(photo).at_most(_DETECTOR_PX)
+    small, halved = (pyramid or Pyramid(photo)).at_most(_DETECTOR_PX)
     if min(small.shape[:2]) < _LEAST_PX:
         return np.zeros((0, 2, 2))
     shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))

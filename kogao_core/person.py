@@ -207,7 +207,9 @@ class PersonFinder:
     def _network(self) -> PersonNetwork:
         return PersonNetwork(locked.network(locked.PERSON))
 
-    def find(self, photo: Image, faces: Sequence[Face]) -> PersonMask:
+    def find(
+        self, photo: Image, faces: Sequence[Face], pyramid: Pyramid | None = None
+    ) -> PersonMask:
         """Tell people from the background round faces.
 
         Parameters
@@ -217,6 +219,8 @@ class PersonFinder:
             for the same photo.
         faces : sequence of Face
             Where to look, px of `photo`.
+        pyramid : Pyramid, optional
+            The photo, if its halvings are wanted elsewhere, too.
 
         Returns
         -------
@@ -235,7 +239,9 @@ class PersonFinder:
         with self._lock:
             known = self._kept if self._photo() is photo else {}
             views = {_key(face): (_view(face), face) for face in faces}
-            image = Pyramid(photo) if views.keys() - known.keys() else None
+            image = None
+            if views.keys() - known.keys():
+                image = pyramid or Pyramid(photo)
             self._kept = {
                 key: known[key] if image is None or key in known else
                 self._network.look(image, *there) for key, there in views.items()

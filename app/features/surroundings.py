@@ -90,7 +90,7 @@ class Surroundings(Feature):
         seen = self.live.background
         if seen is None:
             return
-        text = tr("Let a line go") if line.holding == "held" else tr("Hold a line")
+        text = tr("Hold a line") if line.holding == "let go" else tr("Let a line go")
         self._step(seen.toggled((line.start_px, line.end_px), self.document.state.loose), text)
 
     def let_all_go(self) -> None:

@@ -171,7 +171,8 @@ def _held(lines: Sequence[BentLine]) -> list[str]:
     """Return how many lines were held, and of the one that gave way most, by how much."""
     from kogao_core.bend import SEEN_PX
 
-    held = [line for line in lines if line.holding == "held" and line.unheld_px >= SEEN_PX]
+    meant = ("held", "gave way")
+    held = [line for line in lines if line.holding in meant and line.unheld_px >= SEEN_PX]
     if not held:
         return []
     count = Text("{count} that would have bent by {px} px or more", count=len(held), px=SEEN_PX)

@@ -11,8 +11,9 @@ from scenes import oval_face
 from kogao_core import background as backgrounds
 from kogao_core.assets import AssetMissing
 from kogao_core.background import BackgroundFinder, held_of, measure
-from kogao_core.bend import bends, straight_lines
+from kogao_core.bend import SEEN_PX, bends, straight_lines
 from kogao_core.geometry import Affine
+from kogao_core.holding import Held
 from kogao_core.landmarks import ModelRefused
 from kogao_core.person import PersonLook, PersonMask
 from kogao_core.pipeline import render
@@ -32,7 +33,7 @@ class Finder:
     def __init__(self, opacity=None, missed=0):
         self.opacity, self.missed = opacity, missed
 
-    def find(self, _photo, faces):
+    def find(self, _photo, faces, _pyramid=None):
         if isinstance(self.opacity, Exception):
             raise self.opacity
         if self.opacity is None:
@@ -156,6 +157,15 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     assert {line.holding for line in told if line.start_px[0] < 100} == {"let go"}
 
 
+def test_only_a_line_that_stays_straight_is_said_to_be_held():
+    photo, gentle = photo_with(((int(RIGHT) + 40, 60), (int(RIGHT) + 40, 400))), Recipe(percent=6)
+    done, finder = Applied([FACE], gentle, NOTHING), BackgroundFinder(Finder(BODY))
+    held = held_of(photo, done, finder)
+    for kept, word in ((held, "held"), (Held(), "gave way")):
+        worst = measure(photo, render(photo, [FACE], gentle, held=kept), done, finder).lines[0]
+        assert (worst.holding, worst.bend_px < SEEN_PX) == (word, word == "held")
+
+
 def test_a_line_found_a_little_elsewhere_is_still_the_one_let_go():
     seen = found_in(photo_with(((30, 60), (30, 660))), Finder(BODY))
     line = seen.lines[0]
@@ -196,7 +206,7 @@ def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
 def test_lines_are_sought_once_for_a_photo_and_people_again_for_other_faces(monkeypatch):
     sought = []
     monkeypatch.setattr(
-        backgrounds, "straight_lines", lambda photo: sought.append(1) or straight_lines(photo)
+        backgrounds, "straight_lines", lambda *photo: sought.append(1) or straight_lines(*photo)
     )
     photo, finder = photo_with(((30, 60), (30, 660))), BackgroundFinder(Finder(BODY))
     first = finder.find(photo, [FACE])

@@ -65,8 +65,8 @@ class BentLines(Overlay):
 
 def _words(line: BentLine) -> str:
     """Return how far a line bends, and what it would be if none were held."""
-    if line.holding == "held" and line.unheld_px > line.bend_px:
-        return tr("{px:.1f} of {all:.1f} px", px=line.bend_px, all=line.unheld_px)
+    if line.holding == "gave way":
+        return tr("gives way: {px:.1f} of {all:.1f} px", px=line.bend_px, all=line.unheld_px)
     return tr("{px:.1f} px", px=line.bend_px)
 
 
