@@ -112,6 +112,7 @@ def _sheet(theme: Theme) -> str:
         border-top-right-radius: 4px; border-bottom-right-radius: 4px; border-left: none;
     }}
     QToolButton[part]:checked {{ background: {theme.accent}; border-color: {theme.accent}; }}
+    QToolButton[part]:checked:focus {{ border-color: {theme.on_accent}; }}
     QToolButton[snug="true"] {{ padding: 4px 2px; }}
     QFileDialog QToolButton {{ padding: 0; }}
     QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
@@ -120,6 +121,7 @@ def _sheet(theme: Theme) -> str:
         background: {theme.accent}; color: {theme.on_accent}; border-color: {theme.accent};
     }}
     QToolButton:focus, QPushButton:focus {{ border-color: {theme.accent}; }}
+    QToolButton:checked:focus {{ border-color: {theme.on_accent}; }}
     QToolButton:disabled {{ color: {theme.muted}; }}
     QToolButton:checked:disabled {{
         background: {theme.muted}; color: {theme.on_accent}; border-color: {theme.muted};
@@ -150,7 +152,8 @@ def _sheet(theme: Theme) -> str:
     QRadioButton::indicator:unchecked {{ border-radius: 7px; }}
     QCheckBox, QRadioButton {{ border: 1px solid transparent; border-radius: 4px; padding: 1px; }}
     QCheckBox:focus, QRadioButton:focus {{ border-color: {theme.accent}; }}
-    QSlider {{ min-height: 20px; }}
+    QSlider {{ min-height: 20px; border: 1px solid transparent; border-radius: 4px; }}
+    QSlider:focus {{ border-color: {theme.accent}; }}
     QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
     QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 2px; }}
     QSlider::handle:horizontal {{
@@ -166,9 +169,15 @@ def _sheet(theme: Theme) -> str:
     }}
     QFrame[bar="wrong"] {{ border-left: 4px solid {theme.warning}; }}
     QFrame[bar="hint"] {{ border-left: 4px solid {theme.accent}; }}
-    QScrollArea, QListWidget {{ border: none; background: {theme.window}; }}
+    QScrollArea {{ border: none; background: {theme.window}; }}
+    QListWidget, QUndoView {{
+        background: {theme.window}; border: 1px solid transparent; border-radius: 4px;
+    }}
     QListWidget[framed="true"] {{
         background: {theme.raised}; border: 1px solid {theme.line}; border-radius: 4px;
+    }}
+    QListWidget:focus, QListWidget[framed="true"]:focus, QUndoView:focus {{
+        border-color: {theme.accent};
     }}
     QListWidget::item {{
         padding: 4px; border-left: 4px solid transparent;
@@ -183,7 +192,6 @@ def _sheet(theme: Theme) -> str:
     }}
     QTabBar::tab:selected {{ color: {theme.text}; border-bottom-color: {theme.accent}; }}
     QTabBar::tab:hover {{ color: {theme.text}; }}
-    QUndoView {{ border: none; background: {theme.window}; }}
     QScrollBar {{ background: {theme.window}; }}
     QScrollBar:vertical {{ width: 10px; }}
     QScrollBar:horizontal {{ height: 10px; }}

@@ -6,7 +6,16 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
-from PySide6.QtGui import QContextMenuEvent, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QFocusEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QApplication, QWidget
 
 from kogao_core.bend import BentLine
@@ -15,6 +24,7 @@ from kogao_core.geometry import Array
 from ..i18n import tr
 from ..view_state import ViewState
 from .handles import Handle, apart, corners, face_at, handles
+from .overlays import glyphs
 from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
@@ -33,6 +43,7 @@ _ARROWS: Final = {
     Qt.Key.Key_Down: (0, 1),
 }
 _ENTER: Final = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+_BY_TAB: Final = (Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
 _MANY_STEPS: Final = 10
 _POINTER_STEP_PX: Final = 4
 
@@ -100,7 +111,7 @@ class PhotoCanvas(Viewport):
         )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
-        self._space = False
+        self._space = self._ringed = False
         self._held: Handle | None = None
         self._painting = self._wiping = False
         # Where the button went down on no handle: a click, until the cursor goes far from there.
@@ -206,6 +217,7 @@ class PhotoCanvas(Viewport):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of a handle, or of the photo."""
+        self._ring(False)
         self.setFocus(Qt.FocusReason.MouseFocusReason)
         at = event.position()
         left = event.button() == Qt.MouseButton.LeftButton
@@ -365,13 +377,29 @@ class PhotoCanvas(Viewport):
             event.ignore()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Tell that the keys are for the canvas now."""
+        """Tell that the keys are for the canvas now, and show it to those who come by Tab."""
         super().focusInEvent(event)
+        self._ring(event.reason() in _BY_TAB)
         self.entered.emit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw a ring round the photo of those who go by keys."""
+        super().paintEvent(event)
+        if self._ringed:
+            painter, area = QPainter(self.viewport()), self.viewport().rect()
+            for colour, inset in ((glyphs.HALO, 0), (glyphs.CASE, 2)):
+                painter.setPen(QPen(colour, 2.0))
+                painter.drawRect(area.adjusted(inset + 1, inset + 1, -inset - 1, -inset - 1))
+
+    def _ring(self, wanted: bool) -> None:
+        if wanted != self._ringed:
+            self._ringed = wanted
+            self.viewport().update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """End a nudge whose key is let go elsewhere."""
         super().focusOutEvent(event)
+        self._ring(False)
         self.nudge_ended.emit()
 
     def _point_at(self, handle: Handle | None) -> None:

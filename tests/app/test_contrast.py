@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QLineF, QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
-from PySide6.QtWidgets import QCheckBox, QPushButton, QRadioButton, QSlider, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QPushButton,
+    QRadioButton,
+    QSlider,
+    QTabBar,
+    QVBoxLayout,
+    QWidget,
+)
 
 THEMES = {"dark": theme.DARK, "light": theme.LIGHT}
 TEXT, MARK = 4.5, 3.0
@@ -29,6 +37,12 @@ MARKS = {
     "target": lambda painter, at: glyphs.ring(painter, at, glyphs.TARGET),
     "centre": lambda painter, at: glyphs.cross(painter, at, glyphs.CENTRE),
     "fold": lambda painter, at: glyphs.warning(painter, at),
+    "selected face": lambda painter, at: glyphs.polyline(
+        painter, [at - QPointF(15, 12), at, at + QPointF(15, 13)], glyphs.HALO, 2.2, dotted=False
+    ),
+    "centre line": lambda painter, at: glyphs.lines(
+        painter, [QLineF(at - QPointF(15, 12), at + QPointF(15, 13))], glyphs.CENTRE, 1.4
+    ),
     "label": lambda painter, at: glyphs.label(painter, at - QPointF(9, 0), "3"),
 }
 
@@ -105,6 +119,35 @@ def test_a_switch_shows_that_it_has_the_focus(qapp, qtbot, name, checked, kind):
         focused.setFocus()
         looks.append(pixels_of(widget.grab().toImage()))
     assert contrast(*looks).max() >= MARK
+
+
+def takes_tab(widget):
+    """Whether Tab gets to a widget, and it has its own looks."""
+    reached = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
+    seen = widget.isVisible() and widget.isEnabled()
+    # Tabs of docks draw no focus, and Qt keeps a bar of them outside the window.
+    tabs = isinstance(widget, QTabBar)
+    return reached and seen and not tabs and widget.objectName() != "qt_scrollarea_viewport"
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_whatever_takes_the_focus_shows_it(qapp, two, name):
+    two.window.activateWindow()
+    two.qtbot.waitUntil(two.window.isActiveWindow)
+    theme.apply(qapp, name)
+    reached = [widget for widget in two.window.findChildren(QWidget) if takes_tab(widget)]
+    assert two.canvas in reached
+    assert two.panel("faces").list in reached
+    slider = two.panel("recipe").percent.slider
+    dim = []
+    for widget in reached:
+        looks = []
+        for focused in (two.panel("recipe").lattice.slider if widget is slider else slider, widget):
+            focused.setFocus(Qt.FocusReason.TabFocusReason)
+            looks.append(pixels_of(widget.grab().toImage()))
+        if contrast(*looks).max() < MARK:
+            dim.append((type(widget).__name__, widget.accessibleName()))
+    assert dim == []
 
 
 @pytest.mark.usefixtures("qapp")
