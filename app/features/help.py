@@ -22,7 +22,7 @@ from .feature import Context, Feature
 
 _FIRST: Final = "editor.md"
 _SIZE_PX: Final = (880, 660)
-_PICTURE_PX: Final = 800
+_PICTURE_PX: Final = 680
 _TITLE: Final = re.compile(r"^# (.*)$", re.MULTILINE)
 _NOT_IN_ANCHORS: Final = re.compile(r"[^\w\- ]")
 
@@ -163,4 +163,7 @@ class Documentation(Feature):
         except assets.AssetMissing as problem:
             self.say(sentence(problem))
             return
-        HelpDialog(folder, self.window).show()
+        dialog = self.window.findChild(HelpDialog) or HelpDialog(folder, self.window)
+        dialog.show()
+        dialog.raise_()
+        dialog.activateWindow()

@@ -45,6 +45,13 @@ def test_pages_in_the_language_at_work_come_first(empty, english):  # noqa: ARG0
     assert shown.list.currentText() == "The editor"
 
 
+def test_it_is_opened_once(empty, shown):
+    shown.pages.anchorClicked.emit(QUrl("fidelity.md"))
+    empty.key(Qt.Key.Key_F1)
+    assert empty.window.findChildren(HelpDialog) == [shown]
+    assert name(shown) == "fidelity.md"
+
+
 def test_links_lead_to_other_pages_and_back_again(shown):
     shown.pages.anchorClicked.emit(QUrl("fidelity.md"))
     assert name(shown) == "fidelity.md"
