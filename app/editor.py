@@ -107,6 +107,7 @@ class Editor(QObject):
         window.asked_to_close.connect(
             lambda: self.batch.guard(lambda: self.saver.guard(self.close))
         )
+        self._worn: theme.Theme | None = None
         self._following = False
         self._follows_system(True)
         self.preferences.changed.connect(self._dress)
@@ -222,4 +223,8 @@ class Editor(QObject):
         self._following = wanted
 
     def _dress(self) -> None:
-        self.window.dress(theme.apply(self._app, self._wanted or self.preferences.theme))
+        worn = theme.apply(self._app, self._wanted or self.preferences.theme)
+        # Other preferences change with every letter that is typed.
+        if worn != self._worn:
+            self._worn = worn
+            self.window.dress(worn)

@@ -5,6 +5,8 @@ And what is done to pictures whose face is known: turning, mirroring, comparing 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
@@ -44,18 +46,24 @@ def textured_photo(
     width: int = 480, height: int = 360, channels: int = 3, dtype: type = np.uint8, seed: int = 7
 ) -> np.ndarray:
     """Return smooth noise at several scales, shape (H, W, C), or (H, W) for one channel."""
+    unit = _noise(width, height, channels, seed)
+    if channels == 1:
+        unit = unit[..., 0]
+    if dtype is np.float32:
+        return unit.copy()
+    return (unit * np.iinfo(dtype).max).round().astype(dtype)
+
+
+# Most tests ask for the same one; two, for some are large.
+@lru_cache(maxsize=2)
+def _noise(width: int, height: int, channels: int, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     total = np.zeros((height, width, channels), np.float32)
     for step in (64, 16, 4, 2):
         coarse = rng.standard_normal((height // step + 2, width // step + 2, channels))
         fine = cv2.resize(coarse.astype(np.float32), (width, height), interpolation=cv2.INTER_CUBIC)
         total += fine.reshape(total.shape)
-    unit = np.clip(0.5 + 0.12 * total, 0.0, 1.0)
-    if channels == 1:
-        unit = unit[..., 0]
-    if dtype is np.float32:
-        return unit
-    return (unit * np.iinfo(dtype).max).round().astype(dtype)
+    return np.clip(0.5 + 0.12 * total, 0.0, 1.0)
 
 
 class KnownFaces:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QIcon, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPainterPath, QPen, QPixmap
 
 from ..theme import Theme
 
@@ -26,17 +27,18 @@ def icon(name: str, theme: Theme) -> QIcon:
         (modes.Normal, states.On, theme.on_accent),
     ):
         for ratio in _RATIOS:
-            made.addPixmap(_drawn(name, QColor(colour), ratio), mode, state)
+            made.addPixmap(QPixmap.fromImage(_drawn(name, colour, ratio)), mode, state)
     return made
 
 
-def _drawn(name: str, colour: QColor, ratio: int) -> QPixmap:
-    picture = QPixmap(*(side * ratio for side in SIZE))
+@cache
+def _drawn(name: str, colour: str, ratio: int) -> QImage:
+    picture = QImage(*(side * ratio for side in SIZE), QImage.Format.Format_ARGB32_Premultiplied)
     picture.setDevicePixelRatio(ratio)
     picture.fill(Qt.GlobalColor.transparent)
     painter = QPainter(picture)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    pen = QPen(colour, _STROKE)
+    pen = QPen(QColor(colour), _STROKE)
     pen.setCapStyle(Qt.PenCapStyle.RoundCap)
     pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     painter.setPen(pen)

@@ -19,7 +19,8 @@ from kogao_app.canvas.handles import Handle, position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.storage import Storage
-from PySide6.QtCore import QPoint, Qt
+from kogao_app.window import Window
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
@@ -130,10 +131,16 @@ def pixels() -> np.ndarray:
     return textured_photo()
 
 
+@pytest.fixture(scope="session")
+def encoded() -> bytes:
+    """The photo as a PNG file."""
+    return cv2.imencode(".png", textured_photo()[..., ::-1])[1].tobytes()
+
+
 @pytest.fixture
-def photo(tmp_path: Path, pixels: np.ndarray) -> Path:
+def photo(tmp_path: Path, encoded: bytes) -> Path:
     path = tmp_path / "portrait.png"
-    assert cv2.imwrite(str(path), pixels[..., ::-1])
+    path.write_bytes(encoded)
     return path
 
 
@@ -145,6 +152,18 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
     return Storage.of_user()
 
 
+@pytest.fixture(autouse=True)
+def swept() -> Iterator[None]:
+    """Leave no window behind: whatever changes style or font goes through the widgets of all."""
+    yield
+    app = QApplication.instance()
+    if isinstance(app, QApplication):
+        for widget in app.topLevelWidgets():
+            if isinstance(widget, Window):
+                widget.deleteLater()
+        app.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
 @pytest.fixture
 def start(
     qapp: QApplication,
@@ -153,27 +172,33 @@ def start(
     storage: Storage,
     monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Callable[..., Driver]]:
-    """Start an editor; it is closed, and its threads are done, at the end of the test."""
-    editors = []
+    """Start an editor; it is closed, and nothing is left of it, at the end of the test."""
+    # What was there before the test stays out of the collector's sight, which takes longer to look
+    # through than many tests; what the test makes doesn't, however many editors it starts.
+    gc.collect()
+    gc.freeze()
+    for name in ("freeze", "unfreeze"):
+        monkeypatch.setattr(gc, name, lambda: None)
+    drivers = []
 
     def make(workspace: str | None = "inspect") -> Driver:
         # Whatever a test looks at is there; what else workspaces show, their own tests tell.
-        editor = Editor(qapp, source, storage, workspace=workspace)
-        editors.append(editor)
-        editor.window.resize(1100, 760)
-        with qtbot.waitExposed(editor.window):
-            editor.window.show()
+        driver = Driver(Editor(qapp, source, storage, workspace=workspace), qtbot)
+        drivers.append(driver)
+        driver.window.resize(1100, 760)
+        with qtbot.waitExposed(driver.window):
+            driver.window.show()
         # Elsewhere than where the last test left the mouse: Qt tells of no move to the same place.
-        QTest.mouseMove(editor.window, QPoint(1, 1))
-        return Driver(editor, qtbot)
+        QTest.mouseMove(driver.window, QPoint(1, 1))
+        return driver
 
     yield make
-    # What was there before the test stays out of the collector's sight: looking through it again
-    # after each test takes longer than many tests.
-    monkeypatch.setattr(gc, "unfreeze", lambda: None)
-    for editor in editors:
-        editor.close()
-        editor.window.deleteLater()
+    for driver in drivers:
+        driver.editor.close()
+        driver.window.deleteLater()
+        # Pytest keeps what fixtures returned.
+        vars(driver).clear()
+    qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     # Here, not on a worker of the next test.
     gc.collect()
 

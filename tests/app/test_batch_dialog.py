@@ -15,7 +15,6 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox
-from scenes import textured_photo
 
 from kogao_core import batch, photo
 from kogao_core.recipe import Recipe
@@ -184,19 +183,15 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     assert not list(out.rglob("*.partial"))
 
 
-def test_the_window_answers_while_a_batch_runs(empty, tmp_path, monkeypatch):
-    inputs = tmp_path / "in"
-    inputs.mkdir()
-    for k in range(2):
-        assert cv2.imwrite(str(inputs / f"{k}.jpg"), textured_photo(seed=k))
+def test_the_window_answers_while_a_batch_runs(empty, folder, tmp_path, monkeypatch):
     meanwhile = Meanwhile()
     monkeypatch.setattr(batch, "plan", meanwhile.led("planning", batch.plan))
     monkeypatch.setattr(batch, "run", meanwhile.followed("running", batch.run))
-    box = asked(empty, inputs)
+    box = asked(empty, folder)
     box.form.folder.setText(str(tmp_path / "out"))
     box.form.jobs.setValue(1)
     click(box.go)
     finish(empty)
-    assert "2 of 2" in box.note.text()
+    assert "3 of 3" in box.note.text()
     assert meanwhile.answered == {"planning", "running"}
     assert meanwhile.stalled == set()

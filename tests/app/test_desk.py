@@ -155,15 +155,15 @@ def test_settings_go_out_as_a_file_and_come_in_as_a_preset(opened, tmp_path, sto
     assert presets.listed(storage.presets)["Soft"].percent == 2.0
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"percent": 99}', "[" * 99999, "\0", '{"version": 9}'])
-def test_a_file_that_is_no_preset_gets_a_sentence_and_nothing_is_kept(
-    opened, tmp_path, storage, text
-):
-    (tmp_path / "odd.json").write_text(text)
-    opened.key(KEYS.Key_I, CONTROL, ALT)
-    opened.choose_path(tmp_path / "odd.json")
-    assert "odd.json can't be used: " in opened.say()
-    assert not storage.presets.exists()
+def test_a_file_that_is_no_preset_gets_a_sentence_and_nothing_is_kept(opened, tmp_path, storage):
+    odd = ("", "[]", '{"percent": 99}', "[" * 99999, "\0", '{"version": 9}')
+    for number, text in enumerate(odd):
+        name = f"odd{number}.json"
+        (tmp_path / name).write_text(text)
+        opened.key(KEYS.Key_I, CONTROL, ALT)
+        opened.choose_path(tmp_path / name)
+        assert f"{name} can't be used: " in opened.say()
+        assert not storage.presets.exists()
 
 
 def test_a_preset_that_cannot_be_written_gets_a_sentence(opened, storage):

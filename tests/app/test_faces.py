@@ -131,13 +131,21 @@ def test_settings_are_copied_from_face_to_face_and_to_another_photo(two, start, 
     assert other.editor.document.undo.count() == 1
 
 
-@pytest.mark.parametrize("text", ["", "hello", "[" * 9000, '{"percent": 99}', "[1]", "\x00", "NaN"])
-def test_a_strange_clipboard_is_said_and_changes_nothing(two, text):
+STRANGE = (
+    *("", "hello", "[" * 9000, '{"percent": 99}', "[1]", "\x00", "NaN"),
+    '{"percent": 1' + "0" * 400 + "}",
+)
+
+
+def test_a_strange_clipboard_is_said_and_changes_nothing(two):
     before = two.state
-    QGuiApplication.clipboard().setText(text)
-    two.key(KEYS.Key_V, CONTROL, SHIFT)
-    assert "no settings" in two.say()
-    assert two.state is before
+    for text in STRANGE:
+        two.window.bar.dismiss()
+        assert two.say() == ""
+        QGuiApplication.clipboard().setText(text)
+        two.key(KEYS.Key_V, CONTROL, SHIFT)
+        assert "no settings" in two.say(), text[:20]
+        assert two.state is before, text[:20]
 
 
 def test_settings_that_ask_for_too_much_are_said_and_undone(start, source, photo, pixels):
@@ -160,14 +168,6 @@ def test_settings_of_nothing_to_warp_show_the_photo(two, pixels):
     two.settle()
     assert two.state.recipe.lattice_unit == "warp"
     np.testing.assert_array_equal(two.shown, pixels)
-
-
-def test_a_clipboard_with_a_number_of_400_digits_changes_nothing(two):
-    before = two.state
-    QGuiApplication.clipboard().setText('{"percent": 1' + "0" * 400 + "}")
-    two.key(KEYS.Key_V, CONTROL, SHIFT)
-    assert "no settings" in two.say()
-    assert two.state is before
 
 
 def test_a_face_that_goes_gives_the_panel_back_to_the_photo(two, source):

@@ -55,14 +55,11 @@ def test_letting_go_of_a_point_draws_the_picture_once_more(opened):
     assert drawn[0].rendering.recipe == opened.state.recipe
 
 
-def surfaces():
-    whole = Surface(PicturePyramid(textured_photo(1500, 1100)))
-    part = Surface(PicturePyramid(textured_photo(1500, 1100)))
-    view = VisiblePart(0, Box(100, 50, 1300, 1050))
-    return {
-        "full": (whole, lambda state: whole.render(1, state)),
-        "preview": (part, lambda state: part.render(1, state, view)),
-    }
+def surface_of(kind):
+    """A surface, and what draws a state on it."""
+    made = Surface(PicturePyramid(textured_photo(900, 660)))
+    parts = {"full": (), "preview": (VisiblePart(0, Box(60, 30, 780, 630)),)}[kind]
+    return made, lambda state: made.render(1, state, *parts)
 
 
 @pytest.mark.parametrize("kind", ["full", "preview"])
@@ -70,10 +67,10 @@ def surfaces():
 def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fresh_editor(
     monkeypatch, kind, where
 ):
-    face = oval_face(1500, 1100)
+    face = oval_face(900, 660)
     states = [State(faces=(face,), recipe=Recipe(percent=p)) for p in (3.0, 5.0, 4.0)]
-    failed = State(faces=(oval_face(1500, 1100, size=0.3),), recipe=Recipe(percent=9.0))
-    surface, draw = surfaces()[kind]
+    failed = State(faces=(oval_face(900, 660, size=0.3),), recipe=Recipe(percent=9.0))
+    surface, draw = surface_of(kind)
     for state in states[:2]:  # both buffers are in use
         draw(state)
         surface.shown()
@@ -82,7 +79,7 @@ def test_after_a_failed_rendering_the_picture_and_its_halvings_are_those_of_a_fr
         with pytest.raises(MemoryError):
             draw(failed)
     for state in (failed, *states):
-        _, fresh = surfaces()[kind]
+        _, fresh = surface_of(kind)
         for level, expected in zip(draw(state).levels, fresh(state).levels, strict=True):
             np.testing.assert_array_equal(level, expected)
         surface.shown()

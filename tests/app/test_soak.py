@@ -5,7 +5,7 @@ from soaking import RandomUser, equals_a_fresh_render
 
 def test_random_edits_end_where_a_fresh_render_does(opened, source):
     user = RandomUser(opened.editor, source.faces[0], seed=5)
-    for number in range(60):
+    for number in range(36):
         user.edit()
         opened.qtbot.wait(1)
         if number % 6 == 5:

@@ -11,6 +11,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from scenes import oval_face
+from shortly import few_of
 
 from kogao_core.reshape import influence, moved
 
@@ -217,7 +218,7 @@ def test_with_the_brush_control_paints(opened):
     assert opened.state.faces == before
 
 
-@pytest.mark.parametrize("index", range(1, 8))
+@pytest.mark.parametrize("index", few_of((1, 4, 7, 2, 3, 5, 6), 3))
 def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
     """The source has a cheek wrong: a smooth dent of a tenth of the face's width."""
     right = oval_face()

@@ -34,21 +34,20 @@ def picture(driver) -> np.ndarray:
     return rows[:, : 3 * image.width()].copy()
 
 
-@pytest.mark.parametrize("layer", LISTED, ids=lambda layer: layer.name)
-def test_a_key_toggles_an_overlay_and_its_box(opened, layer):
-    box = next(
-        b for b in opened.panel("overlays").findChildren(QCheckBox) if b.text() == layer.title()
-    )
-    was = layer.name in opened.editor.view.visible
-    assert box.isChecked() == was
+def test_a_key_toggles_an_overlay_and_its_box(opened):
+    boxes = {box.text(): box for box in opened.panel("overlays").findChildren(QCheckBox)}
     before = picture(opened)
-    opened.key(Qt.Key[f"Key_{layer.key}"])
-    assert (layer.name in opened.editor.view.visible) != was
-    assert box.isChecked() != was
-    if layer.name not in ("folds", "straight", "people", "protection"):  # there are none here
-        assert (picture(opened) != before).any()
-    opened.key(Qt.Key[f"Key_{layer.key}"])
-    np.testing.assert_array_equal(picture(opened), before)
+    for layer in LISTED:
+        box = boxes[layer.title()]
+        was = layer.name in opened.editor.view.visible
+        assert box.isChecked() == was, layer.name
+        opened.key(Qt.Key[f"Key_{layer.key}"])
+        assert (layer.name in opened.editor.view.visible) != was, layer.name
+        assert box.isChecked() != was, layer.name
+        if layer.name not in ("folds", "straight", "people", "protection"):  # there are none here
+            assert (picture(opened) != before).any(), layer.name
+        opened.key(Qt.Key[f"Key_{layer.key}"])
+        np.testing.assert_array_equal(picture(opened), before, layer.name)
 
 
 def test_folded_cells_are_drawn_and_counted(opened):

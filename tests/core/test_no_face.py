@@ -12,8 +12,8 @@ from kogao_core.landmarks import MeshSource
 
 # People are in these: an astronaut, and a cameraman in profile.
 PEOPLE = {"astronaut.png", "camera.png"}
-# A cat looks at us, and a page is full of small dark things.
-FEW = ("chelsea.png", "page.png")
+# It is full of small dark things.
+FEW = ("page.png",)
 
 
 def pictures() -> list[Path]:

@@ -115,7 +115,8 @@ def test_what_was_done_is_skipped_unless_something_has_changed(capsys, folder, t
     assert "1 of 1: 1 done" in err
 
 
-def test_wrong_calls_end_with_one_line(capsys, folder, tmp_path):
+def test_wrong_calls_end_with_one_line(capsys, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "_ANSWER_S", 0.2)
     out = tmp_path / "out"
     for arguments, words in [
         ((folder / "nothing.jpg",), "doesn't exist"),
@@ -174,15 +175,15 @@ def _dies(task):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-def test_a_worker_that_dies_fails_its_own_photo_only(monkeypatch):
+@pytest.mark.parametrize("poisoned", few_of([{4}, {4, 9}], 1))
+def test_a_worker_that_dies_fails_its_own_photo_only(monkeypatch, poisoned):
     monkeypatch.setattr(workers, "work", _dies)
-    names = [f"good{k}" for k in range(12)]
-    names[4] = names[9] = "poison"
+    names = ["poison" if k in poisoned else f"good{k}" for k in range(12)]
     tasks = [batch.Task(name, f"{k}.jpg", {}) for k, name in enumerate(names)]
     outcomes = {one.output: one for one in batch.run(tasks, batch.Workers.processes(2))}
     assert len(outcomes) == 12
     failed = {output for output, one in outcomes.items() if one.status == "failed"}
-    assert failed == {"4.jpg", "9.jpg"}
+    assert failed == {f"{k}.jpg" for k in poisoned}
     assert "died" in outcomes["4.jpg"].reason
 
 

@@ -23,7 +23,7 @@ def run(name, *options):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 @pytest.mark.usefixtures("portrait")
-@pytest.mark.parametrize(("kills", "in_batches"), few_of([(4, 0), (20, 2)], 1))
+@pytest.mark.parametrize(("kills", "in_batches"), few_of([(2, 0), (20, 2)], 1))
 def test_programs_killed_while_saving_harm_nothing(kills, in_batches):
     came_to = run("kills", "--kills", str(kills), "--photos", "6")
     assert came_to["killed while saving"] == kills - in_batches
@@ -40,7 +40,7 @@ def test_programs_killed_while_saving_harm_nothing(kills, in_batches):
     ("trial", "inputs"),
     few_of(
         [
-            *(("hostile", 60), ("hostile_texts", 30), ("hostile_editor", 6)),
+            *(("hostile", 20), ("hostile_texts", 30), ("hostile_editor", 2)),
             *(("hostile", 300), ("hostile_texts", 150), ("hostile_editor", 24)),
         ],
         3,
