@@ -33,7 +33,8 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 @cache
 def _drawn(name: str, colour: str, ratio: int) -> QImage:
-    picture = QImage(*(side * ratio for side in SIZE), QImage.Format.Format_ARGB32_Premultiplied)
+    width, height = (side * ratio for side in SIZE)
+    picture = QImage(width, height, QImage.Format.Format_ARGB32_Premultiplied)
     picture.setDevicePixelRatio(ratio)
     picture.fill(Qt.GlobalColor.transparent)
     painter = QPainter(picture)
