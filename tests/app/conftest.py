@@ -181,8 +181,8 @@ def start(
         monkeypatch.setattr(gc, name, lambda: None)
     drivers = []
 
-    def make(workspace: str | None = "inspect") -> Driver:
-        # Whatever a test looks at is there; what else workspaces show, their own tests tell.
+    # Whatever a test looks at is there; what else workspaces show, their own tests tell.
+    def make(photo: Path | None = None, *, workspace: str | None = "inspect") -> Driver:
         driver = Driver(Editor(qapp, source, storage, workspace=workspace), qtbot)
         drivers.append(driver)
         driver.window.resize(1100, 760)
@@ -190,6 +190,8 @@ def start(
             driver.window.show()
         # Elsewhere than where the last test left the mouse: Qt tells of no move to the same place.
         QTest.mouseMove(driver.window, QPoint(1, 1))
+        if photo is not None:
+            driver.open(photo)
         return driver
 
     yield make
@@ -210,8 +212,7 @@ def empty(start: Callable[[], Driver]) -> Driver:
 
 @pytest.fixture
 def opened(start: Callable[[], Driver], photo: Path) -> Driver:
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     without_legend(driver)
     return driver
 
@@ -225,9 +226,7 @@ def without_legend(driver: Driver) -> None:
 def two(start: Callable[[], Driver], source: KnownFaces, photo: Path) -> Driver:
     """A photo with two faces."""
     source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
-    driver = start()
-    driver.open(photo)
-    return driver
+    return start(photo)
 
 
 @pytest.fixture

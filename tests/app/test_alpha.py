@@ -39,8 +39,7 @@ def greys(driver, x, y):
 
 @pytest.mark.parametrize("look", ["light", "dark"])
 def test_what_is_clear_shows_squares_of_the_theme(start, cut_out, look, qapp):
-    driver = start()
-    driver.open(cut_out[0])
+    driver = start(cut_out[0])
     hide_marks(driver)
     driver.window.dress(theme.apply(qapp, look))
     colours = theme.LIGHT if look == "light" else theme.DARK
@@ -52,8 +51,7 @@ def test_what_is_clear_shows_squares_of_the_theme(start, cut_out, look, qapp):
 
 def test_glass_mixes_the_photo_with_the_squares(start, cut_out):
     path, pixels = cut_out
-    driver = start()
-    driver.open(path)
+    driver = start(path)
     hide_marks(driver)
     driver.key(Qt.Key.Key_1)
     driver.settle()
@@ -69,8 +67,7 @@ def test_glass_mixes_the_photo_with_the_squares(start, cut_out):
 
 
 def test_a_preview_lies_on_the_board_and_not_on_the_last_picture(start, cut_out):
-    driver = start()
-    driver.open(cut_out[0])
+    driver = start(cut_out[0])
     hide_marks(driver)
     before = greys(driver, 60, 60)
     driver.editor.recipe.set_field("percent", 9.0)
@@ -82,8 +79,7 @@ def test_a_preview_lies_on_the_board_and_not_on_the_last_picture(start, cut_out)
 
 
 def test_the_original_the_wipe_and_the_loupe_show_the_board_too(start, cut_out):
-    driver = start()
-    driver.open(cut_out[0])
+    driver = start(cut_out[0])
     hide_marks(driver)
     before = greys(driver, 60, 60)
     driver.canvas.show_original(True)
@@ -94,8 +90,7 @@ def test_the_original_the_wipe_and_the_loupe_show_the_board_too(start, cut_out):
 
 
 def test_the_difference_shows_what_has_changed_in_alpha(start, cut_out):
-    driver = start()
-    driver.open(cut_out[0])
+    driver = start(cut_out[0])
     hide_marks(driver)
     driver.key(Qt.Key.Key_X)
     picture = pixels_of(driver)
@@ -108,15 +103,13 @@ def test_an_opaque_alpha_costs_nothing(start, tmp_path):
     path = tmp_path / "opaque.png"
     pixels = np.dstack([textured_photo(), np.full((360, 480), 255, np.uint8)])
     assert cv2.imwrite(str(path), pixels)
-    driver = start()
-    driver.open(path)
+    driver = start(path)
     assert driver.editor.document.pyramid.levels[0].shape[2] == 3
 
 
 def test_a_copy_keeps_its_alpha_and_what_is_shown_is_what_is_saved(start, cut_out, tmp_path):
     path, pixels = cut_out
-    driver = start()
-    driver.open(path)
+    driver = start(path)
     copy = tmp_path / "copy.png"
     driver.editor.files.save(copy)
     driver.settle()

@@ -76,8 +76,7 @@ def test_a_refusal_goes_when_something_else_is_saved(opened, photo):
 
 def test_no_face_goes_when_one_is_found(start, source, photo):
     faces, source.faces = source.faces, []
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert "No face" in driver.say()
     source.faces = faces
     driver.key(Qt.Key.Key_F, CONTROL)
@@ -88,8 +87,7 @@ def test_no_face_goes_when_one_is_found(start, source, photo):
 @pytest.fixture
 def faceless(start, source, photo):
     source.faces = []
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert "No face" in driver.say()
     return driver
 
@@ -186,8 +184,7 @@ def covered(driver):
 @pytest.mark.parametrize("place", [(240, 60), (240, 300), (90, 60), (400, 60)])
 def test_a_message_hides_no_face_where_there_is_room_elsewhere(start, source, photo, place):
     source.faces = [oval_face(center=place, size=0.4)]
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     driver.editor.files.save(photo)
     assert "never written over" in driver.say()
     assert covered(driver) == [0.0]

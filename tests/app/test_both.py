@@ -18,9 +18,7 @@ NONE = "–"  # noqa: RUF001
 
 @pytest.fixture
 def comparing(start, photo):
-    driver = start("compare")
-    driver.open(photo)
-    return driver
+    return start(photo, workspace="compare")
 
 
 def marked_by_hand(driver):

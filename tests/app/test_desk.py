@@ -107,8 +107,7 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
     line = asked.findChild(QLineEdit)
     QTest.keyClicks(line, "Wedding")
     QTest.keyClick(line, KEYS.Key_Return)
-    other = start()
-    other.open(photo)
+    other = start(photo)
     choose(other.window.menus["presets"], "Wedding")
     assert other.state.recipe.percent == 5.0
     removal = next(a for a in other.window.menus["presets"].actions() if a.menu()).menu()
@@ -349,8 +348,7 @@ def test_a_strip_without_photos_is_hidden_at_the_next_start(empty, start, folder
     drop(empty, folder)
     assert empty.panel("strip").isVisible()
     empty.editor.close()
-    later = start()
-    later.open(folder / "0.png")
+    later = start(folder / "0.png")
     assert dock(later, "strip").isHidden()
     assert later.panel("readings").isVisible()
 

@@ -124,8 +124,7 @@ def test_settings_are_copied_from_face_to_face_and_to_another_photo(two, start, 
     choose(two, 2)
     two.key(KEYS.Key_V, CONTROL, SHIFT)
     assert two.state.faces[1].recipe.percent == 15.0
-    other = start()
-    other.open(photo)
+    other = start(photo)
     other.key(KEYS.Key_V, CONTROL, SHIFT)
     assert other.state.recipe == Recipe(percent=15.0)
     assert other.editor.document.undo.count() == 1
@@ -150,8 +149,7 @@ def test_a_strange_clipboard_is_said_and_changes_nothing(two):
 
 def test_settings_that_ask_for_too_much_are_said_and_undone(start, source, photo, pixels):
     source.faces = [oval_face()] * 250
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert "choose fewer faces" in driver.say()
     assert driver.say().count("\n") == 0
 

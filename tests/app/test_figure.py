@@ -15,9 +15,7 @@ KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 
 @pytest.fixture
 def inspected(start, photo):
-    driver = start("inspect")
-    driver.open(photo)
-    return driver
+    return start(photo)
 
 
 def legend(driver):

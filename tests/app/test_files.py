@@ -86,8 +86,7 @@ def test_an_unreadable_file_is_said_and_the_last_photo_stays(opened, photo, tmp_
 
 def test_without_a_face_the_bar_offers_one_to_place(start, source, photo, pixels):
     source.faces = []
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert "No face" in driver.say()
     np.testing.assert_array_equal(driver.shown, pixels)
     driver.take_step("Place a face")
@@ -107,8 +106,7 @@ def test_a_source_that_fails_still_lets_a_face_be_placed(start, source, photo):
         raise RuntimeError("the networks are missing")
 
     source.find = fail
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert driver.say() == "The networks are missing."
     driver.take_step("Place a face")
     assert len(driver.state.faces) == 1

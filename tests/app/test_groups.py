@@ -28,9 +28,7 @@ def unsure(start, source, photo):
         dataclasses.replace(face, score=score, source="mesh")
         for face, score in zip(sure, scores, strict=True)
     ]
-    driver = start()
-    driver.open(photo)
-    return driver
+    return start(photo)
 
 
 def test_an_unsure_face_of_a_group_starts_switched_off_and_its_row_says_why(unsure):
@@ -54,8 +52,7 @@ def test_an_unsure_face_that_is_switched_on_comes_back_off_when_faces_are_found_
 
 def test_the_only_face_of_a_photo_is_on_however_unsure(start, source, photo):
     source.faces = [dataclasses.replace(oval_face(), score=0.43, source="mesh")]
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert driver.state.off == frozenset()
     assert driver.panel("faces").item(0).text() == "Face 1\n43 %"
 
@@ -64,9 +61,7 @@ def test_the_only_face_of_a_photo_is_on_however_unsure(start, source, photo):
 def three(start, source, photo):
     """A photo with three small faces, all of them on."""
     source.faces = [oval_face(center=(x, 170), size=0.2) for x in (80, 240, 400)]
-    driver = start()
-    driver.open(photo)
-    return driver
+    return start(photo)
 
 
 @pytest.fixture
@@ -81,8 +76,7 @@ def thirty(start, source, photo):
         )
         for index, at in enumerate(places)
     ]
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     driver.window.actions_by_name["overlay-legend"].setChecked(False)
     return driver
 

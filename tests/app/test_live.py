@@ -154,8 +154,7 @@ def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
     source.faces = [oval_face(2000, 1500, size=0.5)]
     photo = tmp_path / "large.png"
     assert cv2.imwrite(str(photo), textured_photo(2000, 1500))
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     panel, seen = driver.panel("recipe"), []
 
     def look(frame):

@@ -19,9 +19,7 @@ CHIN = Handle("outline", 0, 10)
 
 @pytest.fixture
 def retouch(start, photo):
-    driver = start("retouch")
-    driver.open(photo)
-    return driver
+    return start(photo, workspace="retouch")
 
 
 def marks(driver):
@@ -69,8 +67,7 @@ def test_a_point_is_found_by_keys_alone(retouch):
 
 def test_only_the_face_that_is_pointed_at_shows_its_marks(start, source, photo):
     source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
-    driver = start("retouch")
-    driver.open(photo)
+    driver = start(photo, workspace="retouch")
     driver.canvas.zoom_to(2.5)
     driver.move(middle(driver, 1))
     assert driver.editor.view.pointed == {1}
@@ -90,7 +87,7 @@ def test_elsewhere_and_by_hand_marks_stay(retouch):
 
 
 def test_the_first_start_shows_what_was_found_until_another_photo(start, photo):
-    driver = start("retouch")
+    driver = start(workspace="retouch")
     driver.editor.files.welcome()
     driver.settle()
     assert driver.editor.view.visible == set(INSPECT.overlays)

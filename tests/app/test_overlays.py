@@ -161,8 +161,7 @@ def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, ph
     confidence = np.ones(27)
     confidence[[16, 22]] = 0.2
     source.faces = [dataclasses.replace(oval_face(), confidence=confidence)]
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     driver.key(KEYS.Key_T)
     shown, face = pixels_of(driver), driver.state.faces[0]
     for sure, unsure in ((face.points[4], face.points[16]), (face.points[23], face.points[22])):

@@ -93,8 +93,7 @@ def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, 
 
 
 def test_nothing_is_kept_without_changes_and_after_an_orderly_end(start, photo, storage):
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert not driver.editor.recovery.file.exists()
     driver.change_something()
     file = kept(driver)
@@ -373,8 +372,7 @@ def test_an_edit_is_kept_without_a_pause(opened):
 
 
 def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     driver.change_something()
     driver.editor.recovery.look()
     driver.settle()

@@ -139,8 +139,7 @@ def nothing_is_cut(window, size, where):
 def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share, dress):
     look(dress)
     text_size(share)
-    driver = start("retouch")
-    driver.open(photo)
+    driver = start(photo, workspace="retouch")
     for name in WORKSPACES:
         driver.window.actions_by_name[f"workspace-{name}"].trigger()
         for folded in driver.window.findChildren(QToolButton):
@@ -166,7 +165,7 @@ def test_no_text_of_a_dialog_is_cut(request, text_size, look, dress, share):
 
 
 def test_retouch_has_few_controls(start, photo):
-    driver = start("retouch")
+    driver = start(workspace="retouch")
     driver.window.resize(1280, 800)
     driver.open(photo)
     shown = controls(driver.window)
@@ -175,8 +174,7 @@ def test_retouch_has_few_controls(start, photo):
 
 @pytest.mark.parametrize("workspace", WORKSPACES)
 def test_every_control_and_its_label_have_a_tooltip(start, photo, workspace):
-    driver = start(workspace)
-    driver.open(photo)
+    driver = start(photo, workspace=workspace)
     for folded in driver.window.findChildren(QToolButton):
         if folded.property("fold"):
             folded.setChecked(True)

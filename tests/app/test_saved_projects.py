@@ -35,8 +35,7 @@ def button(box, words):
 @pytest.fixture
 def worked(start, photo):
     """A photo with its project beside it: a slider moved, a point dragged, a line protected."""
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     driver.change_something()
     driver.drag(driver.on_screen(Handle("outline", 0, 10)), QPoint(6, 9))
     state = driver.state
@@ -59,8 +58,7 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     project = load(file)
     assert project.original.path == photo.name, "no folder of this machine leaves it"
     assert project.original.sha256 == sha256_of(photo)
-    other = start()
-    other.open(photo)
+    other = start(photo)
     assert "back" in other.say()
     assert not other.window.isWindowModified()
     assert not other.editor.document.undo.canUndo()
@@ -88,8 +86,7 @@ def test_zones_are_set_by_key_and_come_back_with_the_project(two, start, photo):
     assert two.state.faces[0].recipe is None
     assert (two.shown != before).any()
     save_project(two)
-    other = start()
-    other.open(photo)
+    other = start(photo)
     assert other.state.faces[1].recipe == own
     np.testing.assert_array_equal(other.shown, two.shown)
 
@@ -117,8 +114,7 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
     monkeypatch.setattr(opening, "read", counted("read", opening.read))
     monkeypatch.setattr(project_file, "sha256_of", counted("hash", project_file.sha256_of))
     os.utime(photo, ns=(1, 1))  # another version than the one that was hashed before
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert "back" in driver.say()
     driver.change_something()
     driver.settle()
@@ -130,8 +126,7 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
 def test_one_can_start_afresh_and_the_project_stays(start, photo):
     file = sidecar_of(photo)
     before = file.read_bytes()
-    other = start()
-    other.open(photo)
+    other = start(photo)
     other.take_step("Start afresh")
     other.settle()
     assert other.state.recipe.percent == 4.0
@@ -148,8 +143,7 @@ def test_a_resized_photo_takes_its_project_along_and_says_so(worked, start, phot
     outline = worked.state.faces[0].outline
     larger = cv2.resize(cv2.imread(str(photo)), None, fx=2, fy=2)
     assert cv2.imwrite(str(photo), larger)
-    other = start()
-    other.open(photo)
+    other = start(photo)
     assert "made at 480 x 360 px" in other.say()
     np.testing.assert_allclose(other.state.faces[0].outline, 2.0 * outline + 0.5)
 
@@ -158,8 +152,7 @@ def test_a_resized_photo_takes_its_project_along_and_says_so(worked, start, phot
 def test_another_shape_starts_afresh_and_says_why(start, photo):
     before = sidecar_of(photo).read_bytes()
     assert cv2.imwrite(str(photo), textured_photo(300, 400)[..., ::-1])
-    other = start()
-    other.open(photo)
+    other = start(photo)
     assert "another shape" in other.say()
     assert other.state.recipe.percent == 4.0
     assert sidecar_of(photo).read_bytes() == before
@@ -206,8 +199,7 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
 def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text):
     file = sidecar_of(photo)
     file.write_text(text)
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert driver.say().count("\n") == 0
     assert driver.say().startswith("The photo starts afresh")
     assert len(driver.state.faces) == 1
@@ -267,8 +259,7 @@ def test_the_built_in_sample_is_never_written_beside(empty):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
 def test_a_pipe_in_place_of_a_project_stalls_nothing(start, photo):
     os.mkfifo(sidecar_of(photo))
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     assert len(driver.state.faces) == 1
     driver.editor.files.read(sidecar_of(photo))
     driver.settle()

@@ -226,8 +226,7 @@ def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
     dent = 0.1 * right.box[2] * inwards / np.linalg.norm(inwards)
     dented = moved(right, index, right.outline[index] + dent, 4.0 * right.anchor.spacing_px)
     source.faces = [dented]
-    driver = start()
-    driver.open(photo)
+    driver = start(photo)
     driver.key(KEYS.Key_Q)
     control_click(driver, place(driver, right.outline[index]))
     off = np.linalg.norm(outline(driver) - right.outline, axis=1)

@@ -31,8 +31,7 @@ def docks_of(driver):
 
 @pytest.fixture
 def window(start, photo):
-    driver = start(None)
-    driver.open(photo)
+    driver = start(photo, workspace=None)
     driver.docks = driver.window.findChildren(QDockWidget)
     return driver
 
@@ -106,7 +105,7 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     window.key(KEYS.Key_G)
     window.key(KEYS.Key_O)
     window.editor.close()
-    later = start(None)
+    later = start(workspace=None)
     later.docks = later.window.findChildren(QDockWidget)
     assert later.window.actions_by_name["workspace-inspect"].isChecked()
     assert {"landmarks", "lattice"} <= later.editor.view.switched, "hidden for a moment, not off"
@@ -145,7 +144,7 @@ def test_an_arrangement_that_cannot_be_read_is_the_first_one(start, storage, sto
     storage.settings().setValue("workspaces/now", "elsewhere")
     storage.settings().setValue("workspaces/retouch/docks", stored)
     storage.settings().setValue("workspaces/retouch/overlays", "landmarks,none")
-    driver = start(None)
+    driver = start(workspace=None)
     driver.docks = driver.window.findChildren(QDockWidget)
     assert docks_of(driver) == {"settings", "faces"}
     assert driver.editor.view.switched == {"landmarks"}
