@@ -205,8 +205,7 @@ def test_a_message_moves_away_from_a_face_that_comes_under_it(opened, photo):
 
 
 def test_a_message_leaves_what_to_do_next_in_sight(start, photo):
-    driver = start("compare")
-    driver.open(photo)
+    driver = start(photo, workspace="compare")
     guide = driver.editor.both.guide
     left, top, width, height = driver.state.faces[0].box
     driver.canvas.look_at(QRectF(left, top, width, 2 * height))

@@ -54,8 +54,7 @@ def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
 
 
 def test_the_other_view_is_built_where_it_is_first_shown(start, photo):
-    driver = start("retouch")
-    driver.open(photo)
+    driver = start(photo, workspace="retouch")
     assert driver.window.findChildren(OtherModeView) == []
     driver.window.actions_by_name["workspace-compare"].trigger()
     driver.settle()

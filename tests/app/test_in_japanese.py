@@ -55,8 +55,7 @@ def test_what_has_no_letter_shows_none(two):
 
 
 def test_no_text_is_cut_in_the_least_window(start, photo):
-    driver = start("retouch")
-    driver.open(photo)
+    driver = start(photo, workspace="retouch")
     for name in WORKSPACES:
         driver.window.actions_by_name[f"workspace-{name}"].trigger()
         for folded in driver.window.findChildren(QToolButton):

@@ -127,7 +127,7 @@ def test_what_is_unfolded_is_remembered_by_each_workspace(window, start):
     window.key(KEYS.Key_1, ALT)
     assert window.panel("recipe").centre.isVisible()
     window.editor.close()
-    later = start(None)
+    later = start(workspace=None)
     panel = later.panel("recipe")
     assert panel.sliders["jaw"].isVisible()
     assert not panel.choices["fit"].isVisible()

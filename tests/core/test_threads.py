@@ -1,5 +1,8 @@
 """Tasks shared with helpers: all done, none lost, and nobody at work afterwards."""
 
+import subprocess
+import sys
+import textwrap
 import threading
 
 import pytest
@@ -131,3 +134,28 @@ def test_nothing_is_at_work_any_more_after_a_block_that_fails(gate):
     assert result() is True
     names = [thread.name for thread in threading.enumerate()]
     assert not any(name.startswith("kogao-beside") for name in names)
+
+
+# As when a photo is searched for faces while Qt is loaded.
+LOADING = """
+    import threading, numpy
+    from kogao_core import threads
+
+    loaded = threading.Event()
+
+    def look():
+        while not loaded.is_set():
+            threads._controller.__wrapped__()
+
+    looking = threading.Thread(target=look)
+    looking.start()
+    import cv2, PIL.ImageCms, PySide6.QtWidgets, PySide6.QtNetwork
+    loaded.set()
+    looking.join()
+"""
+
+
+def test_looking_for_blas_holds_up_nobody_who_loads_a_library():
+    """The loader's lock was held for a callback in Python, which waited for whoever loads."""
+    program = [sys.executable, "-c", textwrap.dedent(LOADING)]
+    subprocess.run(program, check=True, timeout=3 * PATIENCE_S)
