@@ -76,7 +76,7 @@ def nothing_is_cut(window):
 @pytest.mark.usefixtures("strange")
 @pytest.mark.parametrize("name", WORKSPACES)
 def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start, photo):
-    driver = start(name)
+    driver = start(workspace=name)
     driver.open(photo)
     for folded in driver.window.findChildren(QToolButton):
         if folded.property("fold"):
