@@ -162,7 +162,7 @@ def test_from_the_start_to_a_saved_copy_by_keys_alone(
     start, source, photo, tmp_path, workspace, amount
 ):
     source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
-    driver, alt = start(workspace), Qt.KeyboardModifier.AltModifier
+    driver, alt = start(workspace=workspace), Qt.KeyboardModifier.AltModifier
     by_keys(driver, KEYS.Key_O, CONTROL)
     driver.choose_path(photo)
     driver.settle()
