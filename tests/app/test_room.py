@@ -170,6 +170,10 @@ def test_retouch_has_few_controls(start, photo):
     driver.open(photo)
     shown = controls(driver.window)
     assert len(shown) <= 14, sorted(one.accessibleName() or one.text() for one in shown)
+    driver.key(Qt.Key.Key_F3)
+    driver.settle()
+    more = {one.text() for one in controls(driver.window) - shown}
+    assert more == {"Tools", "Back to automatic"}, "points by hand add no more than they need"
 
 
 @pytest.mark.parametrize("workspace", WORKSPACES)

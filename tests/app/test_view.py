@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
-from kogao_app.canvas.overlays.glyphs import plate
+from kogao_app.canvas.overlays.glyphs import outward_plate, plate
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.widgets.scrolled import ColumnArea
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
@@ -211,6 +211,15 @@ def test_a_label_lies_within_the_canvas_as_a_whole(qapp):
         assert area.contains(plate(font, QPointF(x, y), "right eye, inner corner", within=area))
     free = plate(font, QPointF(20, 100), "right eye, inner corner")
     assert plate(font, QPointF(20, 100), "right eye, inner corner", within=area) == free
+
+
+def test_the_name_of_a_landmark_hides_no_other(opened):
+    middle = opened.canvas.to_screen(opened.state.faces[0].points.mean(axis=0))
+    points = [QPointF(opened.on_screen(Handle("outline", 0, index))) for index in range(21)]
+    area = opened.canvas.viewport().rect().toRectF()
+    for at in points:
+        name = outward_plate(opened.canvas.font(), at, middle, "outline 9, left jaw", area)
+        assert not any(name.contains(other) for other in points)
 
 
 def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):

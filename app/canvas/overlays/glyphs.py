@@ -12,6 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPen, 
 from ...theme import OKABE_ITO
 
 _HATCH_PX: Final = 64  # a multiple of the 8 px after which Qt's hatches repeat
+_BESIDE_PX: Final = 14.0
 SWATCH_PX: Final = 18
 # Dark enough that a point with its light halo and case differs from any grey by 3 : 1 at least.
 CASE: Final = QColor(0, 0, 0, 200)
@@ -139,6 +140,15 @@ def plate(
         box.moveBottom(min(box.bottom(), within.bottom()))
         box.moveTop(max(box.top(), within.top()))
     return box
+
+
+def outward_plate(font: QFont, at: QPointF, middle: QPointF, text: str, within: QRectF) -> QRectF:
+    """Return the plate of a label beside a point of a ring, away from the `middle` of the ring."""
+    width = plate(font, at, text).width()
+    left, below = at.x() < middle.x(), at.y() > middle.y()
+    x = -_BESIDE_PX - width if left else _BESIDE_PX
+    y = _BESIDE_PX if below else -_BESIDE_PX
+    return plate(font, at + QPointF(x, y), text, within=within)
 
 
 def label(

@@ -169,7 +169,13 @@ class Names(Overlay):
             count, confidence = len(face.outline), handles.confidence(face, view.hovered)
             sure = "" if confidence is None else tr(" · {n:.0f} % sure", n=100 * confidence)
             text = handles.name(view.hovered, count) + sure
-            glyphs.label(painter, at + QPointF(14, -14), text, within=place.viewport)
+            # Where it hides no neighbour.
+            (middle,) = place.points(face.points.mean(axis=0))
+            glyphs.on_plate(
+                painter,
+                glyphs.outward_plate(painter.font(), at, middle, text, place.viewport),
+                text,
+            )
 
 
 class FollowingBand(Overlay):
