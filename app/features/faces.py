@@ -227,6 +227,7 @@ class Faces(Feature):
         self.finding_s = None
         if self.document.pyramid is not None:
             self.panel.open(self.document.pyramid)
+            self._show()
 
     def _show(self) -> None:
         self.panel.show_state(self.document.state, self.view.face)

@@ -209,3 +209,11 @@ def test_the_wheel_moves_a_slider_with_the_focus_in_one_step(two, qtbot):
     qtbot.waitUntil(lambda: not two.editor.document.in_gesture)
     assert two.state.recipe.percent > 4.0
     assert two.editor.document.undo.count() == 1
+
+
+def test_a_photo_without_faces_has_the_row_of_the_photo(start, source, photo):
+    source.faces = []
+    driver = start()
+    driver.open(photo)
+    rows = driver.panel("faces").list
+    assert [rows.item(row).text() for row in range(rows.count())] == ["All faces"]
