@@ -120,7 +120,7 @@ class Screenshot(QObject):
             try:
                 check_protection(protection, Box.of(photo.pixels))
             except OutOfBounds as problem:
-                self._end(USAGE, str(problem))
+                self._end(USAGE, reason(problem))
                 self._leave()
                 return
             state = dataclasses.replace(state, protection=protection)

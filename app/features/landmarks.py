@@ -20,10 +20,11 @@ from kogao_core.landmarks import (
     networks_are_here,
     source,
 )
+from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
 from ..actions import Spec
-from ..i18n import lettered, tr, translated
+from ..i18n import lettered, sentence, tr, translated
 from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
@@ -138,7 +139,7 @@ class Exchange(Feature):
             faces = interchange.read(path)
             interchange.check_inside(faces, self.document.image)
         except BadFile as problem:
-            self.say(f"{problem}.")
+            self.say(sentence(problem))
             return
         # Into the mode at work: points by hand may come from a file as well.
         state = dataclasses.replace(self.document.state, faces=tuple(faces), off=frozenset())
@@ -154,7 +155,7 @@ class Exchange(Feature):
             tr("Export landmarks"),
             self.export_file,
             "new",
-            filters=[f"{form.title} (*{form.suffix})" for form in forms],
+            filters=[f"{translated(form.title)} (*{form.suffix})" for form in forms],
             endings=[f".{form.name}" for form in forms],
             at=None if path is None else path.with_name(path.stem),
         )
@@ -167,16 +168,16 @@ class Exchange(Feature):
             # The dialog has asked about the first file only.
             there = [file for file in interchange.files(path, faces)[1:] if file.exists()]
             if there:
-                raise BadFile(tr("{name} is there already", name=there[0].name))
+                raise BadFile(Text("{name} is there already", name=there[0].name))
             written = interchange.write(faces, path)
         except BadFile as problem:
-            self.say(f"{problem}.")
+            self.say(sentence(problem))
         except OSError as problem:
             reason = problem.strerror or str(problem)
             text = tr("{path} can't be written ({reason}).", path=path, reason=reason)
             self.say(text)
         else:
-            notes = {one.note for one in written if one.note}
+            notes = {translated(one.note) for one in written if one.note}
             text = tr("Landmarks written to {name}", name=path.name)
             self.working.emit("; ".join([text, *sorted(notes)]))
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusB
 
 from kogao_core.photo import Photo, formats
 
-from ..i18n import tr
+from ..i18n import tr, translated
 from ..render.colour import screen_colours
 from ..theme import GRID_PX
 from .controls import Elided
@@ -248,7 +248,7 @@ class StatusLine(QStatusBar):
         if notes:
             parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))
-        self._photo.setToolTip("\n".join(notes))
+        self._photo.setToolTip("\n".join(map(translated, notes)))
 
     def show_speed(self, took_ms: float) -> None:
         """Show how long the newest picture took."""

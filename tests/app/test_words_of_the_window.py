@@ -20,7 +20,10 @@ from PySide6.QtWidgets import (
     QToolButton,
     QWidget,
 )
+from strangely import strange
 from test_room import LEAST, told
+
+from kogao_core.sidecar import sidecar_of
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 TAG = re.compile(r"<[^<>]*>")
@@ -96,3 +99,30 @@ def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo
             continue  # its words are the test's
         assert plain(dialog, (str(photo.parent), photo.name, "Kogao")) == set()
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
+
+
+@pytest.mark.usefixtures("strange")
+def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
+    driver = start("retouch")
+    broken = photo.with_name("broken.jpg")
+    broken.write_bytes(b"\xff\xd8\xff\xe0 and no more")
+    driver.open(broken)
+    assert "broken.jpg" in driver.say()
+    assert WORD.findall(driver.say().replace(str(broken), "")) == []
+    project = sidecar_of(photo)
+    project.write_text('{"format": 3}')
+    driver.open(photo)
+    assert strange("The photo starts")[:10] in driver.say()
+    assert WORD.findall(driver.say().replace(str(project), "").replace("format", "")) == []
+
+
+@pytest.mark.usefixtures("strange")
+def test_what_the_core_notes_is_said_in_the_users_language(opened, photo):
+    opened.change_something()
+    opened.settle()
+    opened.editor.projects.save()
+    opened.settle()
+    photo.write_bytes(photo.read_bytes() + b"more")
+    opened.open(photo)
+    assert strange("the project was made from")[1:20] in opened.say()
+    assert WORD.findall(opened.say().replace(sidecar_of(photo).name, "")) == []

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from kogao_core.batch import Outcome
 from kogao_core.recipe import Recipe
 
-from ...i18n import tr
+from ...i18n import tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
 from ...widgets.dialogs import Dialog, ask_path, button, photo_filter
@@ -247,7 +247,8 @@ class BatchDialog(Dialog):
     def show_bad(self, outcome: Outcome) -> None:
         """Add a photo that couldn't be done, with its sentence."""
         is_named = outcome.reason.startswith(outcome.source)
-        self.bad.addItem(outcome.reason if is_named else f"{outcome.source}: {outcome.reason}")
+        why = translated(outcome.reason)
+        self.bad.addItem(why if is_named else f"{outcome.source}: {why}")
         self._show_bad()
 
     def _show_bad(self) -> None:

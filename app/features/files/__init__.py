@@ -26,7 +26,7 @@ from kogao_core.threads import beside
 from ...actions import Spec, call
 from ...ahead import Ahead
 from ...document import State
-from ...i18n import reason, sentence, tr
+from ...i18n import reason, sentence, tr, translated
 from ...search import FaceSearch
 from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
@@ -227,7 +227,7 @@ class Files(Feature):
             self.document.begin_with(state)
             self.live.go_on()
             self.working.emit("")
-        self.restored.emit(work, note)
+        self.restored.emit(work, translated(note))  # a signal keeps but the text
         self._faces.found.emit(len(state.faces))
 
     def _not_opened(self, problem: Exception) -> None:
