@@ -103,7 +103,7 @@ def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo
 
 @pytest.mark.usefixtures("strange")
 def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
-    driver = start("retouch")
+    driver = start(workspace="retouch")
     broken = photo.with_name("broken.jpg")
     broken.write_bytes(b"\xff\xd8\xff\xe0 and no more")
     driver.open(broken)
