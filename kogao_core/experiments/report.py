@@ -20,6 +20,7 @@ from kogao_core.geometry import Image
 from kogao_core.language import Text
 from kogao_core.recipe import Recipe
 from kogao_core.settings import LatticeUnit
+from kogao_core.wording import columns
 
 _UNITS: Final[dict[LatticeUnit, Text]] = {
     "spacing": Text("landmark spacings"),
@@ -54,21 +55,23 @@ class Table:
     @property
     def numeric(self) -> list[bool]:
         """Whether each column holds numbers, which are aligned to the right."""
-        columns = zip(*self.rows, strict=True)
-        found = [all(map(_NUMBER.match, column)) for column in columns]
+        found = [all(map(_NUMBER.match, one)) for one in zip(*self.rows, strict=True)]
         return found or [False] * len(self.header)
 
     def __str__(self) -> str:
         """Return the table as text in columns."""
         lines = [self.header, *self.rows]
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        widths = [max(map(columns, column)) for column in zip(*lines, strict=True)]
         texts = []
         for line in lines:
             cells = zip(line, widths, self.numeric, strict=True)
-            texts.append(
-                "  ".join(c.rjust(w) if right else c.ljust(w) for c, w, right in cells).rstrip()
-            )
+            texts.append("  ".join(_padded(*cell) for cell in cells).rstrip())
         return "\n".join([self.caption, *texts, *([self.note] if self.note else [])])
+
+
+def _padded(text: str, width: int, right: bool) -> str:
+    space = " " * (width - columns(text))
+    return space + text if right else text + space
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ import pytest
 from kogao_core.experiments.charts import HEIGHT, WIDTH, Chart, Series, svg
 from kogao_core.experiments.page import page as page_of
 from kogao_core.experiments.report import Heading, Made, Picture, Report, Row, Table
+from kogao_core.wording import columns
 
 NASTY = "<script>alert('1')</script> & \"quotes\""
 MADE = Made(
@@ -105,6 +106,12 @@ def test_exact_pictures_keep_their_pixels():
 def test_a_table_reads_as_text():
     text = str(Table("Caption", ("name", "ms"), [("first", "1.5"), ("second", "12.25")], "Note."))
     assert text == "Caption\nname       ms\nfirst     1.5\nsecond  12.25\nNote."
+
+
+def test_figures_stand_in_one_column_beside_wide_letters():
+    text = str(Table("表", ("手法", "設定、ms"), [("従来手法", "1.5"), ("Wdr", "12.25")]))
+    assert text.split("\n")[1:] == ["手法      設定、ms", "従来手法       1.5", "Wdr          12.25"]
+    assert len({columns(line) for line in text.split("\n")[1:]}) == 1
 
 
 def test_a_chart_keeps_inside_and_leaves_gaps():
