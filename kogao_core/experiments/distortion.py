@@ -52,7 +52,8 @@ class Distortion:
         How far the worst straight line of a grid over and round the faces departs from straight, in
         % of the distance between the eyes' outer corners.
     photo_bend : float, optional
-        The same of the worst line found in the photo beside the faces; None where there is none.
+        The same of the worst line found in the photo beside the faces, on hair and collars, too: a
+        studio portrait has no others. None where there is none.
     residual, contour : float
         How far landmarks end from their targets on average, and the outline between them from its
         curve at worst, in % of the same.
