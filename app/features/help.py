@@ -158,6 +158,7 @@ class Documentation(Feature):
 
     def open(self) -> None:
         """Show it, beside the window."""
+        self.window.bar.clear()
         try:
             folder = assets.documentation()
         except assets.AssetMissing as problem:
