@@ -281,7 +281,7 @@ class SpokenPart(QAccessibleObject):
     def __init__(self, part: Part) -> None:
         super().__init__(part)
         self._part = part
-        self._actions = _Actions(part)
+        self._actions = _PartActions(part)
 
     @property
     def _points(self) -> list[Part]:
@@ -345,7 +345,7 @@ class SpokenPart(QAccessibleObject):
         return self._actions if kind == QAccessible.InterfaceType.ActionInterface else NOTHING
 
 
-class _Actions(QAccessibleActionInterface):
+class _PartActions(QAccessibleActionInterface):
     """To choose the face, or to take the point."""
 
     def __init__(self, part: Part) -> None:

@@ -20,7 +20,7 @@ class SpokenSlider(QAccessibleWidget):
     def __init__(self, slider: GestureSlider) -> None:
         super().__init__(slider, QAccessible.Role.Slider)
         self._slider = slider
-        self._value, self._actions = _Value(slider), _Actions(slider)
+        self._value, self._actions = _Value(slider), _SliderActions(slider)
 
     def text(self, kind: QAccessible.Text) -> str:
         """Return its value with the unit, or what any widget says."""
@@ -61,7 +61,7 @@ class _Value(QAccessibleValueInterface):
         return abs(scale.value(low + 1) - scale.value(low))
 
 
-class _Actions(QAccessibleActionInterface):
+class _SliderActions(QAccessibleActionInterface):
     """What it can be told to do."""
 
     def __init__(self, slider: GestureSlider) -> None:
