@@ -13,7 +13,7 @@ from PySide6.QtCore import QCoreApplication, QObject, QTimer
 from kogao_core.atomic import put
 from kogao_core.geometry import Box
 from kogao_core.limits import OutOfBounds, check_protection
-from kogao_core.wording import sentence
+from kogao_core.wording import sentence, system_reason
 
 from .canvas.overlays.listed import LISTED
 from .editor import Editor
@@ -143,7 +143,7 @@ class Screenshot(QObject):
         try:
             put(encoded(self._editor.window.grab(), self._path.suffix), self._path)
         except OSError as error:
-            why = error.strerror or error
+            why = system_reason(error)
             self._end(
                 UNREADABLE,
                 f"{self._path} can't be written ({why}); choose another name ending in .png",

@@ -13,7 +13,7 @@ from kogao_core.language import Text
 from kogao_core.originals import data_folder
 from kogao_core.recipe import PAPER, Recipe
 from kogao_core.strict import parse
-from kogao_core.wording import shown
+from kogao_core.wording import shown, system_reason
 
 BUILT_IN: Final[dict[str, Recipe]] = {
     Text("Retoucher's, 4 %"): Recipe(),
@@ -48,7 +48,9 @@ def read(file: Path) -> Recipe:
         return Recipe.from_dict(parse(data, _MOST_BYTES).value)
     except OSError as error:
         raise ValueError(
-            Text("the recipe {file} can't be read ({reason})", file=file, reason=error.strerror)
+            Text(
+                "the recipe {file} can't be read ({reason})", file=file, reason=system_reason(error)
+            )
         ) from error
     except ValueError as error:
         raise ValueError(

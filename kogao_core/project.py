@@ -18,6 +18,7 @@ from kogao_core.language import Text
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import Recipe
 from kogao_core.strict import BadFile, Node, parse
+from kogao_core.wording import system_reason
 
 VERSION: Final = 1
 Mode = Literal["automatic", "manual"]
@@ -319,7 +320,7 @@ def load(path: str | os.PathLike[str]) -> Project:
             data = file.read(_MOST_BYTES + 1)
     except OSError as error:
         raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=error.strerror or error)
+            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
         ) from None
     return from_node(parse(data, _MOST_BYTES))
 

@@ -6,6 +6,28 @@ import reprlib
 import unicodedata
 from typing import Final
 
+from kogao_core.language import Text
+
+_REASONS: Final[dict[str, str]] = {
+    reason: reason
+    for reason in (
+        Text("No such file or directory"),
+        Text("Permission denied"),
+        Text("Operation not permitted"),
+        Text("No space left on device"),
+        Text("Disk quota exceeded"),
+        Text("Read-only file system"),
+        Text("Is a directory"),
+        Text("Not a directory"),
+        Text("File exists"),
+        Text("File name too long"),
+        Text("File too large"),
+        Text("Input/output error"),
+        Text("Device or resource busy"),
+        Text("Connection refused"),
+        Text("Address already in use"),
+    )
+}
 _LONGEST_VALUE: Final = 40
 _LONGEST_SENTENCE: Final = 600
 _END: Final = 200  # letters of a long sentence that stay behind the gap: they say what to do
@@ -16,6 +38,12 @@ def shown(value: object) -> str:
     # Nothing that is cut anyway is written out, whatever its size and depth.
     text = repr(value) if isinstance(value, int | float) else _SHORT.repr(value)
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
+
+
+def system_reason(error: OSError) -> str:
+    """Return why the system refuses something; the usual reasons can be said in any language."""
+    said = error.strerror or str(error)
+    return _REASONS.get(said, said)
 
 
 def sentence(text: str) -> str:

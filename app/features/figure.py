@@ -10,6 +10,7 @@ from PySide6.QtGui import QPainter, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from kogao_core.atomic import put
+from kogao_core.wording import system_reason
 
 from ..actions import Spec
 from ..i18n import tr
@@ -61,7 +62,7 @@ class Figure(Feature):
         try:
             put(encoded(self.picture(), path.suffix), path)
         except OSError as problem:
-            why = problem.strerror or str(problem)
+            why = system_reason(problem)
             self.say(tr("{path} can't be written ({reason}).", path=path, reason=why))
         else:
             self.working.emit(tr("Figure written to {name}", name=path.name))

@@ -22,6 +22,7 @@ from kogao_core.landmarks import (
 )
 from kogao_core.language import Text
 from kogao_core.strict import BadFile
+from kogao_core.wording import system_reason
 
 from ..actions import Spec
 from ..i18n import lettered, sentence, tr, translated
@@ -173,7 +174,7 @@ class Exchange(Feature):
         except BadFile as problem:
             self.say(sentence(problem))
         except OSError as problem:
-            reason = problem.strerror or str(problem)
+            reason = system_reason(problem)
             text = tr("{path} can't be written ({reason}).", path=path, reason=reason)
             self.say(text)
         else:

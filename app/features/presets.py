@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
 from kogao_core import presets
 from kogao_core.recipe import Recipe
+from kogao_core.wording import system_reason
 
 from ..actions import Spec
 from ..i18n import sentence, tr, translated
@@ -144,7 +145,7 @@ class Presets(Feature):
         try:
             act()
         except OSError as error:
-            why, file = error.strerror or str(error), error.filename or self.storage.presets
+            why, file = system_reason(error), error.filename or self.storage.presets
             self.say(tr("{file} can't be written ({why}).", file=file, why=why))
             return False
         return True

@@ -9,6 +9,7 @@ from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
 
 from kogao_core.strict import BadFile
+from kogao_core.wording import system_reason
 
 from ..actions import Spec
 from ..i18n import tr
@@ -52,7 +53,7 @@ class Rating(Feature):
             self.say(f"{problem}. {step}")
             return
         except OSError as problem:
-            reason = problem.strerror or str(problem)
+            reason = system_reason(problem)
             self.say(tr("The page can't be served: {reason}.", reason=reason))
             return
         self.stop()

@@ -29,6 +29,7 @@ from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_mes
 from kogao_core.language import Text, system_languages, tr, translated, use_language
 from kogao_core.memory import keep_freed
 from kogao_core.stderr import open_standard_streams
+from kogao_core.wording import system_reason
 
 PROGRAM = "kogao-cli"
 INTERRUPTED = 130
@@ -109,9 +110,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         _drop_the_rest()
         return 0
     except OSError as error:
-        reason = error.strerror or error
+        reason = system_reason(error)
         if error.filename is not None:
-            return _end(f"{os.fsdecode(error.filename)}: {reason}", UNREADABLE)
+            return _end(f"{os.fsdecode(error.filename)}: {translated(reason)}", UNREADABLE)
         _drop_the_rest()
         return _end(
             tr("what was done can't be printed ({reason}); print it elsewhere", reason=reason),

@@ -14,6 +14,7 @@ import click
 from kogao_core import installed, wording
 from kogao_core.cli import common, options, words
 from kogao_core.language import Text, tr, translated
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from kogao_core.batch import Outcome, Workers
@@ -99,7 +100,7 @@ def command(
                 "the report {report} can't be written ({reason}); make room or "
                 "choose another one, and start again: what is done stays done",
                 report=report,
-                reason=error.strerror or error,
+                reason=system_reason(error),
             ),
             common.UNREADABLE,
         ) from error

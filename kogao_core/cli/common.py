@@ -12,7 +12,7 @@ import click
 
 from kogao_core.cli import words
 from kogao_core.language import Text, translated
-from kogao_core.wording import sentence
+from kogao_core.wording import sentence, system_reason
 
 if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
@@ -107,7 +107,7 @@ def check_free(file: Path, force: bool) -> None:
             Text(
                 "{file} can't be replaced: {reason}; name another file",
                 file=file,
-                reason=error.strerror,
+                reason=system_reason(error),
             ),
             USAGE,
         ) from None

@@ -12,6 +12,7 @@ import click
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.language import Text, tr, translated
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,7 +93,7 @@ def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
         put(png(people.picture(photo.width, photo.height)), file)
     except OSError as error:
         raise common.Stop(
-            Text("{file} can't be written: {reason}", file=file, reason=error.strerror),
+            Text("{file} can't be written: {reason}", file=file, reason=system_reason(error)),
             common.UNREADABLE,
         ) from None
 

@@ -9,6 +9,7 @@ import click
 
 from kogao_core.cli import common, figures, reports, study, words
 from kogao_core.language import Text
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from kogao_core.experiments.setting_times import SettingTime
@@ -68,7 +69,7 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
         raise common.Stop(error, common.USAGE) from error
     except OSError as error:
         raise common.Stop(
-            Text("{file} can't be read ({reason})", file=file, reason=error.strerror),
+            Text("{file} can't be read ({reason})", file=file, reason=system_reason(error)),
             common.UNREADABLE,
         ) from error
 

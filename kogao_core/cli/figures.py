@@ -9,6 +9,7 @@ import click
 
 from kogao_core.cli import common, options, words
 from kogao_core.language import Text
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -116,7 +117,7 @@ def _write(
             Text(
                 "{folder} can't be written ({reason})",
                 folder=folder,
-                reason=error.strerror or error,
+                reason=system_reason(error),
             ),
             common.UNREADABLE,
         ) from error

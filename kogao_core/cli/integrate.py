@@ -16,6 +16,7 @@ import click
 from kogao_core import installed
 from kogao_core.cli import common, desktop, words
 from kogao_core.language import Text, translated
+from kogao_core.wording import system_reason
 
 _OURS: Final = "-- by kogao-cli integrate"
 # Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
@@ -133,7 +134,7 @@ def command(host: str, remove: bool, settings: Path | None) -> None:
             Text(
                 "{place} can't be changed ({why})",
                 place=error.filename or settings or host,
-                why=error.strerror or error,
+                why=system_reason(error),
             ),
             common.UNREADABLE,
         ) from error

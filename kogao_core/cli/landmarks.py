@@ -9,6 +9,7 @@ import click
 
 from kogao_core.cli import common, options, words
 from kogao_core.language import Text, translated
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,7 +110,7 @@ def _write(
             Text(
                 "{target} can't be written ({reason})",
                 target=target,
-                reason=error.strerror or error,
+                reason=system_reason(error),
             ),
             common.UNREADABLE,
         ) from error

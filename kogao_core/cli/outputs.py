@@ -12,6 +12,7 @@ import click
 
 from kogao_core.cli import common, json_file, words
 from kogao_core.language import Text
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Made, Report
@@ -124,7 +125,7 @@ def _writing(place: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        reason = error.strerror or error
+        reason = system_reason(error)
         raise common.Stop(
             Text(
                 "{place} can't be written ({reason}); choose another folder or make room",

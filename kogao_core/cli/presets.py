@@ -12,6 +12,7 @@ from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.language import Text, translated
 from kogao_core.recipe import Recipe
+from kogao_core.wording import system_reason
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -113,6 +114,6 @@ def _named(name: str) -> Recipe:
 
 def _unwritten(file: Path, error: OSError) -> common.Stop:
     return common.Stop(
-        Text("{file} can't be written ({reason})", file=file, reason=error.strerror or error),
+        Text("{file} can't be written ({reason})", file=file, reason=system_reason(error)),
         common.UNREADABLE,
     )

@@ -14,6 +14,7 @@ import click
 from kogao_core.cli import common
 from kogao_core.language import Text
 from kogao_core.settings import SETTINGS
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,9 +107,7 @@ def save(
         project.save(kept, place)
     except OSError as error:
         raise common.Stop(
-            Text(
-                "{place} can't be written ({reason})", place=place, reason=error.strerror or error
-            ),
+            Text("{place} can't be written ({reason})", place=place, reason=system_reason(error)),
             common.UNREADABLE,
         ) from error
     return place

@@ -8,6 +8,7 @@ import click
 
 from kogao_core.cli import common, words
 from kogao_core.language import Text, tr
+from kogao_core.wording import system_reason
 
 
 @words.command("restore")
@@ -29,7 +30,7 @@ def command(file: Path, force: bool) -> None:
                 Text(
                     "{file} can't be brought back ({reason})",
                     file=file,
-                    reason=error.strerror or error,
+                    reason=system_reason(error),
                 ),
                 common.UNREADABLE,
             ) from error

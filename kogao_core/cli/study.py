@@ -13,7 +13,7 @@ import click
 from kogao_core.cli import common, outputs, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.language import Text, tr
-from kogao_core.wording import shown
+from kogao_core.wording import shown, system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -202,6 +202,6 @@ def _disk(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise common.Stop(
-            Text("{path} can't be written ({reason})", path=path, reason=error.strerror or error),
+            Text("{path} can't be written ({reason})", path=path, reason=system_reason(error)),
             common.UNREADABLE,
         ) from error

@@ -16,7 +16,7 @@ from kogao_core.interchange.templates import OWN_NAMES, TEMPLATES, Template, fit
 from kogao_core.language import Text
 from kogao_core.limits import OutOfBounds, check_faces
 from kogao_core.strict import BadFile
-from kogao_core.wording import shown
+from kogao_core.wording import shown, system_reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
             data = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=error.strerror or error)
+            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
         ) from None
     try:
         if form.name == "json":

@@ -23,6 +23,7 @@ from kogao_core.landmarks.mesh import LEAST_SCORE
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
 from kogao_core.language import Text
+from kogao_core.wording import system_reason
 
 POINTS: Final = 68
 _JAW: Final = slice(0, 17)
@@ -117,7 +118,11 @@ def _loaded(model: Path) -> Any:
             text = start + file.read(_MOST_BYTES) if start.startswith(_YAML) else b""
     except OSError as error:
         raise ModelRefused(
-            Text("the model {model} can't be read ({reason})", model=model, reason=error.strerror)
+            Text(
+                "the model {model} can't be read ({reason})",
+                model=model,
+                reason=system_reason(error),
+            )
         ) from error
     if len(text) > _MOST_BYTES:
         raise ModelRefused(

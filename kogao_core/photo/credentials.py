@@ -18,6 +18,7 @@ from kogao_core.language import Text
 from kogao_core.photo import tiff
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
 from kogao_core.photo.model import Photo
+from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -246,7 +247,7 @@ def _bytes_of(name: str) -> bytes:
         return Path(name).read_bytes()
     except OSError as error:
         raise CannotDisclose(
-            Text("{path} can't be read ({problem})", path=name, problem=error.strerror or error)
+            Text("{path} can't be read ({problem})", path=name, problem=system_reason(error))
         ) from error
 
 

@@ -17,6 +17,7 @@ from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.model import Photo, Stamp, is_same
 from kogao_core.photo.writing import Sign, check_output, write
+from kogao_core.wording import system_reason
 
 _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 
@@ -138,7 +139,7 @@ def write_in_place(
                     "make room, or write to another file",
                     path=photo.path,
                     folder=originals.folder,
-                    reason=error.strerror or error,
+                    reason=system_reason(error),
                 )
             ) from error
 

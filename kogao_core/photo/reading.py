@@ -19,6 +19,7 @@ from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import Source, common
 from kogao_core.photo.model import Photo, Stamp
 from kogao_core.stderr import hushed
+from kogao_core.wording import system_reason
 
 MAX_MEGAPIXELS: Final = 300.0
 _PILLOWS: Final = tuple(form.name for form in formats.ALL if form.reader is None)
@@ -77,7 +78,7 @@ def read(
             Text("{path} may not be read; check its permissions", path=path)
         ) from None
     except OSError as error:
-        reason = error.strerror or error
+        reason = system_reason(error)
         raise UnreadablePhoto(
             Text("{path} can't be read ({reason}); try again or copy it", path=path, reason=reason)
         ) from error

@@ -20,6 +20,7 @@ from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo, is_same
+from kogao_core.wording import system_reason
 
 Sign: TypeAlias = Callable[[Photo, Pieces, Format], Pieces]
 
@@ -114,7 +115,7 @@ def write(
         put(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
-        reason = error.strerror or error
+        reason = system_reason(error)
         too_long = error.errno == errno.ENAMETOOLONG
         remedy = (
             Text("choose a shorter name")
@@ -222,7 +223,9 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
     except NotAFile as error:
         raise RefusedOutput(
             Text(
-                "{path} can't be replaced: {reason}; name a file", path=path, reason=error.strerror
+                "{path} can't be replaced: {reason}; name a file",
+                path=path,
+                reason=system_reason(error),
             )
         ) from None
     if path.exists() and not force:

@@ -12,6 +12,7 @@ from kogao_core import batch
 from kogao_core.batch import REPORT, Outcome, Workers
 from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
 from kogao_core.recipe import Recipe
+from kogao_core.wording import system_reason
 
 from ...i18n import tr
 
@@ -146,6 +147,6 @@ def carry_out(
         text = tr(
             "{folder} can't be written to ({reason}); choose another folder",
             folder=order.folder,
-            reason=error.strerror or error,
+            reason=system_reason(error),
         )
         raise batch.NothingToDo(text) from error

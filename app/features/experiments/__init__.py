@@ -13,6 +13,7 @@ from kogao_core import atomic
 from kogao_core.experiments import setting_times
 from kogao_core.experiments.subjects import Subject
 from kogao_core.landmarks import source
+from kogao_core.wording import system_reason
 
 from ...actions import Spec
 from ...i18n import sentence, tr
@@ -99,7 +100,7 @@ class Experiments(Feature):
         try:
             setting_times.append(self._sessions, session)
         except OSError as problem:
-            self.say(tr("The setting time wasn't kept ({why}).", why=problem.strerror))
+            self.say(tr("The setting time wasn't kept ({why}).", why=system_reason(problem)))
 
     def _subject(self) -> Subject | None:
         photo, state, path = self.document.photo, self.document.state, self.document.path
@@ -178,7 +179,7 @@ class Experiments(Feature):
             atomic.put(texts.get(kind, texts["html"]).encode(), file)
         except OSError as problem:
             self._dialog.state.setText(
-                tr("{file} can't be written ({why}).", file=file, why=problem.strerror)
+                tr("{file} can't be written ({why}).", file=file, why=system_reason(problem))
             )
             return False
         return True

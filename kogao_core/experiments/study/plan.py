@@ -23,6 +23,7 @@ from kogao_core.language import Text
 from kogao_core.recipe import Recipe
 from kogao_core.settings import PAPER_CENTERS
 from kogao_core.strict import BadFile, Node, parse
+from kogao_core.wording import system_reason
 
 STUDY_FILE: Final = "study.json"
 RATINGS_FOLDER: Final = "ratings"
@@ -238,7 +239,7 @@ def _parsed(path: Path, refusal: str) -> Node:
                 "{refusal} ({name}: {reason})",
                 refusal=refusal,
                 name=path.name,
-                reason=error.strerror or error,
+                reason=system_reason(error),
             )
         ) from None
     except BadFile as error:

@@ -29,6 +29,7 @@ from kogao_core.experiments.study.session import (
 )
 from kogao_core.language import Text
 from kogao_core.strict import BadFile, Node, parse
+from kogao_core.wording import system_reason
 
 SUFFIX: Final = ".jsonl"
 VERSION: Final = 2
@@ -173,7 +174,7 @@ def load(path: Path) -> Ratings:
             data = file.read(_MOST_BYTES + 1)
     except OSError as error:
         raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=error.strerror or error)
+            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
         ) from None
     if len(data) > _MOST_BYTES:
         raise BadFile(Text("{path} is too large for a file of ratings", path=path))

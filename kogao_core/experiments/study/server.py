@@ -20,6 +20,7 @@ from typing import Any, Final
 from kogao_core.experiments.study import page, results
 from kogao_core.experiments.study.sessions import Behind, Sessions
 from kogao_core.strict import BadFile, parse
+from kogao_core.wording import system_reason
 
 _HERE: Final = "127.0.0.1"
 _TOKEN_BYTES: Final = 16
@@ -132,7 +133,7 @@ class _Handler(BaseHTTPRequestHandler):
         except BadFile as problem:
             self._refuse(HTTPStatus.BAD_REQUEST, str(problem))
         except OSError as problem:
-            reason = problem.strerror or str(problem)
+            reason = system_reason(problem)
             self._refuse(
                 HTTPStatus.INSUFFICIENT_STORAGE,
                 f"That wasn't kept ({reason}). Make room, or the folder writable, and try again.",
