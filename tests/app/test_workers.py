@@ -112,7 +112,9 @@ def test_a_lane_without_a_handler_cannot_be_made(pool):
 
 
 def test_whatever_fails_is_said_in_the_window(opened):
-    opened.window.actions_by_name["overlay-straight"].trigger()  # whose failures are of interest while it shows
+    opened.window.actions_by_name[
+        "overlay-straight"
+    ].trigger()  # whose failures are of interest while it shows
     opened.settle()
     lanes = opened.editor.findChildren(Lane)
     # These have windows of their own, which their own tests look at; thumbnails stay blank.
