@@ -64,6 +64,13 @@ class Command(click.Command):
         with _said_by(self, self.help):
             super().format_help_text(ctx, formatter)
 
+    def get_help_option(self, ctx: click.Context) -> click.Option | None:
+        """Return ``--help``; click makes it once, in the language of that moment."""
+        option = super().get_help_option(ctx)
+        if option is not None:
+            option.help = looked_up("Show this message and exit.")
+        return option
+
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what stands below."""
         self.epilog = self.codes and f"\b\n{translated(self.codes)}"  # \b: lines stay as they are

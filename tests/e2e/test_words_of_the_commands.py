@@ -1,11 +1,13 @@
 """The command line in another language: every word that people read; what programs read doesn't."""
 
+import gettext
 import json
 import os
 import re
 
 import click
 import pytest
+from strangely import Strange
 
 from kogao_core import cli, language
 from kogao_core.cli import words
@@ -55,6 +57,15 @@ def test_every_word_of_help_is_translated(way, capsys):
         cli.program.main([*way.split(), "--help"], prog_name="kogao-cli")
     lines = capsys.readouterr().out.splitlines()
     assert [(line, plain(line)) for line in lines if plain(line)] == []
+
+
+@pytest.mark.usefixtures("english")
+def test_help_is_said_in_one_language_after_another(gathered, capsys):
+    for catalogue in (gettext.NullTranslations(), Strange(gathered)):
+        language.use_catalogue("xx", catalogue)
+        with pytest.raises(SystemExit):
+            cli.program.main(["warp", "--help"], prog_name="kogao-cli")
+        assert catalogue.gettext("Show this message and exit.") in capsys.readouterr().out
 
 
 @pytest.fixture
