@@ -17,6 +17,7 @@ import pytest
 from PIL import Image
 from ratings import DISPLAY, answered, graded, taken_back
 from scenes import oval_face, textured_photo
+from strangely import Strange
 
 from kogao_core import __version__
 from kogao_core.experiments import page as html_page
@@ -30,6 +31,7 @@ from kogao_core.experiments.study import (
     report,
     results,
     sources,
+    words,
 )
 from kogao_core.experiments.study.plan import Study
 from kogao_core.experiments.study.results import Log
@@ -225,6 +227,26 @@ def test_orders_are_even_and_grades_come_last():
         assert sorted(order[25:]) == list(STUDY.satisfaction)
     counts = np.array([sum(order[0] == name for order in orders) for name in STUDY.ratings])
     assert ((counts - 60.0) ** 2 / 60.0).sum() < 94.0
+
+
+def test_the_page_says_every_word_in_the_language_at_work(tmp_path, strange, gathered):  # noqa: ARG001
+    text = page.page(STUDY, tmp_path)
+    assert '<html lang="xx">' in text
+    assert "<!--" not in text
+    said = Strange(gathered).gettext
+    assert all(html.escape(said(one)) in text for one in words.PAGE.values())
+    assert all(json.dumps(said(one.template))[1:-1] in text for one in words.SCRIPT.values())
+    body = re.sub(
+        r"<script>.*|<style>.*?</style>|<kbd>.*?</kbd>|<[^>]*>", "", text, flags=re.DOTALL
+    )
+    assert not re.findall(r"[A-Za-z]{2,}", body)
+
+
+def test_what_the_page_says_has_its_place_and_no_other(tmp_path):
+    text = page.page(STUDY, tmp_path)
+    script = text[text.index("<script>") :]
+    assert {*re.findall(r'word\("(\w+)"', script)} <= {*words.SCRIPT}
+    assert all(f'"{name}"' in script for name in words.SCRIPT)
 
 
 @pytest.mark.parametrize("served", [False, True])
@@ -640,8 +662,8 @@ def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):
     assert achieved[2] > 4.2
     key = found.keys[0]
     text = str(sources.studies(found))
-    for words in (key.identity, "person-1.png", "approximation fit", key.origin.made, "landmarks"):
-        assert words in text
+    for told in (key.identity, "person-1.png", "approximation fit", key.origin.made, "landmarks"):
+        assert told in text
 
 
 def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):

@@ -2,6 +2,11 @@
 // One rating session in a browser. What stands before its keepers is tested without one.
 const study = "STUDY";
 
+// What the page says, in the language that it was made in.
+function word(name, values) {
+  return study.words[name].replace(/\{(\w+)\}/g, (_, field) => values[field]);
+}
+
 function drawn(names) {
   const left = [...names];
   return names.map(() => left.splice(Math.floor(Math.random() * left.length), 1)[0]);
@@ -39,7 +44,7 @@ async function ask(what, content) {
   try {
     reply = await fetch(what, sent);
   } catch (problem) {
-    throw new Error("Kogao has ended. Nothing is lost: start it again, and go on with your code on the page that it opens.");
+    throw new Error(word("ended"));
   }
   const told = await reply.json();
   if (!reply.ok && told.problem) throw new Error(told.problem);
@@ -103,7 +108,7 @@ function begin() {
   async function welcome() {
     const pictures = study.ratings.length;
     for (const told of document.querySelectorAll(study.served ? ".alone" : ".served")) told.remove();
-    part("count").textContent = pictures + (pictures === 1 ? " picture" : " pictures");
+    part("task").textContent = word(pictures === 1 ? "task_one" : "task", { n: pictures });
     part("then").hidden = !study.satisfaction.length;
     const code = crypto.getRandomValues(new Uint8Array(4));
     part("rater").value = [...code].map((byte) => byte.toString(16).padStart(2, "0")).join("");
@@ -115,14 +120,14 @@ function begin() {
       part("sessions").replaceChildren(...sessions.map(entry));
     } catch (problem) {
       say("warning", study.served ? problem.message
-        : "This browser keeps nothing for a file: do the session in one go, and save at the end.");
+        : word("keeps_nothing"));
     }
   }
 
   function entry(begun) {
     const item = document.createElement("li");
     const button = document.createElement("button");
-    button.textContent = begun.rater + ": " + begun.done + " of " + begun.total;
+    button.textContent = begun.rater + ": " + word("place", begun);
     button.addEventListener("click", () => open(begun.rater));
     item.append(button);
     return item;
@@ -146,14 +151,14 @@ function begin() {
     say("trouble", "");
     part("progress").max = total;
     part("progress").value = at;
-    part("place").textContent = at + " of " + total;
+    part("place").textContent = word("place", { done: at, total });
     part("back").disabled = !at;
     if (at >= total) return finish();
     only("judge");
     const grading = at >= study.ratings.length;
     part("question").textContent = grading
-      ? "How satisfied are you with this picture of yourself?"
-      : "Does this face look natural or unnatural?";
+      ? word("ask_satisfied")
+      : word("ask_natural");
     part("answers").hidden = grading;
     part("grades").hidden = !grading;
     touched = false;
@@ -175,7 +180,7 @@ function begin() {
     ready = false;
     picture.hidden = true;
     picture.onload = lay;
-    picture.onerror = () => say("trouble", "The picture " + name + " is missing: copy the whole folder again.");
+    picture.onerror = () => say("trouble", word("missing", { name }));
     picture.src = name;
   }
 
@@ -187,8 +192,7 @@ function begin() {
     ready = false;
     picture.hidden = !fits(scale);
     if (picture.hidden) {
-      return say("trouble", "Make this window larger: the pictures of a session keep their size, and need "
-        + study.box.map((side) => Math.round(scale * side)).join(" × ") + " px beside the buttons.");
+      return say("trouble", word("larger", { size: study.box.map((side) => Math.round(scale * side)).join(" × ") }));
     }
     say("trouble", "");
     picture.width = scale * picture.naturalWidth;
@@ -212,7 +216,7 @@ function begin() {
     }
     show();
     if (session.records[session.records.length - 1] !== line) {
-      say("trouble", "This session went on in another window; here it goes on from there.");
+      say("trouble", word("elsewhere"));
     }
   }
 
@@ -247,8 +251,8 @@ function begin() {
 
   function finish() {
     only("end");
-    part("said").textContent = done() + " answers are kept under the code " + session.rater + ".";
-    if (part("file")) part("file").textContent = "ratings-" + session.rater + ".jsonl";
+    part("said").textContent = word("said", { n: done(), rater: session.rater });
+    if (part("hand")) part("hand").textContent = word("hand", { file: "ratings-" + session.rater + ".jsonl" });
     part("thanks").focus();
   }
 

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import html
 import json
 from importlib import resources
 from pathlib import Path
 
 from PIL import Image as Pillow
 
-from kogao_core.experiments.study import results
+from kogao_core.experiments.study import results, words
 from kogao_core.experiments.study.plan import Study
 from kogao_core.experiments.subjects import PAPER_SIZE
+from kogao_core.language import language, translated
 
 
 def page(study: Study, folder: Path, *, served: bool = False) -> str:
     """Return the page, to lie in the folder of the pictures that it shows.
 
     Its content security policy allows its own script and style by their digests and pictures from
-    its own folder, and nothing else: no request can leave for anywhere.
+    its own folder, and nothing else: no request can leave for anywhere. It speaks the language at
+    work.
 
     Parameters
     ----------
@@ -38,6 +41,8 @@ def page(study: Study, folder: Path, *, served: bool = False) -> str:
         f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
     )
     filled = {"POLICY": policy, "STYLE": style, "SCRIPT": script}
+    filled |= {name: html.escape(translated(text)) for name, text in words.PAGE.items()}
+    filled["LANGUAGE"] = language()
     text = _part("page.html")
     for name, value in filled.items():
         text = text.replace(f"<!--{name}-->", value)
@@ -50,6 +55,7 @@ def _data(study: Study, folder: Path, served: bool) -> str:
         "header": results.header(study, "", "page"),
         "box": _box(study, folder),
         "served": served,
+        "words": {name: translated(text) for name, text in words.SCRIPT.items()},
     }
     return json.dumps(content).replace("<", "\\u003c")
 
