@@ -54,12 +54,15 @@ class Entry:
         SHA-256 of its bytes, of those that lay there when it was last written over, and of those it
         was written over with. A program that was killed between the record and the file leaves
         what lay there before.
+    read : str
+        What the program that wrote it knew the file by when it read it; of any form.
     """
 
     path: str
     original: str
     before: str
     result: str
+    read: str
 
     def knows(self, present: str) -> bool:
         """Return whether bytes of this hash are the original or this program's own."""
@@ -90,8 +93,8 @@ class Originals:
         """Return the store of this user."""
         return Originals(data_folder() / "originals")
 
-    def keep(self, path: Path, pieces: Pieces) -> None:
-        """Keep a file that is about to be written over with `pieces`.
+    def keep(self, path: Path, pieces: Pieces, read: str = "") -> None:
+        """Keep a file that is about to be written over with `pieces`, which come from one `read`.
 
         What this program itself had written there is no original: the first one is kept, and the
         new result is noted beside it. Of a result that was moved or copied, so is the original.
@@ -104,7 +107,7 @@ class Originals:
         place = Path(os.path.realpath(path))
         data, source = place.read_bytes(), place
         present, result = _sha256([data]), _sha256(pieces)
-        now = Entry(_of_path(place), present, present, result)
+        now = Entry(_of_path(place), present, present, result, read)
         for kept, record in self._of(place, present):
             if record.knows(present):
                 now = replace(now, original=record.original)
@@ -122,12 +125,15 @@ class Originals:
         _note(kept, now)
         self._shed(kept)
 
-    def behind(self, path: Path) -> Path | None:
-        """Return the original of a file that is just as it was written in place, if it is kept."""
+    def behind(self, path: Path) -> tuple[Path, str] | None:
+        """Return the original of a file that is just as it was written in place, if it is kept.
+
+        Beside it stands what the file was known by when it was read.
+        """
         place = Path(os.path.realpath(path))
         present = _sha256([place.read_bytes()])
         found = self._of(place, present)
-        return next((kept for kept, record in found if record.made(present)), None)
+        return next(((kept, record.read) for kept, record in found if record.made(present)), None)
 
     def restore(self, path: Path, *, force: bool = False) -> bool:
         """Bring a file's original back, byte for byte; tell whether there was anything to do.

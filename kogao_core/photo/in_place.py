@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Callable
 from typing import Final
@@ -13,9 +14,10 @@ from kogao_core.language import Text
 from kogao_core.originals import Originals
 from kogao_core.photo import formats, kinds
 from kogao_core.photo.colour import CONVERTED
-from kogao_core.photo.errors import CannotWrite, RefusedOutput
+from kogao_core.photo.errors import CannotWrite, RefusedOutput, UnreadablePhoto
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.model import Photo, Stamp, is_same
+from kogao_core.photo.reading import read
 from kogao_core.photo.writing import Sign, check_output, write
 from kogao_core.wording import system_reason
 
@@ -131,7 +133,7 @@ def write_in_place(
     def keep(pieces: Pieces) -> None:
         _as_read(photo, originals)
         try:
-            originals.keep(photo.path, pieces)
+            originals.keep(photo.path, pieces, _known_by(photo))
         except OSError as error:
             raise CannotWrite(
                 Text(
@@ -156,14 +158,21 @@ def write_in_place(
 
 
 def _as_read(photo: Photo, originals: Originals) -> Photo:
-    """Return the photo with the file that its metadata came from: its own, or the original."""
+    """Return the photo whose file has its metadata and blocks.
+
+    That is its own, or the original where that was read, or else what it was written as last.
+    """
     if photo.is_as_read:
         return photo
     try:
-        kept = originals.behind(photo.path)
-        if kept is not None and photo.stamp == Stamp.of(kept.stat()):
-            return dataclasses.replace(photo, path=kept)
-    except OSError:
+        found = originals.behind(photo.path)
+        if found is not None:
+            kept, known_by = found
+            if photo.stamp == Stamp.of(kept.stat()):
+                return dataclasses.replace(photo, path=kept)
+            if known_by == _known_by(photo):
+                return read(photo.path, max_megapixels=math.inf)
+    except (OSError, UnreadablePhoto):
         pass
     raise CannotWrite(
         Text(
@@ -171,3 +180,7 @@ def _as_read(photo: Photo, originals: Originals) -> Photo:
             path=photo.path,
         )
     )
+
+
+def _known_by(photo: Photo) -> str:
+    return "" if photo.stamp is None else f"{photo.stamp.size}-{photo.stamp.changed_ns}"

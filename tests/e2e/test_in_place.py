@@ -269,6 +269,26 @@ def test_a_file_that_was_written_twice_by_its_editor_keeps_the_first_blocks(jpeg
     assert jpeg.read_bytes() == whole
 
 
+@pytest.mark.parametrize("suffix", [".jpg", ".tif"])
+def test_a_result_that_is_opened_again_may_be_written_several_times(
+    small_portrait, tmp_path, store, suffix
+):
+    path, place = tmp_path / f"photo{suffix}", Originals(store)
+    cv2.imwrite(str(path), cv2.imread(str(small_portrait)))
+    whole = path.read_bytes()
+    photo.write_in_place(first := photo.read(path), first.pixels // 2, place)
+    again = photo.read(path)
+    for shade in (10, 20, 30):
+        pixels = again.pixels.copy()
+        pixels[:16, :16] = shade
+        photo.write_in_place(again, pixels, place)
+        written = photo.read(path).pixels
+        assert abs(written[:8, :8].mean() - shade) < 2
+        np.testing.assert_array_equal(written[64:], again.pixels[64:])
+    assert place.restore(path)
+    assert path.read_bytes() == whole
+
+
 def test_a_program_killed_before_it_wrote_leaves_its_own_result_known(jpeg, store):
     shown, place = photo.read(jpeg), Originals(store)
     whole = jpeg.read_bytes()
