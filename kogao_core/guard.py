@@ -78,13 +78,16 @@ def _largest_safe_shares(field: Field) -> list[float]:
     # What the falloff bears is known without a search: its bound grows with the displacement.
     slope = falloff_slope(field)
     most = 1.0 if slope < 1.0 else _BELOW_ONE / slope
-    shares, together = [most] * len(field.lattices), list[set[int]]()
-    while not _safe(held := _scaled(field, shares)):
-        if len(shares) == 1:
-            return [_bisected(lambda share: _safe(_scaled(field, [share])), most)]
-        found = _joined([*together, *_folding(held, range(len(shares)))])
+    everybody = range(len(field.lattices))
+    shares, together = [most for _ in everybody], list[set[int]]()
+    if len(shares) == 1:
+        is_sound = _safe(_scaled(field, shares))
+        return shares if is_sound else [_bisected(lambda s: _safe(_scaled(field, [s])), most)]
+    # What is proven isn't measured.
+    while not _proven(held := _scaled(field, shares)) and (cells := [*_folding(held, everybody)]):
+        found = _joined([*together, *cells])
         if found == together:  # slight slopes make the difference
-            found = [set(range(len(shares)))]
+            found = [set(everybody)]
         for members in (one for one in found if one not in together):
             share = _largest_safe_share(field, shares, members, most)
             for k in members:
@@ -168,11 +171,15 @@ def is_safe(field: Field) -> bool:
 
 def _safe(field: Field) -> bool:
     """Return whether a field that its falloff can't fold is one-to-one."""
-    if certify(dataclasses.replace(field, falloff=NO_FALLOFF)):
+    if _proven(field):
         return True
     if len(field.lattices) == 1:
         return False
     return least_det(field, LEAST_MEASURED_DET) >= LEAST_MEASURED_DET
+
+
+def _proven(field: Field) -> bool:
+    return certify(dataclasses.replace(field, falloff=NO_FALLOFF))
 
 
 def _scaled(field: Field, shares: Sequence[float]) -> Field:

@@ -98,10 +98,10 @@ def rows_of(problem: Problem, landmarks: Array, lines: Array, neighbours: Array)
     for places, across, line in _samples(problem, lines, step):
         parts.append(HeldRows(places, across, away(problem, landmarks, places), line))
     near = neighbours[reaches(neighbours)]
-    near = near[away(problem, landmarks, near) > _TOUCHING]
+    apart = away(problem, landmarks, near)
+    near, apart = near[apart > _TOUCHING], apart[apart > _TOUCHING]
     for direction in ((1.0, 0.0), (0.0, 1.0)):
-        across = np.tile(direction, (len(near), 1))
-        parts.append(HeldRows(near, across, away(problem, landmarks, near), _none(near)))
+        parts.append(HeldRows(near, np.tile(direction, (len(near), 1)), apart, _none(near)))
     rows = HeldRows(
         np.concatenate([part.places_px for part in parts]),
         np.concatenate([part.across for part in parts]),

@@ -93,11 +93,16 @@ class Originals:
         """Return the store of this user."""
         return Originals(data_folder() / "originals")
 
-    def keep(self, path: Path, pieces: Pieces, read: str = "") -> None:
+    def keep(self, path: Path, pieces: Pieces, read: str = "") -> bool:
         """Keep a file that is about to be written over with `pieces`, which come from one `read`.
 
         What this program itself had written there is no original: the first one is kept, and the
         new result is noted beside it. Of a result that was moved or copied, so is the original.
+
+        Returns
+        -------
+        bool
+            Whether this program itself had written what lies there.
 
         Raises
         ------
@@ -113,7 +118,7 @@ class Originals:
                 now = replace(now, original=record.original)
                 if record.path == now.path:
                     _note(kept, now)
-                    return
+                    return now.made(present)
                 data, source = kept.read_bytes(), kept
                 break
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -124,6 +129,7 @@ class Originals:
         shutil.copystat(source, kept)
         _note(kept, now)
         self._shed(kept)
+        return now.made(present)
 
     def behind(self, path: Path) -> tuple[Path, str] | None:
         """Return the original of a file that is just as it was written in place, if it is kept.

@@ -386,3 +386,6 @@ CORNERS: Final[dict[Corner, Text]] = {
     "bottom-right": Text("Bottom right"),
 }
 LABEL_SHARE: Final = (0.1, 50.0)  # of a photo's area, %
+# As Norway prescribes.
+LABEL_CORNER: Final[Corner] = "top-left"
+LABEL_PERCENT: Final = 7.0

@@ -15,7 +15,14 @@ from kogao_core import presets
 from kogao_core.cli import common, words
 from kogao_core.language import Text
 from kogao_core.recipe import PAPER, Recipe
-from kogao_core.settings import CORNERS, LABEL_SHARE, SETTINGS, Setting
+from kogao_core.settings import (
+    CORNERS,
+    LABEL_CORNER,
+    LABEL_PERCENT,
+    LABEL_SHARE,
+    SETTINGS,
+    Setting,
+)
 from kogao_core.wording import shown
 
 if TYPE_CHECKING:
@@ -133,19 +140,20 @@ _DISCLOSING: Final = (
         "--label-corner",
         "corner",
         type=click.Choice(tuple(CORNERS)),
-        default="top-left",
-        help="Which corner the picture is laid over [top-left].",
+        default=LABEL_CORNER,
+        help=Text("Which corner the picture is laid over [{corner}].", corner=LABEL_CORNER),
     ),
     words.option(
         "--label-share",
         "share",
         type=common.Number(*LABEL_SHARE),
-        default=7.0,
+        default=LABEL_PERCENT,
         metavar="PERCENT",
         help=Text(
-            "How much of the photo's area the picture takes, {low:g}..{high:g} % [7].",
+            "How much of the photo's area the picture takes, {low:g}..{high:g} % [{percent:g}].",
             low=LABEL_SHARE[0],
             high=LABEL_SHARE[1],
+            percent=LABEL_PERCENT,
         ),
     ),
     words.option(

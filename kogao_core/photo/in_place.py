@@ -6,6 +6,8 @@ import dataclasses
 import math
 import os
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Final
 
 from kogao_core.atomic import Pieces
@@ -126,14 +128,16 @@ def write_in_place(
         or the store can't be written.
     """
     check_in_place(photo)
-    source = _as_read(photo, originals)
+    source = _source(photo, _file_of(photo, originals))
     if source is photo and is_same(photo.pixels, pixels):
         return Text("nothing changed: the file is as it was")
+    replaced_a_result = False
 
     def keep(pieces: Pieces) -> None:
-        _as_read(photo, originals)
+        nonlocal replaced_a_result
+        _file_of(photo, originals)
         try:
-            originals.keep(photo.path, pieces, _known_by(photo))
+            replaced_a_result = originals.keep(photo.path, pieces, _known_by(photo))
         except OSError as error:
             raise CannotWrite(
                 Text(
@@ -145,40 +149,52 @@ def write_in_place(
                 )
             ) from error
 
-    again: str = ""
     if source is not photo:
         ahead = None  # what lies there now is a result
-    elif originals.behind(photo.path) is not None:
+    note = write(source, pixels, photo.path, force=True, ahead=ahead, before=keep, sign=sign)
+    if source is photo and replaced_a_result:
         again = Text(
             "this photo was changed in place before, so its pixels are resampled twice; "
             "kogao-cli restore first, and they are once"
         )
-    note = write(source, pixels, photo.path, force=True, ahead=ahead, before=keep, sign=sign)
-    return Text.joined("; ", [note, again])
+        return Text.joined("; ", [note, again])
+    return note
 
 
-def _as_read(photo: Photo, originals: Originals) -> Photo:
-    """Return the photo whose file has its metadata and blocks.
+def _file_of(photo: Photo, originals: Originals) -> Path:
+    """Return the file that has the photo's metadata and blocks.
 
-    That is its own, or the original where that was read, or else what it was written as last.
+    That is its own, as it was read or as it was written last, or the original where that was read.
     """
     if photo.is_as_read:
-        return photo
-    try:
+        return photo.path
+    with suppress(OSError):
         found = originals.behind(photo.path)
         if found is not None:
             kept, known_by = found
             if photo.stamp == Stamp.of(kept.stat()):
-                return dataclasses.replace(photo, path=kept)
+                return kept
             if known_by == _known_by(photo):
-                return read(photo.path, max_megapixels=math.inf)
-    except (OSError, UnreadablePhoto):
-        pass
-    raise CannotWrite(
-        Text(
-            "{path} has been changed by another program since it was read; open it again",
-            path=photo.path,
-        )
+                return photo.path
+    raise CannotWrite(_changed(photo))
+
+
+def _source(photo: Photo, file: Path) -> Photo:
+    """Return the photo with a file of its metadata and blocks, and the pixels that lie there."""
+    if file != photo.path:
+        return dataclasses.replace(photo, path=file)
+    if photo.is_as_read:
+        return photo
+    try:
+        return read(file, max_megapixels=math.inf)
+    except UnreadablePhoto as error:
+        raise CannotWrite(_changed(photo)) from error
+
+
+def _changed(photo: Photo) -> Text:
+    return Text(
+        "{path} has been changed by another program since it was read; open it again",
+        path=photo.path,
     )
 
 

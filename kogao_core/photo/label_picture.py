@@ -18,7 +18,7 @@ from kogao_core.language import Text
 from kogao_core.photo.errors import CannotDisclose, UnreadablePhoto
 from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import read
-from kogao_core.settings import Corner
+from kogao_core.settings import LABEL_CORNER, LABEL_PERCENT, Corner
 
 _MOST_MEGAPIXELS: Final = 50.0
 _OPAQUE: Final = 255
@@ -39,8 +39,8 @@ class LabelPicture:
     """
 
     file: str
-    corner: Corner = "top-left"
-    percent: float = 7.0
+    corner: Corner = LABEL_CORNER
+    percent: float = LABEL_PERCENT
 
 
 def check_picture(label: LabelPicture) -> None:

@@ -11,7 +11,7 @@ from kogao_core.photo.credentials import Signer
 from kogao_core.photo.disclosure import Disclosure
 from kogao_core.photo.label import LONGEST
 from kogao_core.photo.label_picture import LabelPicture
-from kogao_core.settings import CORNERS, LABEL_SHARE, Corner
+from kogao_core.settings import CORNERS, LABEL_CORNER, LABEL_PERCENT, LABEL_SHARE, Corner
 
 from ...i18n import tr
 
@@ -42,8 +42,8 @@ class Told:
     label: str = ""
     pictured: bool = False
     picture: str = ""
-    corner: Corner = "top-left"
-    percent: float = 7.0
+    corner: Corner = LABEL_CORNER
+    percent: float = LABEL_PERCENT
     signed: bool = False
     certificate: str = ""
     key: str = ""
@@ -63,8 +63,8 @@ class Told:
             label=str(kept("label", tr("Retouched")))[:LONGEST],
             pictured=bool(kept("pictured", False)),
             picture=str(kept("picture", "")),
-            corner=next((name for name in CORNERS if name == corner), "top-left"),
-            percent=min(max(float(str(kept("share", 7.0))), least), most),
+            corner=next((name for name in CORNERS if name == corner), LABEL_CORNER),
+            percent=min(max(float(str(kept("share", LABEL_PERCENT))), least), most),
             signed=bool(kept("signed", False)),
             certificate=str(kept("certificate", "")),
             key=str(kept("key", "")),
