@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from patience import LONGEST_S
 from PySide6.QtCore import QLibraryInfo
 
 jeepney = pytest.importorskip("jeepney", reason="pip install -e '.[test]' again")
@@ -26,7 +27,6 @@ _ROOT = "/org/a11y/atspi/accessible/root"
 _ACCESSIBLE = "org.a11y.atspi.Accessible"
 _PROPERTIES = "org.freedesktop.DBus.Properties"
 _ACTIVE, _FOCUSED, _SELECTED = 1, 12, 23  # of AtspiStateType
-_LONGEST_S = 60.0
 
 
 @contextmanager
@@ -121,7 +121,7 @@ class Ears:
         kinds = "".join("i" if isinstance(text, int) else "s" for text in texts) or None
         address = jeepney.DBusAddress(path, bus, interface)
         call = jeepney.new_method_call(address, name, kinds, texts)
-        reply = self._bus.send_and_get_reply(call, timeout=_LONGEST_S)
+        reply = self._bus.send_and_get_reply(call, timeout=LONGEST_S)
         if reply.header.message_type is jeepney.MessageType.error:
             raise LookupError(f"{name} of {path}: {reply.body}")
         return reply.body
@@ -200,7 +200,7 @@ class Ears:
 
     def until(self, ask: Callable[[], Any], what: str) -> Any:
         """Ask until there is an answer."""
-        end = time.monotonic() + _LONGEST_S
+        end = time.monotonic() + LONGEST_S
         while time.monotonic() < end:
             self.listen()
             answer = ask()

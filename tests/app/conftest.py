@@ -8,7 +8,7 @@ import os
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from collections.abc import Callable, Iterator
-from functools import reduce
+from functools import partial, reduce
 from operator import or_
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.storage import Storage
 from kogao_app.window import Window
+from patience import LONGEST_S
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
@@ -50,7 +51,7 @@ class Driver:
         return getattr(self.editor, feature).panel
 
     def settle(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.editor.busy, timeout=20_000)
+        self.qtbot.waitUntil(lambda: not self.editor.busy)
 
     def open(self, path: Path) -> None:
         self.editor.files.open(path)
@@ -119,6 +120,14 @@ class Driver:
 
 def _held(modifiers: tuple[Qt.KeyboardModifier, ...]) -> Qt.KeyboardModifier:
     return reduce(or_, modifiers, Qt.KeyboardModifier.NoModifier)
+
+
+@pytest.fixture
+def qtbot(qtbot: QtBot) -> QtBot:
+    """The same hands, patient with a busy machine."""
+    for wait in ("waitUntil", "waitExposed", "waitActive"):
+        setattr(qtbot, wait, partial(getattr(qtbot, wait), timeout=round(1000 * LONGEST_S)))
+    return qtbot
 
 
 @pytest.fixture

@@ -56,7 +56,7 @@ def click(button):
 
 
 def finish(driver):
-    driver.qtbot.waitUntil(lambda: not driver.editor.batch.busy, timeout=60_000)
+    driver.qtbot.waitUntil(lambda: not driver.editor.batch.busy)
 
 
 def lines(folder):
@@ -153,7 +153,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     box.form.folder.setText(str(out))
     box.form.jobs.setValue(1)
     click(box.go)
-    empty.qtbot.waitUntil(lambda: box.progress.value() >= 2, timeout=60_000)
+    empty.qtbot.waitUntil(lambda: box.progress.value() >= 2)
     assert "left" in box.note.text()
     click(box.go)
     finish(empty)
@@ -163,7 +163,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     assert box.go.text() == "Res&ume"
 
     click(box.go)
-    empty.qtbot.waitUntil(lambda: box.progress.value() > done, timeout=60_000)
+    empty.qtbot.waitUntil(lambda: box.progress.value() > done)
     empty.window.close()
     assert empty.window.isVisible()
     question = empty.dialog(QMessageBox)
@@ -172,7 +172,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     empty.window.close()
     question = empty.dialog(QMessageBox)
     click(question.button(QMessageBox.StandardButton.Yes))
-    empty.qtbot.waitUntil(lambda: not empty.window.isVisible(), timeout=60_000)
+    empty.qtbot.waitUntil(lambda: not empty.window.isVisible())
     assert not empty.editor.batch.busy
     assert not box.isVisible()
     statuses = [line["status"] for line in lines(out)]

@@ -250,7 +250,7 @@ def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
 def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(empty, folder):
     drop(empty, folder)
     shutil.copy(folder / "0.png", folder / "3.png")
-    empty.qtbot.waitUntil(lambda: empty.panel("strip").count() == 5, timeout=10_000)
+    empty.qtbot.waitUntil(lambda: empty.panel("strip").count() == 5)
     empty.settle()
     assert empty.editor.document.path == folder / "0.png"
 

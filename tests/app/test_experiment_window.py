@@ -30,7 +30,7 @@ def window_of(driver) -> ExperimentDialog:
 
 def finish(driver):
     """Wait for an experiment: some import large libraries first."""
-    driver.qtbot.waitUntil(lambda: not driver.editor.busy, timeout=120_000)
+    driver.qtbot.waitUntil(lambda: not driver.editor.busy)
 
 
 def text(table, row, column):

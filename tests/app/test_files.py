@@ -50,7 +50,7 @@ def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path, dtype
     empty.key(Qt.Key.Key_S, CONTROL)
     assert empty.dialog(QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
     empty.choose_path(copy)
-    empty.qtbot.waitUntil(lambda: not empty.window.isWindowModified(), timeout=10_000)
+    empty.qtbot.waitUntil(lambda: not empty.window.isWindowModified())
     expected = render(pixels, empty.state.active, empty.state.recipe).pixels
     assert expected.dtype == dtype
     np.testing.assert_array_equal(read(copy).pixels, expected)
@@ -142,7 +142,7 @@ def test_closing_can_save_first(opened, tmp_path):
     box = opened.dialog(QMessageBox)
     QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
     opened.choose_path(tmp_path / "copy.png")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert (tmp_path / "copy.png").is_file()
 
 
@@ -221,7 +221,7 @@ def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path
     opened.take_step("Dismiss")
     opened.window.actions_by_name["save"].trigger()
     opened.choose_path(tmp_path / "copy.png")
-    opened.qtbot.waitUntil(lambda: not opened.window.isWindowModified(), timeout=10_000)
+    opened.qtbot.waitUntil(lambda: not opened.window.isWindowModified())
     opened.settle()
     assert opened.window.isVisible()
 

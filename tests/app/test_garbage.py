@@ -32,7 +32,7 @@ def test_while_an_editor_is_open_a_worker_collects_nothing(empty) -> None:
     worker.start()
     worker.join()
     assert not Cycle.collected_by
-    empty.qtbot.waitUntil(lambda: bool(Cycle.collected_by), timeout=5000)
+    empty.qtbot.waitUntil(lambda: bool(Cycle.collected_by))
     assert Cycle.collected_by == {threading.get_ident()}
     empty.editor.close()
     assert gc.isenabled()

@@ -12,6 +12,7 @@ from kogao_app.document import State
 from kogao_app.render.live import Surface, VisiblePart
 from kogao_app.render.pyramid import PicturePyramid
 from kogao_app.workers import Lane
+from patience import LONGEST_S
 from PySide6.QtCore import QPoint
 from scenes import oval_face, textured_photo
 
@@ -26,12 +27,12 @@ def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):
     gate = threading.Event()
     for lane in opened.editor.findChildren(Lane):
         if lane.parent() is not opened.editor.live:
-            lane.submit(lambda: gate.wait(60))
+            lane.submit(lambda: gate.wait(LONGEST_S))
             lane.drop()  # what it returns is nothing that the listeners know
     try:
         opened.editor.recipe.set_field("percent", 7.0)
         opened.editor.document.commit()
-        opened.qtbot.waitUntil(lambda: not opened.editor.live.busy, timeout=10_000)
+        opened.qtbot.waitUntil(lambda: not opened.editor.live.busy)
         expected = render(pixels, opened.state.active, Recipe(percent=7.0)).pixels
         np.testing.assert_array_equal(opened.shown, expected)
     finally:

@@ -324,7 +324,7 @@ def test_the_comparison_shows_differences_and_both_times(manual):
     mark_face(manual, points=range(21))
     manual.key(KEYS.Key_Return, CONTROL)
     manual.key(KEYS.Key_F4)
-    manual.qtbot.waitUntil(lambda: bool(manual.window.findChildren(ModesDialog)), timeout=20_000)
+    manual.qtbot.waitUntil(lambda: bool(manual.window.findChildren(ModesDialog)))
     (dialog,) = manual.window.findChildren(ModesDialog)
     assert dialog.times.rowCount() == 2
     shown = [[dialog.times.item(r, c).text() for c in range(4)] for r in range(2)]

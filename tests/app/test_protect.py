@@ -228,7 +228,7 @@ def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
     opened.key(KEYS.Key_S, CONTROL)
     copy = tmp_path / "held.png"
     opened.choose_path(copy)
-    opened.qtbot.waitUntil(copy.is_file, timeout=10_000)
+    opened.qtbot.waitUntil(copy.is_file)
     opened.settle()
     np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))
 

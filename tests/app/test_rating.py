@@ -9,6 +9,7 @@ import urllib.request
 
 import pytest
 from kogao_app.features import rating
+from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine
@@ -41,7 +42,7 @@ def opened(monkeypatch):
 
 
 def got(address):
-    with urllib.request.urlopen(address, timeout=10) as reply:
+    with urllib.request.urlopen(address, timeout=LONGEST_S) as reply:
         return reply.read().decode()
 
 

@@ -21,6 +21,7 @@ from kogao_app.document import State
 from kogao_app.features.files.project_file import project_of
 from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
+from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
@@ -75,7 +76,7 @@ VICTIM = """
 def kept(driver):
     """Wait for the recovery file that holds the newest state."""
     recovery = driver.editor.recovery
-    driver.qtbot.waitUntil(lambda: recovery.file.exists() and not recovery.busy, timeout=10_000)
+    driver.qtbot.waitUntil(lambda: recovery.file.exists() and not recovery.busy)
     return recovery.file
 
 
@@ -98,7 +99,7 @@ def test_nothing_is_kept_without_changes_and_after_an_orderly_end(start, photo, 
     driver.change_something()
     file = kept(driver)
     driver.key(Qt.Key.Key_Z, CONTROL)
-    driver.qtbot.waitUntil(lambda: not file.exists(), timeout=10_000)
+    driver.qtbot.waitUntil(lambda: not file.exists())
     driver.change_something()
     kept(driver)
     driver.editor.close()
@@ -177,7 +178,7 @@ def test_what_a_killed_program_left_is_restored(killed, start, photo, source):
     assert driver.window.isWindowModified()
     assert driver.say() == ""
     # The old file goes once this program keeps the same work itself.
-    driver.qtbot.waitUntil(lambda: not killed.exists(), timeout=10_000)
+    driver.qtbot.waitUntil(lambda: not killed.exists())
     again = load(kept(driver))
     np.testing.assert_array_equal(again.automatic.faces[0].outline, face.outline)
 
@@ -269,7 +270,7 @@ def test_an_old_file_goes_although_its_first_successor_was_never_written(left, e
     gate, written = threading.Event(), []
 
     def slow(project, path):
-        assert gate.wait(20)
+        assert gate.wait(LONGEST_S)
         written.append(project.automatic.recipe.percent)
         save(project, path)
 
@@ -292,7 +293,7 @@ def test_work_that_was_restored_and_taken_back_stays(left, empty, monkeypatch):
     gate = threading.Event()
 
     def slow(*_):
-        assert gate.wait(20)
+        assert gate.wait(LONGEST_S)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("kogao_app.features.recovery.save", slow)
@@ -333,12 +334,12 @@ def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypa
     gate = threading.Event()
 
     def slow(path):
-        assert gate.wait(20)
+        assert gate.wait(LONGEST_S)
         return sha256_of(path)
 
     monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", slow)
     for _ in range(8):
-        opened.editor._pools[1].start(lambda: gate.wait(20))
+        opened.editor._pools[1].start(lambda: gate.wait(LONGEST_S))
     opened.change_something()
     file = opened.editor.recovery.file
     opened.qtbot.waitUntil(file.exists)
@@ -436,7 +437,7 @@ def test_a_full_disk_is_said_once(opened, monkeypatch):
 
     monkeypatch.setattr("kogao_app.features.recovery.save", full)
     opened.change_something()
-    opened.qtbot.waitUntil(lambda: "No space left" in opened.say(), timeout=10_000)
+    opened.qtbot.waitUntil(lambda: "No space left" in opened.say())
     opened.take_step("Dismiss")
     opened.change_something()
     opened.settle()

@@ -219,7 +219,7 @@ def test_closing_can_save_the_project_first(opened, photo):
     opened.window.close()
     box = opened.dialog(QMessageBox)
     QTest.mouseClick(button(box, "Save project"), Qt.MouseButton.LeftButton)
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert load(sidecar_of(photo)).automatic.recipe.percent == 5.0
 
 

@@ -9,6 +9,7 @@ import cv2
 import pytest
 from kogao_app.canvas.handles import Handle
 from kogao_app.features import files
+from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
@@ -27,7 +28,7 @@ def disk(monkeypatch):
     gate, write = threading.Event(), files.save_copy
 
     def slow(*args):
-        assert gate.wait(20)
+        assert gate.wait(LONGEST_S)
         return write(*args)
 
     monkeypatch.setattr(files, "save_copy", slow)
@@ -48,7 +49,7 @@ def search(source):
     gate, find = threading.Event(), source.find
 
     def slow(*asked):
-        assert gate.wait(20)
+        assert gate.wait(LONGEST_S)
         return find(*asked)
 
     source.find = slow
@@ -110,7 +111,7 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
     assert opened.window.isVisible()
     assert asked.isVisible()
     opened.choose_path(tmp_path / "second.png")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert (tmp_path / "second.png").exists()
 
 
@@ -120,7 +121,7 @@ def test_an_edit_while_the_project_before_closing_is_written_is_asked_about(
     gate = threading.Event()
 
     def slow(*args):
-        assert gate.wait(20)
+        assert gate.wait(LONGEST_S)
         save(*args)
 
     monkeypatch.setattr("kogao_app.features.projects.save", slow)
@@ -130,7 +131,7 @@ def test_an_edit_while_the_project_before_closing_is_written_is_asked_about(
     step(opened, 11.0)
     gate.set()
     answer(opened, "Save project")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible(), timeout=10_000)
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert load(sidecar_of(photo)).automatic.recipe.percent == 11.0
 
 

@@ -9,6 +9,7 @@ import cv2
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
+from patience import LONGEST_S
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -46,7 +47,7 @@ def test_a_photo_that_is_named_is_read_and_searched_ahead_of_the_window_and_only
 
     class Late(Editor):
         def __init__(self, *given):
-            assert begun.wait(20)
+            assert begun.wait(LONGEST_S)
             super().__init__(*given)
 
     monkeypatch.setattr(source, "find", find)

@@ -7,6 +7,7 @@ import threading
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
+from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face
 
@@ -27,9 +28,9 @@ class Slow(KnownFaces):
 
     def find(self, rgb, on_face=ignored):  # noqa: ARG002
         for face in self.faces:
-            assert self.goes_on.acquire(timeout=20)
+            assert self.goes_on.acquire(timeout=LONGEST_S)
             on_face(face)
-        assert self.goes_on.acquire(timeout=20)
+        assert self.goes_on.acquire(timeout=LONGEST_S)
         return sorted(self.faces, key=lambda face: -face.interocular_px)
 
 
@@ -192,7 +193,7 @@ class Long(KnownFaces):
 
     def look(self, _):
         self.looks.release()
-        assert self.goes_on.acquire(timeout=20)
+        assert self.goes_on.acquire(timeout=LONGEST_S)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import pytest
 from kogao_app.features.batch import Batch
 from kogao_app.features.experiments import Experiments
 from kogao_app.workers import Lane
+from patience import LONGEST_S
 from PySide6.QtCore import QThreadPool
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -37,7 +38,7 @@ def fail():
 def test_only_the_newest_waiting_request_runs(qtbot, lane):
     gate, results = threading.Event(), []
     lane.done.connect(results.append)
-    lane.submit(lambda: gate.wait(10) and "first")
+    lane.submit(lambda: gate.wait(LONGEST_S) and "first")
     for number in range(5):
         lane.submit(lambda number=number: number)
     assert lane.busy
@@ -49,7 +50,7 @@ def test_only_the_newest_waiting_request_runs(qtbot, lane):
 def test_a_dropped_result_is_not_delivered_but_the_next_one_is(qtbot, lane):
     gate, results = threading.Event(), []
     lane.done.connect(results.append)
-    lane.submit(lambda: gate.wait(10) and "stale")
+    lane.submit(lambda: gate.wait(LONGEST_S) and "stale")
     lane.submit(lambda: "waiting")
     lane.drop()
     lane.submit(lambda: "fresh")

@@ -11,6 +11,7 @@ import urllib.request
 from urllib.parse import urlsplit
 
 import pytest
+from patience import LONGEST_S
 from ratings import answered, graded, taken_back
 
 from kogao_core.experiments.study import plan, results
@@ -42,7 +43,7 @@ class Page:
     def ask(self, what, content=None, **headers):
         data = None if content is None else json.dumps(content).encode()
         request = urllib.request.Request(self.server.address + what, data, headers)
-        with urllib.request.urlopen(request, timeout=10) as reply:
+        with urllib.request.urlopen(request, timeout=LONGEST_S) as reply:
             return reply.read()
 
     def open(self):
@@ -224,7 +225,9 @@ def test_a_code_that_could_be_a_path_begins_nothing(folder, serve, code):
 
 def raw(server, path, host=None, method="GET", body=None, headers=()):
     """One request, word for word; the answer's status, headers and body."""
-    connection = http.client.HTTPConnection(*urlsplit(server.address).netloc.split(":"), timeout=10)
+    connection = http.client.HTTPConnection(
+        *urlsplit(server.address).netloc.split(":"), timeout=LONGEST_S
+    )
     try:
         connection.putrequest(method, path, skip_host=True)
         if host != "":
@@ -329,7 +332,7 @@ def test_a_folder_that_cant_be_written_to_is_said(folder, serve):
 
 def test_a_browser_that_goes_away_in_the_middle_is_passed_over(serve, capfd):
     server = serve()
-    connection = http.client.HTTPConnection(server.host, timeout=10)
+    connection = http.client.HTTPConnection(server.host, timeout=LONGEST_S)
     connection.putrequest("POST", f"/{server.token}/sessions/r1")
     connection.putheader("Content-Length", "100")
     connection.endheaders(b"{")

@@ -6,11 +6,10 @@ import textwrap
 import threading
 
 import pytest
+from patience import LONGEST_S
 
 from kogao_core import threads
 from kogao_core.threads import Spares, Stopped, beside, share_in_order, share_out, stoppable
-
-PATIENCE_S = 20.0
 
 
 @pytest.fixture
@@ -35,11 +34,11 @@ def test_every_task_is_done_once(count):
 def test_nobody_waits_for_helpers_that_queue_behind_others_work(gate):
     """As a preview would behind an export: every thread of the pool is taken."""
     for _ in range(3):
-        threads._pool(3).submit(gate.wait, PATIENCE_S)
+        threads._pool(3).submit(gate.wait, LONGEST_S)
     done = []
     caller = threading.Thread(target=share_out, args=(range(100), lambda: done.append, 3))
     caller.start()
-    caller.join(PATIENCE_S / 2)
+    caller.join(LONGEST_S / 2)
     assert not caller.is_alive()
     assert done == list(range(100))
 
@@ -51,11 +50,11 @@ def test_an_exception_comes_out_when_everyone_has_stopped(gate, failing):
 
     def do(task):
         if is_helper() == (failing == "helper"):
-            assert busy.wait(PATIENCE_S)
+            assert busy.wait(LONGEST_S)
             threading.Timer(0.1, gate.set).start()
             raise MemoryError
         busy.set()
-        assert gate.wait(PATIENCE_S)
+        assert gate.wait(LONGEST_S)
         ended.append(task)
 
     with pytest.raises(MemoryError):
@@ -87,7 +86,7 @@ def test_a_result_waits_for_those_before_it():
     def do(task):
         if task == 1:
             second.set()
-        assert second.wait(PATIENCE_S)
+        assert second.wait(LONGEST_S)
 
     share_in_order(range(2), do, lambda task, _: taken.append(task), 2)
     assert taken == [0, 1]
@@ -106,10 +105,10 @@ def test_what_runs_beside_a_block_runs_while_it_does(gate):
 
     def work():
         started.set()
-        return gate.wait(PATIENCE_S)
+        return gate.wait(LONGEST_S)
 
     with beside(work) as result:
-        assert started.wait(PATIENCE_S)
+        assert started.wait(LONGEST_S)
         gate.set()
     assert result() is True
 
@@ -127,7 +126,7 @@ def test_what_was_raised_beside_is_heard_by_whoever_asks():
 
 
 def test_nothing_is_at_work_any_more_after_a_block_that_fails(gate):
-    block = beside(lambda: gate.wait(PATIENCE_S))
+    block = beside(lambda: gate.wait(LONGEST_S))
     result = block.__enter__()
     gate.set()
     assert not block.__exit__(ValueError, ValueError("mine"), None)
@@ -158,4 +157,4 @@ LOADING = """
 def test_looking_for_blas_holds_up_nobody_who_loads_a_library():
     """The loader's lock was held for a callback in Python, which waited for whoever loads."""
     program = [sys.executable, "-c", textwrap.dedent(LOADING)]
-    subprocess.run(program, check=True, timeout=3 * PATIENCE_S)
+    subprocess.run(program, check=True, timeout=LONGEST_S)

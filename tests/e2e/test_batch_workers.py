@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from patience import LONGEST_S
 
 # Names its worker's process, and waits to be killed.
 PROGRAM = """
@@ -53,7 +54,7 @@ def test_an_idle_worker_ends_with_a_killed_program(tmp_path):
     program.kill()
     program.wait()
     program.stdout.close()
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + LONGEST_S
     while time.monotonic() < deadline:
         try:
             os.kill(worker, 0)

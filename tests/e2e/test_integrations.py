@@ -11,6 +11,7 @@ from pathlib import Path
 import files
 import numpy as np
 import pytest
+from patience import LONGEST_S
 from PIL import Image
 
 from kogao_core import installed, photo
@@ -258,8 +259,8 @@ def test_darktable_gets_a_photo_back_beside_its_own(
             env=os.environ | named | (sandbox if is_sandboxed else {}),
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         ) as darktable:  # fmt: skip
-            if is_there_within(30, begun, darktable):
-                is_there_within(90, done, darktable)
+            if is_there_within(LONGEST_S / 2, begun, darktable):
+                is_there_within(2 * LONGEST_S, done, darktable)
             darktable.kill()
         if begun.exists():
             break
@@ -316,7 +317,7 @@ def test_krita_gets_a_layer_back(cli, request, small_portrait, tmp_path, depth):
         ["krita", "--nosplash"], env=os.environ | {k: str(v) for k, v in named.items()},
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     ) as krita:  # fmt: skip
-        is_there_within(120, told, krita)
+        is_there_within(2 * LONGEST_S, told, krita)
         krita.kill()
     assert told.read_text() == repr((["Background", "Kogao"], f"U{8 * depth().itemsize}"))
     result, was = photo.read(shown), photo.read(mine)

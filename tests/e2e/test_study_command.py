@@ -12,6 +12,7 @@ import sys
 import urllib.request
 
 import pytest
+from patience import LONGEST_S
 from PIL import Image, ImageOps
 from ratings import answered, graded
 
@@ -156,7 +157,7 @@ def test_rate_serves_the_page_until_it_is_interrupted(cli, portrait, tmp_path):
             assert b"Natural or unnatural?" in page.read()
         assert "Ctrl-C" in program.stdout.readline()
         program.send_signal(signal.SIGINT)
-        assert program.communicate(timeout=20) == ("", "")
+        assert program.communicate(timeout=LONGEST_S) == ("", "")
         assert program.returncode == 0
     finally:
         program.kill()
