@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
+from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from .i18n import bare, tr
 
@@ -148,12 +148,3 @@ def fill_menus(
                 menu.addMenu(inside[name])
             else:
                 menu.addAction(actions[name])
-
-
-def fill_toolbar(bar: QToolBar, names: Names, actions: Mapping[str, QAction]) -> None:
-    """Lay the buttons out; None is a line."""
-    for name in names:
-        if name is None:
-            bar.addSeparator()
-        else:
-            bar.addAction(actions[name])

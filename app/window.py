@@ -6,13 +6,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QByteArray, QEvent, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractScrollArea,
     QMainWindow,
     QMenu,
-    QToolBar,
     QToolButton,
     QWidget,
     QWidgetAction,
@@ -27,9 +26,10 @@ from .theme import GRID_PX, Theme
 from .view_state import ViewState
 from .widgets.controls import column_of, segmented
 from .widgets.docks import Dock, Docks
-from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
+from .widgets.icons import DRAWN, icon
 from .widgets.messages import MessageBar, StatusLine
 from .widgets.scrolled import ColumnArea, RowArea
+from .widgets.toolbar import ToolBar
 from .workspaces import WORKSPACES, Workspace
 
 _SIDE_PX = 296
@@ -71,7 +71,7 @@ class Window(QMainWindow):
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)
         self._closing = False
-        self._bar = QToolBar(tr("Tools"))
+        self._bar = ToolBar(tr("Tools"))
         self._holding, self._before = QWidgetAction(self), QToolButton()
         self._beside: dict[str, QWidget] = {}
         self._needed: set[str] = set()
@@ -133,20 +133,8 @@ class Window(QMainWindow):
             Where its docks were left, as `Docks.state` returned it.
         """
         self._workspace = workspace
-        # The switch stays: it may be what was pressed.
-        for action in self._bar.actions()[1:]:
-            self._bar.removeAction(action)
         there = {**self.actions_by_name, "hold-original": self._holding}
-        actions.fill_toolbar(self._bar, (None, *workspace.tools), there)
-        for name in WORDLESS & set(workspace.tools):
-            button = self._bar.widgetForAction(there[name])
-            if isinstance(button, QToolButton):
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-                button.setAccessibleName(there[name].iconText())
-        # Where tools are many, the eye alone says it.
-        styles = Qt.ToolButtonStyle
-        few = styles.ToolButtonTextBesideIcon if workspace.plain else styles.ToolButtonIconOnly
-        self._before.setToolButtonStyle(few)
+        self._bar.fill(workspace.tools, there)
         self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
         self._show_beside()
         self.arranged.emit(workspace)
@@ -168,10 +156,7 @@ class Window(QMainWindow):
         for name in DRAWN.keys() & self.actions_by_name.keys():
             self.actions_by_name[name].setIcon(icon(name, theme))
         self._before.setIcon(icon("hold-original", theme))
-        for more in self._bar.findChildren(QToolButton, "qt_toolbar_ext_button"):
-            more.setIcon(icon("more", theme))
-            more.setToolTip(tr("More tools"))
-            more.setAccessibleName(tr("More tools"))
+        self._bar.dress(theme)
 
     def show_title(self, name: str, *, dirty: bool) -> None:
         """Name the photo, with a star while there are unsaved changes."""
@@ -184,14 +169,8 @@ class Window(QMainWindow):
         self.close()
 
     def _add_toolbar(self) -> None:
-        self._bar.setObjectName("tools")
-        self._bar.setMovable(False)
-        self._bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        grown = max(1.0, self.fontMetrics().height() / SIZE[1])
-        self._bar.setIconSize(QSize(*SIZE) * grown)
-        self._bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
-        self._bar.addWidget(segmented(tr("Workspace"), switch))
+        self._bar.begin(segmented(tr("Workspace"), switch))
         self._holding.setDefaultWidget(self._hold_button())
         self.addToolBar(self._bar)
 

@@ -24,7 +24,8 @@ class Workspace:
     overlays : tuple of str
         Those that are on at first.
     tools : tuple of str or None
-        The toolbar, behind the switch between workspaces; None is a line.
+        The toolbar, behind the switch between workspaces, the most important first: where room is
+        short the last ones go behind »; None is a line.
     plain : bool
         Whether panels use everyday words and fold away what a retoucher rarely sets, instead of
         the paper's terms and figures.
@@ -53,7 +54,7 @@ RETOUCH: Final = Workspace(
     tools=(
         *("open", "save", None),
         *("undo", "redo", None),
-        *("fit", "hide-overlays", "hold-original"),
+        *("hold-original", "hide-overlays", "fit"),
     ),
     plain=True,
     quiet=True,
@@ -69,7 +70,7 @@ COMPARE: Final = Workspace(
         *("open", "save", None),
         *("mode-automatic", "mode-manual", None),
         *("undo", "redo", None),
-        *("fit", "hide-overlays", "hold-original"),
+        *("hold-original", "hide-overlays", "fit"),
     ),
     plain=True,
 )
@@ -84,8 +85,8 @@ INSPECT: Final = Workspace(
         *("open", "save", None),
         *("mode-automatic", "mode-manual", None),
         *("undo", "redo", None),
-        *("fit", "actual", None),
-        *("compare-wipe", "compare-side", "compare-difference", "loupe", "hold-original"),
+        *("hold-original", "compare-wipe", "compare-side", "compare-difference", "loupe", None),
+        *("fit", "actual"),
     ),
 )
 # The first one is where a new user begins.

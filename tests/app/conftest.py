@@ -22,6 +22,7 @@ from kogao_app.storage import Storage
 from kogao_app.window import Window
 from patience import LONGEST_S
 from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QFont
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
@@ -212,6 +213,20 @@ def start(
     qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     # Here, not on a worker of the next test.
     gc.collect()
+
+
+@pytest.fixture
+def text_size(qapp: QApplication) -> Iterator[Callable[[float], None]]:
+    """Set the size of all text, in shares of what it is; it is as before at the end."""
+    before = QFont(qapp.font())
+
+    def scale(share: float) -> None:
+        font = QFont(before)
+        font.setPointSizeF(share * before.pointSizeF())
+        qapp.setFont(font)
+
+    yield scale
+    qapp.setFont(before)
 
 
 @pytest.fixture

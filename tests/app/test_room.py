@@ -8,7 +8,6 @@ import pytest
 from kogao_app import theme
 from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFont
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractScrollArea,
@@ -24,6 +23,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QScrollBar,
     QTabBar,
+    QToolBar,
     QToolButton,
     QWidget,
 )
@@ -109,20 +109,6 @@ def told(root):
 
 
 @pytest.fixture
-def text_size(qapp):
-    """Set the size of all text, in shares of what it is; it is as before at the end."""
-    before = QFont(qapp.font())
-
-    def scale(share):
-        font = QFont(before)
-        font.setPointSizeF(share * before.pointSizeF())
-        qapp.setFont(font)
-
-    yield scale
-    qapp.setFont(before)
-
-
-@pytest.fixture
 def look(monkeypatch):
     """Dress the window in a theme, whatever the system says."""
     return lambda wanted: monkeypatch.setattr(theme, "current", lambda *_: wanted)
@@ -162,6 +148,59 @@ def test_no_text_of_a_dialog_is_cut(request, text_size, look, dress, share):
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
         assert dialog.width() <= LEAST[0]
         assert dialog.height() <= dialog.screen().availableSize().height()
+
+
+# What a hand may need at any moment; the rest has its key and its place in a menu.
+OFTEN = {"open", "save", "undo", "redo", "mode-automatic", "mode-manual", "hold-original"}
+
+
+def tools_of(driver):
+    """The toolbar's buttons behind the switch, from the left, by their names."""
+    bar = driver.window.findChild(QToolBar)
+    names = {action: name for name, action in driver.window.actions_by_name.items()}
+    there = [action for action in bar.actions()[1:] if not action.isSeparator()]
+    return {names.get(one, "hold-original"): bar.widgetForAction(one) for one in there}
+
+
+def worded(button):
+    return button.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+
+
+def nothing_needed_is_hidden(driver, workspace):
+    """Words go before tools do, and of those the last ones."""
+    assert driver.window.width() == LEAST[0], workspace
+    there = tools_of(driver)
+    shown = [name for name, button in there.items() if button.isVisible()]
+    assert list(there)[: len(shown)] == shown, workspace
+    assert OFTEN & there.keys() <= set(shown), workspace
+    assert len(shown) == len(there) or not any(map(worded, there.values())), workspace
+
+
+@pytest.mark.parametrize("share", [1.0, 1.5, 2.0])
+def test_the_least_window_shows_the_tools_that_are_needed(start, photo, text_size, share):
+    text_size(share)
+    driver = start(photo, workspace="retouch")
+    for name in WORKSPACES:
+        driver.window.actions_by_name[f"workspace-{name}"].trigger()
+        driver.window.resize(*LEAST)
+        driver.qtbot.waitUntil(partial(nothing_needed_is_hidden, driver, name))
+
+
+def test_no_word_goes_that_has_room(start):
+    driver = start(workspace="retouch")
+    driver.window.resize(*LEAST)
+    driver.qtbot.waitUntil(lambda: driver.window.width() == LEAST[0])
+    driver.window.actions_by_name["workspace-compare"].trigger()
+    driver.settle()
+    assert [name for name, one in tools_of(driver).items() if worded(one)][:2] == ["open", "save"]
+
+
+def test_words_come_back_with_the_room(start):
+    driver = start(workspace="compare")
+    driver.window.resize(*LEAST)
+    driver.qtbot.waitUntil(lambda: not worded(tools_of(driver)["hold-original"]))
+    driver.window.resize(1600, 700)
+    driver.qtbot.waitUntil(lambda: worded(tools_of(driver)["hold-original"]))
 
 
 def test_retouch_has_few_controls(start, photo):
