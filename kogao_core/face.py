@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite
@@ -321,7 +321,7 @@ class LandmarkSource(Protocol):
     name: str
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, largest first; an empty list when there is none.
+        """Return the faces of an upright image, `in_reading_order`; an empty list when none is.
 
         Each is handed to `on_face` as soon as it is found, one at a time and in any thread.
 
@@ -338,6 +338,45 @@ class LandmarkSource(Protocol):
             Px of the image.
         """
         ...
+
+
+def in_reading_order(faces: Iterable[Face]) -> list[Face]:
+    """Return faces as people count them: from the left, in a photo of several rows row by row.
+
+    A new row begins where a level line passes between faces, through the landmarks of none, and at
+    least two of them are above it and two below.
+
+    Parameters
+    ----------
+    faces : iterable of Face
+        Those of one photo, in any order.
+
+    Returns
+    -------
+    list of Face
+        The same whatever the order they came in, but for faces at the very same place.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.face import in_reading_order
+    >>> places = [(300, 180), (100, 200), (340, 500), (120, 500)]
+    >>> faces = [kogao.template_face(place, 90) for place in places]
+    >>> [face.anchor.origin_px[0] for face in in_reading_order(faces)]
+    [100.0, 300.0, 120.0, 340.0]
+    """
+    rows: list[list[Face]] = [[]]
+    bottom = -inf
+    for face in sorted(faces, key=lambda face: (face.box[1], face.anchor.origin_px)):
+        _, top, _, height = face.box
+        if top > bottom and len(rows[-1]) > 1:
+            rows.append([])
+        rows[-1].append(face)
+        bottom = max(bottom, top + height)
+    if len(rows) > 1 and len(rows[-1]) == 1:
+        alone = rows.pop()
+        rows[-1] += alone
+    return [face for row in rows for face in sorted(row, key=lambda face: face.anchor.origin_px)]
 
 
 def select(faces: Sequence[Face], which: str) -> list[Face]:

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from kogao_core import doubt
 from kogao_core.doubt import Doubt
-from kogao_core.face import Face, LandmarkSource
+from kogao_core.face import Face, LandmarkSource, in_reading_order
 from kogao_core.geometry import Box
 from kogao_core.landmarks import template_face
 
@@ -131,7 +131,7 @@ class Faces(Feature):
 
     def _show_found(self, search: FaceSearch) -> None:
         """Show what has come, as long as there is only what this search has found."""
-        found = tuple(search.found)
+        found = tuple(in_reading_order(search.found))
         if search is not self._search or found == search.shown:
             return
         if not self._touched and self.document.state.sheet("automatic").faces == search.shown:

@@ -240,7 +240,7 @@ def mention_fallback(wanted: str | None) -> None:
 def find_faces(
     photo: Photo, landmarks: str | None, source: Callable[[], LandmarkSource] | None = None
 ) -> list[Face]:
-    """Find the faces, largest first, or stop where there is none.
+    """Find the faces, `in_reading_order`, or stop where there is none.
 
     The source is the one of `landmarks`, or what `source` returns of them.
     """

@@ -14,7 +14,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
-from kogao_core.face import OUTLINE_POINTS, Face, OnFace, ignored
+from kogao_core.face import OUTLINE_POINTS, Face, OnFace, ignored, in_reading_order
 from kogao_core.geometry import Array, Image
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
@@ -76,12 +76,12 @@ class FacemarkSource:
         return BlazeFace(locked.network(locked.DETECTOR))
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, largest first; see `MeshSource.find`."""
+        """Return the faces of an upright image, `in_reading_order`; see `MeshSource.find`."""
         image = Pyramid(rgb)
         faces = search.faces(
             image, self._detector, lambda box: self._fit(image, box), on_face=on_face
         )
-        return sorted(faces, key=lambda face: -face.interocular_px)
+        return in_reading_order(faces)
 
     def _fit(self, image: Pyramid, proposal: Detection) -> search.Fitted | None:
         box = self._detector.look_closer(image, proposal)

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from kogao_core import assets
-from kogao_core.face import Face, OnFace, ignored
+from kogao_core.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.geometry import Affine, Array, Image, degrees_of
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, Square
@@ -208,7 +208,7 @@ class MeshSource:
                 _ = self._edges
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, largest first.
+        """Return the faces of an upright image, `in_reading_order`.
 
         Parameters
         ----------
@@ -241,7 +241,7 @@ class MeshSource:
                 lambda box: self._fit(image, box, LEAST_IN_COMPANY),
                 on_face,
             )
-        return sorted(faces, key=lambda face: -face.interocular_px)
+        return in_reading_order(faces)
 
     def _fit(self, image: Pyramid, proposal: Detection, least: float) -> search.Fitted | None:
         """Return the face at a proposal, or None when a closer look doesn't bear it out."""

@@ -11,16 +11,16 @@ from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face
 
-from kogao_core.face import ignored
+from kogao_core.face import ignored, in_reading_order
 from kogao_core.threads import share_out
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
-FACES = [oval_face(center=(x, 170), size=size) for x, size in ((90, 0.3), (240, 0.4), (390, 0.35))]
-BY_SIZE = [1, 2, 0]
+FACES = [oval_face(center=(x, 170), size=size) for x, size in ((240, 0.4), (390, 0.35), (90, 0.3))]
+FROM_THE_LEFT = [2, 0, 1]
 
 
 class Slow(KnownFaces):
-    """Finds a face whenever it is let go on, and returns them all, the largest first."""
+    """Finds a face whenever it is let go on, and returns them all, from the left."""
 
     def __init__(self):
         super().__init__(*FACES)
@@ -31,7 +31,7 @@ class Slow(KnownFaces):
             assert self.goes_on.acquire(timeout=LONGEST_S)
             on_face(face)
         assert self.goes_on.acquire(timeout=LONGEST_S)
-        return sorted(self.faces, key=lambda face: -face.interocular_px)
+        return in_reading_order(self.faces)
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_faces_appear_as_they_are_found(search):
     assert driver.panel("faces").list.count() == 2
     assert not driver.editor.document.dirty
     search.ends()
-    assert driver.state.faces == tuple(FACES[k] for k in BY_SIZE)
+    assert driver.state.faces == tuple(FACES[k] for k in FROM_THE_LEFT)
     assert driver.panel("faces").list.count() == 4
     assert driver.editor.document.undo.count() == 0
     assert not driver.editor.document.dirty
@@ -109,8 +109,8 @@ def test_thumbnails_follow_their_faces_when_they_are_put_in_order(search):
     pictures = [picture_of(panel, row) for row in range(2)]
     search.ends()
     assert [panel.item(row).icon().cacheKey() for row in range(2)] != before
-    assert picture_of(panel, BY_SIZE.index(0)) == pictures[0]
-    assert picture_of(panel, BY_SIZE.index(1)) == pictures[1]
+    assert picture_of(panel, FROM_THE_LEFT.index(0)) == pictures[0]
+    assert picture_of(panel, FROM_THE_LEFT.index(1)) == pictures[1]
 
 
 def picture_of(panel, row):
@@ -157,7 +157,7 @@ def test_who_is_deleted_or_placed_meanwhile_is_not_found_once_more(search):
     search.finds(1)
     document = driver.editor.document
     document.step(document.state.without_face(0), "Delete")
-    driver.editor.faces.place(lambda: oval_face(center=(242, 172), size=0.4))
+    driver.editor.faces.place(lambda: oval_face(center=(392, 172), size=0.35))
     driver.editor.faces.end_placing()
     search.ends()
     assert len(driver.state.faces) == 2
@@ -173,7 +173,7 @@ def test_what_an_earlier_search_still_finds_is_nobodys(search, source):
     source.goes_on.release(3)
     search.finds(1)
     search.ends()
-    assert driver.state.faces == tuple(FACES[k] for k in BY_SIZE)
+    assert driver.state.faces == tuple(FACES[k] for k in FROM_THE_LEFT)
     assert driver.editor.document.undo.count() == 0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.face import Face, select
+from kogao_core.face import Face, in_reading_order, select
 from kogao_core.geometry import Affine, Box
 
 
@@ -59,6 +59,34 @@ def test_a_broken_outline_is_refused(outline):
     face = oval_face()
     with pytest.raises(ValueError, match=r"points|finite"):
         Face(outline, face.eyes, face.mouth)
+
+
+def faces_at(*places, size=0.3):
+    return [oval_face(center=place, size=size) for place in places]
+
+
+@pytest.mark.parametrize(
+    "counted",
+    [
+        # One row, however uneven, and whoever is larger.
+        [(100, 230), (200, 150), (300, 210), (400, 140)],
+        # A child in front of its parents, two people of very different height.
+        [(100, 100), (200, 600), (300, 100)],
+        [(100, 600), (200, 100)],
+        # Two rows of two at least, neither of them level.
+        [(100, 110), (300, 90), (50, 620), (200, 600), (350, 640)],
+        [(100, 100), (300, 100), (50, 600), (200, 600), (100, 1100), (300, 1100)],
+    ],
+)
+def test_faces_are_counted_as_people_count_them(counted):
+    faces = faces_at(*counted)
+    for seed in range(5):
+        mixed = [faces[k] for k in np.random.default_rng(seed).permutation(len(faces))]
+        assert [counted[faces.index(face)] for face in in_reading_order(mixed)] == counted
+
+
+def test_no_face_has_an_order():
+    assert in_reading_order([]) == []
 
 
 def test_selection():

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core import assets
-from kogao_core.face import Face, OnFace, ignored
+from kogao_core.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.geometry import Image
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.aam import points
@@ -63,7 +63,7 @@ class AamSource:
         return HaarFaces()
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, largest first.
+        """Return the faces of an upright image, `in_reading_order`.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class AamSource:
                 faces = self._by_haar(photo, on_face)
             else:
                 faces = self._by_blazeface(photo, self._detector, on_face)
-        return sorted(faces, key=lambda face: -face.interocular_px)
+        return in_reading_order(faces)
 
     def _by_blazeface(self, photo: _Photo, detector: BlazeFace, on_face: OnFace) -> list[Face]:
         return search.faces(
