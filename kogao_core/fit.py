@@ -340,7 +340,7 @@ class _Support:
         """Number of control points in the array."""
         return self.shape[0] * self.shape[1]
 
-    @property
+    @cached_property
     def empty(self) -> Lattice:
         """The lattice that moves nothing."""
         return self.lattice(np.zeros((self.size, 2)))

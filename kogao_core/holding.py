@@ -110,36 +110,52 @@ def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
     1.8
     0.0
     """
+    if not len(held.lines) and not any(len(points) for points in held.neighbours):
+        return field
     lattices = list(field.lattices)
     for group in groups([problem.support.empty for problem in problems]):
-        landmarks = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
-        inside = np.vstack([face_places(problems[k]) for k in group])
+        faces = _Faces([problems[k] for k in group])
         for k in group:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
             if field.lattices[k].phi.any():
                 before = dataclasses.replace(field, lattices=(field.lattices[k],))
                 one = Held(held.lines, (near,))
-                lattices[k] = _held_by(problems[k], landmarks, inside, before, one)
+                lattices[k] = _held_by(problems[k], faces, before, one)
         if len(group) > 1 and any(lattices[k] is not field.lattices[k] for k in group):
             _give_way_together(field, lattices, group)
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-def _held_by(
-    problem: Problem, landmarks: Array, inside: Array, before: Field, held: Held
-) -> Lattice:
+@dataclass(frozen=True, eq=False)
+class _Faces:
+    """Those whose lattices reach into each other."""
+
+    problems: Sequence[Problem]
+
+    @cached_property
+    def landmarks(self) -> Array:
+        """All their landmarks, px."""
+        return np.vstack([problem.target_px[: problem.movers] for problem in self.problems])
+
+    @cached_property
+    def inside(self) -> Array:
+        """Places all over them, px."""
+        return np.vstack([face_places(problem) for problem in self.problems])
+
+
+def _held_by(problem: Problem, faces: _Faces, before: Field, held: Held) -> Lattice:
     """Return a face's lattice with all lines held but those that bend more for it."""
-    (unheld,), (near,) = before.lattices, held.neighbours
-    lines, most_px = held.lines, _bends_px(unheld, held.lines) + _WORSE * problem.grid.spacing_px
+    (unheld,), (near,), lines = before.lattices, held.neighbours, held.lines
     for _ in range(_ROUNDS):
-        rows = rows_of(problem, landmarks, lines, near)
+        rows = rows_of(problem, faces.landmarks, lines, near)
         if rows is None:
             break
-        (lattice,) = _Change(problem, landmarks, inside, before, rows).firmest().lattices
-        fine = _bends_px(lattice, lines) <= most_px
+        (lattice,) = _Change(problem, faces, before, rows).firmest().lattices
+        worse_px = _bends_px(lattice, lines) - _bends_px(unheld, lines)
+        fine = worse_px <= _WORSE * problem.grid.spacing_px
         if fine.all():
             return lattice
-        lines, most_px = lines[fine], most_px[fine]
+        lines = lines[fine]
     return unheld
 
 
@@ -222,15 +238,13 @@ class _Limits:
 class _Change:
     """The change of a face's lattice that rows ask for, as firm or as soft as is wanted."""
 
-    def __init__(
-        self, problem: Problem, landmarks: Array, inside: Array, before: Field, rows: HeldRows
-    ) -> None:
+    def __init__(self, problem: Problem, faces: _Faces, before: Field, rows: HeldRows) -> None:
         self._problem, self._before, self._rows = problem, before, rows
         support, nodes = problem.support, problem.own_nodes
-        fixed = support.design(still_places(problem, landmarks), nodes).weights
+        fixed = support.design(still_places(problem, faces.landmarks), nodes).weights
         # All rows are in reach: `rows_of` has seen to that.
         asking = support.design(rows.places_px, nodes).weights
-        inside = inside[support.empty.reaches(inside)]
+        inside = faces.inside[support.empty.reaches(faces.inside)]
         felt_inside = support.design(inside, nodes).weights
         cost = _roughness(nodes, support.shape[1]) + _WITHIN * felt_inside.T @ felt_inside
         smooth = np.linalg.solve(cost, np.vstack([fixed, asking]).T)
@@ -248,7 +262,7 @@ class _Change:
         between = (outline[1:] + outline[:-1]) / 2.0
         self._places = np.vstack([between, inside])
         self._moves_px = lattice.at(self._places)
-        within = np.clip(away(problem, landmarks, inside) / _BESIDE, 0.0, 1.0)
+        within = np.clip(away(problem, faces.landmarks, inside) / _BESIDE, 0.0, 1.0)
         within = (1.0 - within) * _MOST_BESIDE + within * _MOST_WITHIN
         shares = np.concatenate([np.full(len(between), _MOST_DRIFT), within])
         self._most_drift_px = shares * float(np.abs(lattice.at(outline)).max())
