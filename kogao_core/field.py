@@ -117,6 +117,23 @@ class Field:
         -------
         array of shape (M, N)
         """
+        return det_of(*self.slopes(xs_px, ys_px))
+
+    def slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
+        """Return the derivatives of the displacement along x and along y on the tensor grid.
+
+        Without a fade those of several fields, each with its lattices, add up.
+
+        Parameters
+        ----------
+        xs_px, ys_px : array-like of shape (N,) and (M,)
+            Coordinates, px, ascending.
+
+        Returns
+        -------
+        along_x, along_y : array of shape (2, M, N)
+            Of its x and y component, px per px.
+        """
         along_x = self._spline(xs_px, ys_px, dx=True)
         along_y = self._spline(xs_px, ys_px, dy=True)
         if not self.is_plain:
@@ -131,7 +148,7 @@ class Field:
                 factor * along_x + rise_x * displacement,
                 factor * along_y + rise_y * displacement,
             )
-        return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
+        return along_x, along_y
 
     def _spline(
         self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
@@ -156,6 +173,29 @@ class Field:
         grown_x = factor * along_x + slope * (unit * along_x).sum(axis=0) * displacement
         grown_y = factor * along_y + slope * (unit * along_y).sum(axis=0) * displacement
         return grown_x, grown_y
+
+
+def det_of(along_x: Array, along_y: Array) -> Array:
+    """Return det(I + D) of slopes D.
+
+    Parameters
+    ----------
+    along_x, along_y : arrays of shape (2, ...)
+        Derivatives of the x and y component, px per px.
+
+    Returns
+    -------
+    array
+        Of their shape without the first axis.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.field import det_of
+    >>> det_of(np.array([0.5, 0.0]), np.array([0.0, 1.0])).item()
+    3.0
+    """
+    return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
 
 
 def fade(length_px: Array, threshold_px: float) -> Array:
@@ -221,10 +261,14 @@ def shown_at(field: Field, source_px: Array, start_px: Array | None = None) -> A
     >>> bool(abs(shown - pairs.target_px).max() < 0.01)
     True
     """
-    x = source_px if start_px is None else start_px
+    x = np.array(source_px if start_px is None else start_px, np.float64)
+    # Steep places take many steps; those that are found wait for none of them.
+    left = np.arange(len(x))
     for _ in range(_INVERSION_STEPS):
-        before, x = x, source_px - field.at(x)
-        if np.abs(x - before).max(initial=0.0) < _INVERTED_PX:
+        before = x[left]
+        x[left] = source_px[left] - field.at(before)
+        left = left[np.abs(x[left] - before).max(axis=1) >= _INVERTED_PX]
+        if not len(left):
             break
     return x
 

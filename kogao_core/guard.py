@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterator, Sequence
-from itertools import chain
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.falloff import NO_FALLOFF
 from kogao_core.field import Field
+from kogao_core.geometry import Array
 from kogao_core.lattice import groups, meet
 from kogao_core.one_to_one import (
     LEAST_MEASURED_DET,
@@ -19,7 +20,7 @@ from kogao_core.one_to_one import (
     falloff_slope,
     least_det,
 )
-from kogao_core.samples import least_dets
+from kogao_core.samples import Shrinking, least_dets
 
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6
@@ -78,16 +79,16 @@ def _largest_safe_shares(field: Field) -> list[float]:
     # What the falloff bears is known without a search: its bound grows with the displacement.
     slope = falloff_slope(field)
     most = 1.0 if slope < 1.0 else _BELOW_ONE / slope
-    everybody = range(len(field.lattices))
+    everybody = set(range(len(field.lattices)))
     shares, together = [most for _ in everybody], list[set[int]]()
     if len(shares) == 1:
         is_sound = _safe(_scaled(field, shares))
         return shares if is_sound else [_bisected(lambda s: _safe(_scaled(field, [s])), most)]
     # What is proven isn't measured.
-    while not _proven(held := _scaled(field, shares)) and (cells := [*_folding(held, everybody)]):
+    while not _proven(held := _scaled(field, shares)) and (cells := [*_folding(held)]):
         found = _joined([*together, *cells])
         if found == together:  # slight slopes make the difference
-            found = [set(everybody)]
+            found = [everybody]
         for members in (one for one in found if one not in together):
             share = _largest_safe_share(field, shares, members, most)
             for k in members:
@@ -101,12 +102,12 @@ def _largest_safe_share(
 ) -> float:
     """Return how much some lattices may keep, the others of their group keeping their shares."""
     held = _scaled(field, [1.0 if k in members else one for k, one in enumerate(shares)])
-
-    def is_sound(share: float) -> bool:
-        tried = _scaled(held, [share if k in members else 1.0 for k in range(len(shares))])
-        return members.isdisjoint(chain.from_iterable(_folding(tried, members)))
-
-    return _bisected(is_sound, most)
+    near = [
+        Shrinking(held, lattice, members, LEAST_MEASURED_DET)
+        for lattice in held.lattices
+        if any(meet(lattice, held.lattices[k]) for k in members)
+    ]
+    return _bisected(lambda share: not any(_they_fold(samples, share) for samples in near), most)
 
 
 def _bisected(allows: Callable[[float], bool], most: float) -> float:
@@ -120,19 +121,28 @@ def _bisected(allows: Callable[[float], bool], most: float) -> float:
     return low
 
 
-def _folding(field: Field, near: Collection[int]) -> Iterator[set[int]]:
-    """Yield, for each cell near some lattices that comes close to a fold, those that bend it."""
+def _they_fold(samples: Shrinking, share: float) -> bool:
+    """Return whether those who shrink bend any sample that comes close to a fold."""
+    folds = samples.dets(share) < LEAST_MEASURED_DET
+    return bool(folds.any() and _bends(samples.steepest(share)[:, folds])[samples.shrinks].any())
+
+
+def _folding(field: Field) -> Iterator[set[int]]:
+    """Yield, for each cell that comes close to a fold, the lattices that bend it."""
     for lattice in field.lattices:
-        if not any(meet(lattice, field.lattices[k]) for k in near):
-            continue
         folds = least_dets(field, lattice, LEAST_MEASURED_DET) < LEAST_MEASURED_DET
         if not folds.any():
             continue
         x, y = lattice.cell_edges_px
         spans = np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
         slopes = np.stack([a.most_in(a.steepest, spans)[folds] for a in field.lattices])
-        for bends in ((slopes >= _SLIGHT_SLOPE) | (slopes == slopes.max(axis=0))).T:
+        for bends in _bends(slopes).T:
             yield set(np.flatnonzero(bends).tolist())
+
+
+def _bends(slopes: Array) -> npt.NDArray[np.bool_]:
+    """Return which lattices have a part in a fold, by their slopes there (lattices, folds)."""
+    return np.asarray((slopes >= _SLIGHT_SLOPE) | (slopes == slopes.max(axis=0)))
 
 
 def _joined(sets: Sequence[set[int]]) -> list[set[int]]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection
+from itertools import compress
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
-from kogao_core.field import Field
+from kogao_core.field import Field, det_of
 from kogao_core.geometry import Array
 from kogao_core.lattice import ORDER, Lattice, basis, basis_slope, meet
 
@@ -17,6 +19,9 @@ _PLACES: Final = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
 # Every sample is the same mixture of the 4 x 4 control points that reach its cell.
 _ALONG_X: Final = np.kron(basis(_PLACES), basis_slope(_PLACES)).T
 _ALONG_Y: Final = np.kron(basis_slope(_PLACES), basis(_PLACES)).T
+
+Slopes = tuple[Array, Array]
+"""Derivatives along x and along y, each of the x and the y component."""
 
 
 def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
@@ -51,24 +56,106 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     others = [a for a in field.lattices if a is not lattice and meet(a, lattice)]
     field = dataclasses.replace(field, lattices=(lattice, *others))
     if not field.is_plain:
-        return _in_cells(field, lattice, (0, 0), lattice.reached.shape)
+        return _in_cells(field, lattice, np.ones_like(lattice.reached))
     if not others:
         return _alone(lattice)
-    edges = lattice.cell_edges_px
-    spans = np.stack([edges[0][:-1], edges[0][1:]]), np.stack([edges[1][:-1], edges[1][1:]])
+    spans = _spans_px(lattice)
     added = np.sum([a.most_in(a.steepest, spans) for a in others], axis=0)
     slope = lattice.steepest + added
-    least = np.full(slope.shape, np.inf)
-    if not (open_ := (slope >= 1.0) | ((1.0 - slope) ** 2 < below)).any():
-        return least
+    if not (open_ := _may_fall(slope, below)).any():
+        return np.full(slope.shape, np.inf)
     # |det(M + E) - det M| <= |M| |E| + |E|^2 / 2, of a slope E that the others add.
     alone, room = _alone(lattice), (np.sqrt(2.0) + slope) * added
     below = max(0.0, min(below, float((alone + room)[open_].min())))
-    rows, columns = np.nonzero(open_ & (alone - room <= below))
-    if len(rows):
-        first, end = (rows.min(), columns.min()), (rows.max() + 1, columns.max() + 1)
-        least[first[0] : end[0], first[1] : end[1]] = _in_cells(field, lattice, first, end)
+    return _in_cells(field, lattice, open_ & (alone - room <= below))
+
+
+class Shrinking:
+    """Samples near a lattice at which det J may be small while some displacements shrink.
+
+    Slopes shrink with their displacement, so at each sample det J is a quadratic in its share.
+
+    Parameters
+    ----------
+    field : Field
+        All displacements together, without a fade.
+    lattice : Lattice
+        One of the field's, in whose cells samples lie.
+    members : collection of int
+        Which of the field's lattices shrink.
+    below : float
+        Samples where det J is larger at every share are left out.
+    """
+
+    def __init__(
+        self, field: Field, lattice: Lattice, members: Collection[int], below: float
+    ) -> None:
+        near = [k for k, a in enumerate(field.lattices) if meet(a, lattice)]
+        self.shrinks = np.array([k in members for k in near])
+        lattices, spans = [field.lattices[k] for k in near], _spans_px(lattice)
+        most = np.stack([a.most_in(a.steepest, spans) for a in lattices])
+        cells = _block(_may_fall(most.sum(axis=0), below) | (not field.is_plain))
+        places = _places_px(lattice, cells)
+        still, shrinking = (
+            dataclasses.replace(field, lattices=tuple(compress(lattices, which))).slopes(*places)
+            for which in (~self.shrinks, self.shrinks)
+        )
+        terms = _det_by_share(still, shrinking)
+        at = np.nonzero(_least_of(*terms) < below)
+        self._terms = [term[at] for term in terms]
+        rows, columns = (
+            part.start + index // SAMPLES_PER_CELL for part, index in zip(cells, at, strict=True)
+        )
+        self._most = most[:, rows, columns]
+
+    def dets(self, share: float) -> Array:
+        """Return det J at each sample, shape (N,)."""
+        still, linear, square = self._terms
+        return np.asarray(still + share * (linear + share * square))
+
+    def steepest(self, share: float) -> Array:
+        """Return bounds of the slopes of lattices in each sample's cell, shape (lattices, N)."""
+        return np.where(self.shrinks, share, 1.0)[:, None] * self._most
+
+
+def _det_by_share(still: Slopes, shrinking: Slopes) -> tuple[Array, Array, Array]:
+    """Return a, b, c of ``det(I + S + share D) = a + b share + c share^2`` for slopes S and D."""
+    (s_xx, s_yx), (s_xy, s_yy) = still
+    (d_xx, d_yx), (d_xy, d_yy) = shrinking
+    linear = (1.0 + s_xx) * d_yy + d_xx * (1.0 + s_yy) - s_yx * d_xy - d_yx * s_xy
+    return det_of(*still), linear, d_xx * d_yy - d_yx * d_xy
+
+
+def _least_of(constant: Array, linear: Array, square: Array) -> Array:
+    """Return the smallest value of quadratics over 0 to 1."""
+    turn = np.clip(-linear / np.where(square > 0.0, 2.0 * square, 1.0), 0.0, 1.0)
+    values = [constant + t * (linear + t * square) for t in (0.0, turn, 1.0)]
+    return np.asarray(np.minimum.reduce(values))
+
+
+def _in_cells(field: Field, lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
+    """Return the smallest det J at the samples in the block of some cells, infinity in the rest."""
+    least, cells = np.full(which.shape, np.inf), _block(which)
+    least[cells] = _least(field.det_jacobian(*_places_px(lattice, cells)))
     return least
+
+
+def _spans_px(lattice: Lattice) -> tuple[Array, Array]:
+    """Return where the columns of cells begin and end along x, and the rows along y, px."""
+    x, y = lattice.cell_edges_px
+    return np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
+
+
+def _may_fall(slope: Array, below: float) -> npt.NDArray[np.bool_]:
+    """Return where det J may be less than that, by a bound of its slope."""
+    return np.asarray((slope >= 1.0) | ((1.0 - slope) ** 2 < below))
+
+
+def _block(cells: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the smallest block of rows and columns that holds some cells."""
+    found = (np.flatnonzero(cells.any(axis=axis)) for axis in (1, 0))
+    rows, columns = (slice(at[0], at[-1] + 1) if len(at) else slice(0, 0) for at in found)
+    return rows, columns
 
 
 def _alone(lattice: Lattice) -> Array:
@@ -84,12 +171,16 @@ def _alone(lattice: Lattice) -> Array:
     return np.asarray(det.min(axis=1).reshape(lattice.reached.shape))
 
 
-def _in_cells(field: Field, lattice: Lattice, first: Sequence[int], end: Sequence[int]) -> Array:
-    """Return the smallest det J at the samples in a block of cells, (row, column) `first` on."""
+def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Array]:
+    """Return the coordinates of the samples in a block of cells along x and y, px."""
     (ox, oy), h, (i0, j0) = lattice.grid.origin_px, lattice.grid.spacing_px, lattice.first_cell
-    rows, columns = np.arange(first[0], end[0]), np.arange(first[1], end[1])
+    rows, columns = (np.arange(part.start, part.stop) for part in cells)
     xs = ox + h * ((i0 + columns)[:, None] + _PLACES).ravel()
-    ys = oy + h * ((j0 + rows)[:, None] + _PLACES).ravel()
-    det = field.det_jacobian(xs, ys)
-    shape = (len(rows), SAMPLES_PER_CELL, len(columns), SAMPLES_PER_CELL)
+    return xs, oy + h * ((j0 + rows)[:, None] + _PLACES).ravel()
+
+
+def _least(det: Array) -> Array:
+    """Return the smallest of the samples in each cell."""
+    rows, columns = (side // SAMPLES_PER_CELL for side in det.shape)
+    shape = (rows, SAMPLES_PER_CELL, columns, SAMPLES_PER_CELL)
     return np.asarray(det.reshape(shape).min(axis=(1, 3)))

@@ -1,16 +1,21 @@
 """No fold is rendered unless asked for, and then it is reported."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scenes import field_of, oval_face, textured_photo
 from shortly import few_of
 
 from kogao_core.face import Face
+from kogao_core.falloff import Falloff
 from kogao_core.field import Field
 from kogao_core.guard import hold_back
 from kogao_core.lattice import groups
 from kogao_core.pipeline import render
+from kogao_core.protection import Stroke
 from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.samples import Shrinking, least_dets
 from kogao_core.settings import SETTINGS
 
 FOLDING = Recipe(percent=12, lattice=0.25)
@@ -84,6 +89,21 @@ def test_those_who_fold_each_other_in_turn_are_all_held_back():
     held, shares = hold_back(field_of(FOLDING, *row))
     assert max(shares) < 1.0
     assert densest_det(held) > 0.0
+
+
+@pytest.mark.parametrize("strokes", [(), (Stroke([[170.0, 250.0]], 6.0, 40.0),)])
+def test_shares_of_some_displacements_are_measured_as_those_fields_are(strokes):
+    row = [oval_face(center=(x, 170.0)) for x in (170.0, 330.0, 490.0)]
+    field = dataclasses.replace(field_of(Recipe(percent=9), *row), falloff=Falloff(strokes))
+    for k, lattice in enumerate(field.lattices):
+        samples, lowest = Shrinking(field, lattice, {0, 1}, below=0.5), []
+        for share in (0.0, 0.4, 1.0):
+            shrunk = [one.scaled(share) for one in field.lattices[:2]]
+            parts = dataclasses.replace(field, lattices=(*shrunk, field.lattices[2]))
+            lowest.append(min(0.5, least_dets(parts, parts.lattices[k]).min()))
+            found = samples.dets(share).min(initial=0.5)
+            assert found == pytest.approx(lowest[-1], abs=1e-9)
+        assert lowest[-1] < lowest[0]
 
 
 def test_a_fade_that_would_fold_is_refused_and_the_move_kept():
