@@ -132,6 +132,7 @@ def _sheet(theme: Theme) -> str:
     }}
     QToolButton[fold="true"]:focus {{ color: {theme.accent}; }}
     QLabel[heading="true"] {{ color: {theme.text}; font-weight: 600; }}
+    QLabel[heading="true"]:disabled {{ color: {theme.muted}; }}
     QLabel[muted="true"] {{ color: {theme.muted}; }}
     QLabel[warn="true"] {{ color: {theme.warning}; }}
     QLabel[plate="true"] {{

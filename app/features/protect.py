@@ -116,6 +116,8 @@ class Protect(Feature):
         self.document.opened.connect(self.fit_brush)
         self.document.aborted.connect(self._drop)
         self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
+        # Each photo begins with a brush that suits it.
+        self.watch(lambda: self.document.photo is not None, self._allow)
 
     def _tool(self, name: ToolName, text: str, key: str, tip: str) -> Spec:
         first = name == self.view.brush.tool
@@ -203,6 +205,12 @@ class Protect(Feature):
 
     def _drop(self) -> None:
         self._path = []
+
+    def _allow(self) -> None:
+        there = self.document.photo is not None
+        self.panel.size_px.setEnabled(there)
+        for name in ("smaller", "larger"):
+            self.actions[name].setEnabled(there)
 
     def _show_tool(self) -> None:
         self.panel.show_brush(self.view.brush)

@@ -9,6 +9,7 @@ from kogao_app.features import recipe as choices
 from kogao_app.features.recipe import fields
 from kogao_app.features.recipe.panel import RecipePanel
 from kogao_app.i18n import bare
+from PySide6.QtWidgets import QCheckBox
 from scenes import oval_face, textured_photo
 
 from kogao_core import language
@@ -84,6 +85,23 @@ def test_declared_words_are_translated(start):
             assert f"«{one.help}»" in box.itemText(place)
     texts = [bare(action.text()) for action in driver.window.actions_by_name.values()]
     assert all(any(f"«{choice.title}»" in text for text in texts) for choice in CHOICES)
+
+
+def test_what_belongs_to_a_photo_waits_for_one_and_what_a_user_prefers_does_not(empty, photo):
+    recipe, protect = empty.panel("recipe"), empty.panel("protect")
+    by_photo = [
+        *(recipe.percent.slider, recipe.lattice.slider, recipe.centre, protect.size_px.slider),
+        *(recipe.switches["zones"], recipe.switches["guard"], recipe.choices["fit"]),
+    ]
+    actions = [empty.window.actions_by_name[name] for name in ("paste-settings", "larger")]
+    preferred = [recipe.zones.button, recipe.fold.button, protect.hard]
+    preferred += empty.panel("overlays").findChildren(QCheckBox)
+    assert len(preferred) > 10
+    for one in preferred:
+        assert one.isEnabled(), one.text()
+    assert not any(one.isEnabled() for one in (*by_photo, *actions))
+    empty.open(photo)
+    assert all(one.isEnabled() for one in (*by_photo, *actions))
 
 
 def test_every_choice_has_an_entry_with_words_in_its_box(panel):

@@ -78,6 +78,7 @@ class RecipeEditing(Feature):
             ),
         )
         self._show()
+        self.watch(lambda: self.document.photo is not None, self._allow)
 
     def begin_with(self, recipe: Recipe) -> None:
         """Let photos begin with a recipe from now on, and sliders go back to it."""
@@ -152,6 +153,11 @@ class RecipeEditing(Feature):
         state = self.document.state.with_choices(face if own else None, center=number)
         before = self.document.state.recipe_of(face).center
         self.document.step(state, gesture_name("center"), fields.change("center", before, number))
+
+    def _allow(self) -> None:
+        there = self.document.photo is not None
+        self.panel.allow(there)
+        self.actions["paste-settings"].setEnabled(there)
 
     def _follow(self) -> None:
         chosen, state = self.view.face, self.document.state

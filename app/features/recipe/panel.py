@@ -63,8 +63,11 @@ class RecipePanel(QWidget):
         for label in (self.one_to_one, self.residual):
             label.setWordWrap(True)
             label.setToolTip(tr("≈: until the picture is there in full"))
-        self.zones = Fold(tr("&Jaw, chin, sides…"), self._zones(), "zones")
-        self.fold = Fold(tr("Fit, qualit&y…"), self._details(), "fit")
+        zones, details = self._zones(), self._details()
+        self.zones = Fold(tr("&Jaw, chin, sides…"), zones, "zones")
+        self.fold = Fold(tr("Fit, qualit&y…"), details, "fit")
+        # Folds open and close without a photo, too.
+        self._settings = (self.percent, self.centre, self.lattice, zones, details)
         self._plain = False
         self._fine = QWidget()
         self.more = Fold(tr("More"), self._fine, "more")
@@ -93,6 +96,11 @@ class RecipePanel(QWidget):
         self._first = recipe
         for field, slider in self.sliders.items():
             slider.show_first(getattr(recipe, field))
+
+    def allow(self, allowed: bool) -> None:
+        """Let settings be changed, or not: while there is no photo they are nobody's."""
+        for widget in self._settings:
+            widget.setEnabled(allowed)
 
     def show_words(self, *, plain: bool) -> None:
         """Speak in everyday words, or in the paper's terms and figures."""
