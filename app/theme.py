@@ -189,9 +189,11 @@ def _sheet(theme: Theme) -> str:
     }}
     QTabBar {{ background: {theme.window}; qproperty-drawBase: 0; }}
     QTabBar::tab {{
-        color: {theme.muted}; padding: 4px 12px; border-bottom: 2px solid transparent;
+        color: {theme.muted}; padding: 3px 11px 4px; border: 1px solid transparent;
+        border-bottom-width: 2px;
     }}
     QTabBar::tab:selected {{ color: {theme.text}; border-bottom-color: {theme.accent}; }}
+    QTabBar::tab:selected:focus {{ border-color: {theme.accent}; }}
     QTabBar::tab:hover {{ color: {theme.text}; }}
     QScrollBar {{ background: {theme.window}; }}
     QScrollBar:vertical {{ width: 10px; }}

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QByteArray, QObject, Qt
+from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar, QTabWidget, QWidget
 
@@ -56,6 +56,7 @@ class Docks(QObject):
         """Add a dock; those below are tabs of one place, the first of them in front."""
         widget = QDockWidget(dock.title)
         widget.setObjectName(name)
+        widget.installEventFilter(self)
         widget.setWidget(content)
         bottom = Qt.DockWidgetArea.BottomDockWidgetArea
         front = next((d for d in self._docks.values() if self._area(d) == bottom), None)
@@ -132,10 +133,23 @@ class Docks(QObject):
         for name, hidden in before.items():
             self._docks[name].setHidden(hidden)
         for tabs in self._window.findChildren(QTabBar):
+            _follow_place(tabs)
+            tabs.installEventFilter(self)
             tabs.setAccessibleName(tr("Panels"))
             tabs.setToolTip(tr("Which of the panels that share this place is shown"))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Keep the focus from what lies outside the window."""
+        if event.type() == QEvent.Type.Move and isinstance(watched, QWidget):
+            _follow_place(watched)
+        return False
 
     def _fix(self, dock: QDockWidget, fixed: bool) -> None:
         # An empty widget in place of the title bar keeps a fixed dock flat.
         dock.setTitleBarWidget(QWidget() if fixed else None)  # type: ignore[arg-type]
         dock.setFeatures(_FIXED if fixed else _FREE)
+
+
+def _follow_place(widget: QWidget) -> None:
+    """Switch off what Qt has put aside: docks behind others and idle tabs, where Tab still goes."""
+    widget.setEnabled(widget.isWindow() or widget.geometry().right() >= 0)

@@ -125,9 +125,7 @@ def takes_tab(widget):
     """Whether Tab gets to a widget, and it has its own looks."""
     reached = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
     seen = widget.isVisible() and widget.isEnabled()
-    # Tabs of docks draw no focus, and Qt keeps a bar of them outside the window.
-    tabs = isinstance(widget, QTabBar)
-    return reached and seen and not tabs and widget.objectName() != "qt_scrollarea_viewport"
+    return reached and seen and widget.objectName() != "qt_scrollarea_viewport"
 
 
 @pytest.mark.parametrize("name", THEMES)
@@ -138,6 +136,7 @@ def test_whatever_takes_the_focus_shows_it(qapp, two, name):
     reached = [widget for widget in two.window.findChildren(QWidget) if takes_tab(widget)]
     assert two.canvas in reached
     assert two.panel("faces").list in reached
+    assert any(isinstance(one, QTabBar) for one in reached)
     slider = two.panel("recipe").percent.slider
     dim = []
     for widget in reached:

@@ -55,6 +55,30 @@ def test_the_arrows_move_the_point_wherever_the_keys_went_before(opened):
     np.testing.assert_allclose(moved, (-2.0, 0.0))
 
 
+def is_seen(widget):
+    """Whether any of it, or of what fills it, is on screen."""
+    parts = [widget, *widget.findChildren(QWidget)]
+    return any(not part.visibleRegion().isEmpty() for part in parts)
+
+
+def test_tab_goes_round_through_what_is_seen(opened):
+    opened.window.activateWindow()
+    opened.qtbot.waitUntil(opened.window.isActiveWindow)
+    for name in ("compare", "inspect"):
+        opened.window.actions_by_name[f"workspace-{name}"].trigger()
+        opened.settle()
+    opened.canvas.setFocus()
+    reached, unseen = [], []
+    while opened.canvas not in reached:
+        QTest.keyClick(opened.window.focusWidget(), KEYS.Key_Tab)
+        reached.append(opened.window.focusWidget())
+        if not is_seen(reached[-1]):
+            unseen.append((type(reached[-1]).__name__, reached[-1].accessibleName()))
+        assert len(reached) < 100
+    assert len(reached) > 20
+    assert unseen == []
+
+
 def test_a_stroke_is_painted_with_arrows_and_enter(opened):
     opened.key(KEYS.Key_B)
     start = middle(opened)
