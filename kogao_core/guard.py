@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from kogao_core.falloff import NO_FALLOFF
 from kogao_core.field import Field
 from kogao_core.geometry import Array
-from kogao_core.lattice import groups, meet
+from kogao_core.lattice import Lattice, groups, meet
 from kogao_core.one_to_one import (
     LEAST_MEASURED_DET,
     certify,
@@ -25,6 +25,7 @@ from kogao_core.samples import Shrinking, least_dets
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6
 _SLIGHT_SLOPE: Final = 0.05  # of a displacement that has no part in a fold
+_CLEAR_DET: Final = LEAST_MEASURED_DET + 1e-9  # what is found clear is measured so, however rounded
 
 
 def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
@@ -84,16 +85,18 @@ def _largest_safe_shares(field: Field) -> list[float]:
     if len(shares) == 1:
         is_sound = _safe(_scaled(field, shares))
         return shares if is_sound else [_bisected(lambda s: _safe(_scaled(field, [s])), most)]
-    # What is proven isn't measured.
-    while not _proven(held := _scaled(field, shares)) and (cells := [*_folding(held)]):
+    near = everybody
+    # What is proven isn't measured, nor what is as it was.
+    while not _proven(held := _scaled(field, shares)) and (cells := [*_folding(held, near)]):
         found = _joined([*together, *cells])
-        if found == together:  # slight slopes make the difference
-            found = [everybody]
-        for members in (one for one in found if one not in together):
+        fresh = [one for one in found if one not in together]
+        if not fresh:  # slight slopes make the difference
+            found = fresh = [everybody]
+        for members in fresh:
             share = _largest_safe_share(field, shares, members, most)
             for k in members:
                 shares[k] = share
-        together = found
+        together, near = found, set().union(*fresh)
     return shares
 
 
@@ -102,12 +105,8 @@ def _largest_safe_share(
 ) -> float:
     """Return how much some lattices may keep, the others of their group keeping their shares."""
     held = _scaled(field, [1.0 if k in members else one for k, one in enumerate(shares)])
-    near = [
-        Shrinking(held, lattice, members, LEAST_MEASURED_DET)
-        for lattice in held.lattices
-        if any(meet(lattice, held.lattices[k]) for k in members)
-    ]
-    return _bisected(lambda share: not any(_they_fold(samples, share) for samples in near), most)
+    samples = [Shrinking(held, lattice, members, _CLEAR_DET) for lattice in _meeting(held, members)]
+    return _bisected(lambda share: not any(_they_fold(one, share) for one in samples), most)
 
 
 def _bisected(allows: Callable[[float], bool], most: float) -> float:
@@ -123,13 +122,13 @@ def _bisected(allows: Callable[[float], bool], most: float) -> float:
 
 def _they_fold(samples: Shrinking, share: float) -> bool:
     """Return whether those who shrink bend any sample that comes close to a fold."""
-    folds = samples.dets(share) < LEAST_MEASURED_DET
+    folds = samples.dets(share) < _CLEAR_DET
     return bool(folds.any() and _bends(samples.steepest(share)[:, folds])[samples.shrinks].any())
 
 
-def _folding(field: Field) -> Iterator[set[int]]:
-    """Yield, for each cell that comes close to a fold, the lattices that bend it."""
-    for lattice in field.lattices:
+def _folding(field: Field, near: Collection[int]) -> Iterator[set[int]]:
+    """Yield, for each cell near some lattices that comes close to a fold, those that bend it."""
+    for lattice in _meeting(field, near):
         folds = least_dets(field, lattice, LEAST_MEASURED_DET) < LEAST_MEASURED_DET
         if not folds.any():
             continue
@@ -138,6 +137,13 @@ def _folding(field: Field) -> Iterator[set[int]]:
         slopes = np.stack([a.most_in(a.steepest, spans)[folds] for a in field.lattices])
         for bends in _bends(slopes).T:
             yield set(np.flatnonzero(bends).tolist())
+
+
+def _meeting(field: Field, some: Collection[int]) -> Iterator[Lattice]:
+    """Yield the lattices that reach into some of them, themselves included."""
+    for lattice in field.lattices:
+        if any(meet(lattice, field.lattices[k]) for k in some):
+            yield lattice
 
 
 def _bends(slopes: Array) -> npt.NDArray[np.bool_]:

@@ -55,19 +55,21 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     """
     others = [a for a in field.lattices if a is not lattice and meet(a, lattice)]
     field = dataclasses.replace(field, lattices=(lattice, *others))
+    every = np.ones_like(lattice.reached)
     if not field.is_plain:
-        return _in_cells(field, lattice, np.ones_like(lattice.reached))
+        return _in_cells(field, lattice, every)
     if not others:
-        return _alone(lattice)
+        return _alone(lattice, every).reshape(every.shape)
     spans = _spans_px(lattice)
     added = np.sum([a.most_in(a.steepest, spans) for a in others], axis=0)
     slope = lattice.steepest + added
     if not (open_ := _may_fall(slope, below)).any():
         return np.full(slope.shape, np.inf)
     # |det(M + E) - det M| <= |M| |E| + |E|^2 / 2, of a slope E that the others add.
-    alone, room = _alone(lattice), (np.sqrt(2.0) + slope) * added
-    below = max(0.0, min(below, float((alone + room)[open_].min())))
-    return _in_cells(field, lattice, open_ & (alone - room <= below))
+    alone, room = _alone(lattice, open_), ((np.sqrt(2.0) + slope) * added)[open_]
+    below = max(0.0, min(below, float((alone + room).min())))
+    open_[open_] = alone - room <= below
+    return _in_cells(field, lattice, open_)
 
 
 class Shrinking:
@@ -158,17 +160,17 @@ def _block(cells: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
     return rows, columns
 
 
-def _alone(lattice: Lattice) -> Array:
-    """Return the smallest det J at the samples in each cell, as if there were no other lattice."""
+def _alone(lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
+    """Return the smallest det J at the samples in some cells, shape (N,), of one lattice alone."""
     (i, j), (rows, columns) = lattice.first, lattice.shape
     margin = ORDER - 1
     stored = lattice.window((i - margin, j - margin), (rows + 2 * margin, columns + 2 * margin))
     cells = np.lib.stride_tricks.sliding_window_view(stored, (ORDER, ORDER), (0, 1))
-    phi = cells.reshape(-1, ORDER**2) / lattice.grid.spacing_px
+    phi = cells[which].reshape(-1, ORDER**2) / lattice.grid.spacing_px
     x_x, y_x = (phi @ _ALONG_X).reshape(-1, 2, SAMPLES_PER_CELL**2).swapaxes(0, 1)
     x_y, y_y = (phi @ _ALONG_Y).reshape(-1, 2, SAMPLES_PER_CELL**2).swapaxes(0, 1)
     det = (1.0 + x_x) * (1.0 + y_y) - y_x * x_y
-    return np.asarray(det.min(axis=1).reshape(lattice.reached.shape))
+    return np.asarray(det.min(axis=1))
 
 
 def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Array]:
