@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scenes import field_of, oval_face
 
-from kogao_core.field import fade
+from kogao_core.field import fade, shown_at
+from kogao_core.guard import hold_back
 from kogao_core.recipe import Recipe
 
 
@@ -41,3 +42,16 @@ def test_points_and_grid_agree():
     xs, ys = np.linspace(130, 350, 21), np.linspace(80, 290, 17)
     points = np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2)
     np.testing.assert_allclose(field.on_grid(xs, ys).reshape(2, -1).T, field.at(points), atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", [7, 22, 30])
+def test_every_point_is_found_however_near_the_warp_comes_to_a_fold(seed):
+    rng, face = np.random.default_rng(seed), oval_face()
+    for index in rng.integers(0, 21, 3):
+        face = face.with_target(int(index), face.outline[index] + rng.normal(0, 25, 2))
+    field, (share,) = hold_back(field_of(Recipe(percent=12, lattice=0.25), face))
+    assert share < 1.0
+    left, top, right, bottom = field.lattices[0].reach_px
+    points = rng.uniform((left, top), (right, bottom), (800, 2))
+    shown = shown_at(field, points)
+    np.testing.assert_allclose(shown + field.at(shown), points, rtol=0.0, atol=1e-3)
