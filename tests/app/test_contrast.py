@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
-from PySide6.QtCore import QLineF, QPointF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter
+from kogao_app.canvas.overlays.background import tinted
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import (
     QCheckBox,
     QPushButton,
@@ -30,6 +33,37 @@ WRITTEN = {
 }
 # Ground of a focused control, and of what fills a slider.
 RINGED = ("window", "raised")
+# From 20 px above and left of the middle; nearly level: somewhere it meets a row of pixels.
+SLOPES = {"slanted": QPointF(15, 13), "nearly level": QPointF(19, 1)}
+LINES = {
+    "outline of a small face": lambda painter, ends: glyphs.polyline(
+        painter, ends, glyphs.OUTLINE, 1.6, dotted=False
+    ),
+    "outline of a face that is off": lambda painter, ends: glyphs.polyline(
+        painter, ends, glyphs.OUTLINE, 1.6, dotted=True
+    ),
+    "selected face": lambda painter, ends: glyphs.polyline(
+        painter, ends, glyphs.HALO, 2.2, dotted=False
+    ),
+    "displacement": lambda painter, ends: glyphs.arrow(
+        painter, [QLineF(*ends)], glyphs.DISPLACEMENT
+    ),
+    **{
+        name: lambda painter, ends, colour=colour: glyphs.lines(painter, [QLineF(*ends)], colour)
+        for name, colour in (
+            ("centre line", glyphs.CENTRE),
+            ("way to a target", glyphs.WAY),
+            ("straight line", glyphs.STRAIGHT),
+            ("bent line", glyphs.BENT),
+            ("divider", glyphs.HALO),
+        )
+    },
+}
+# What is laid over regions.
+HATCHES = {
+    **{name: partial(glyphs.brush, name) for name in glyphs.DOMAINS},
+    "protected": glyphs.protected,
+}
 MARKS = {
     "landmark": lambda painter, at: glyphs.dot(painter, at, glyphs.LANDMARK),
     "unsure landmark": lambda painter, at: glyphs.hollow(painter, at, glyphs.LANDMARK),
@@ -37,12 +71,6 @@ MARKS = {
     "target": lambda painter, at: glyphs.ring(painter, at, glyphs.TARGET),
     "centre": lambda painter, at: glyphs.cross(painter, at, glyphs.CENTRE),
     "fold": lambda painter, at: glyphs.warning(painter, at),
-    "selected face": lambda painter, at: glyphs.polyline(
-        painter, [at - QPointF(15, 12), at, at + QPointF(15, 13)], glyphs.HALO, 2.2, dotted=False
-    ),
-    "centre line": lambda painter, at: glyphs.lines(
-        painter, [QLineF(at - QPointF(15, 12), at + QPointF(15, 13))], glyphs.CENTRE, 1.4
-    ),
     "label": lambda painter, at: glyphs.label(painter, at - QPointF(9, 0), "3"),
 }
 
@@ -149,15 +177,63 @@ def test_whatever_takes_the_focus_shows_it(qapp, two, name):
     assert dim == []
 
 
-@pytest.mark.usefixtures("qapp")
-@pytest.mark.parametrize("name", MARKS)
-def test_a_mark_is_seen_on_any_grey(name):
+def worst_on_grey(draw):
+    """The least contrast that a mark has with its ground, over all greys."""
+    worst = np.inf
     for level in range(0, 256, 5):
         picture = QImage(40, 40, QImage.Format.Format_RGB32)
         picture.fill(QColor(level, level, level))
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        MARKS[name](painter, QPointF(20, 20))
+        draw(painter)
         painter.end()
-        drawn = pixels_of(picture)
-        assert contrast(drawn, (level,) * 3).max() >= MARK, f"on grey {level}"
+        worst = min(worst, contrast(pixels_of(picture), (level,) * 3).max())
+    return worst
+
+
+MIDDLE = QPointF(20, 20)
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize("name", MARKS)
+def test_a_mark_is_seen_on_any_grey(name):
+    assert worst_on_grey(lambda painter: MARKS[name](painter, MIDDLE)) >= MARK
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize("slope", SLOPES)
+@pytest.mark.parametrize("name", LINES)
+def test_a_line_is_seen_on_any_grey(name, slope):
+    ends = [MIDDLE - SLOPES[slope], MIDDLE + SLOPES[slope]]
+    assert worst_on_grey(lambda painter: LINES[name](painter, ends)) >= MARK
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_lattice_is_seen_on_any_grey():
+    ends = QLineF(MIDDLE - SLOPES["nearly level"], MIDDLE + SLOPES["nearly level"])
+    for line in (ends, QLineF(ends.y1(), ends.x1(), ends.y2(), ends.x2())):
+        draw = partial(glyphs.fine_lines, segments=[line], colour=glyphs.LATTICE)
+        assert worst_on_grey(draw) >= MARK
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize("name", HATCHES)
+def test_a_hatch_is_seen_on_any_grey(name):
+    ground = QRectF(0, 0, 40, 40)
+    assert worst_on_grey(lambda painter: painter.fillRect(ground, HATCHES[name]())) >= MARK
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_edge_of_a_region_is_seen_on_any_grey():
+    region = QPainterPath()
+    region.addEllipse(MIDDLE, 15, 15)
+    for colour in map(glyphs.light, glyphs.DOMAINS.values()):
+        assert worst_on_grey(lambda painter, c=colour: glyphs.outlined(painter, region, c)) >= MARK
+
+
+@pytest.mark.usefixtures("qapp")
+def test_where_people_end_is_seen_on_any_grey():
+    people = np.zeros((40, 40), np.uint8)
+    people[:, 20:] = 255
+    edge = tinted(people)
+    assert worst_on_grey(lambda painter: painter.drawImage(0, 0, edge)) >= MARK

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle, position
+from kogao_app.canvas.overlays import glyphs
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -16,6 +17,7 @@ from test_overlays import SKY, at, looks_like, pixels_of
 
 KEYS = Qt.Key
 WHITE = (255, 255, 255)
+OUTLINE = glyphs.OUTLINE.getRgb()[:3]
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 
 
@@ -241,7 +243,7 @@ def along(face):
 
 def test_a_small_face_shows_a_quiet_outline_instead_of_its_marks(thirty):
     face = thirty.state.faces[12]
-    assert share(thirty, along(face), SKY) == 1.0
+    assert share(thirty, along(face), OUTLINE) == 1.0
     assert share(thirty, face.eyes, SKY) == 0.0
     with_targets = pixels_of(thirty)
     hide_targets_and_centres(thirty)

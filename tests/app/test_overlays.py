@@ -25,7 +25,7 @@ from kogao_core.bend import SEEN_PX
 
 ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key
-VERMILION, SKY = (213, 94, 0), (86, 180, 233)
+SKY, BENT = (86, 180, 233), glyphs.BENT.getRgb()[:3]
 
 
 def declared():
@@ -145,7 +145,7 @@ def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     lines = empty.editor.view.lines
     assert lines[0].bend_px > 1.0
     drawn = pixels_of(empty)
-    new = looks_like(drawn, VERMILION) & (drawn != bare).any(axis=-1)
+    new = looks_like(drawn, BENT) & (drawn != bare).any(axis=-1)
     columns = np.flatnonzero(new.any(axis=0))
     assert abs(np.median(columns) - at(empty, x, 0)[1]) < 12
     empty.key(KEYS.Key_B, Qt.KeyboardModifier.ShiftModifier)

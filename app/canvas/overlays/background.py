@@ -54,7 +54,7 @@ class BentLines(Overlay):
             is_bent, would_bend = line.bend_px >= SEEN_PX, line.unheld_px >= SEEN_PX
             colour = glyphs.BENT if is_bent else glyphs.STRAIGHT
             style = _DASHED if line.holding == "let go" else Qt.PenStyle.SolidLine
-            width = 2.4 if would_bend or is_bent else 1.0
+            width = 2.4 if would_bend or is_bent else 1.4
             glyphs.lines(painter, [chord, *ticks], colour, width, style=style)
             if not is_bent:
                 continue
@@ -105,19 +105,26 @@ class People(Overlay):
         if people is None:
             return
         if people is not self._drawn:
-            self._drawn, self._image = people, _tinted(people)
+            self._drawn, self._image = people, tinted(people)
         area = place.rect(photo.left - 0.5, photo.top - 0.5, photo.right - 0.5, photo.bottom - 0.5)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         painter.drawImage(area, self._image)
 
 
-def _tinted(people: Rgb8) -> QImage:
+def tinted(people: Rgb8) -> QImage:
+    """Return the tint of a mask, shape (H, W), 0 to 255, with an edge where it is half sure."""
     height, width = people.shape
     shades = np.empty((height, width, 4), np.uint8)
     colour = glyphs.PERSON
     shades[...] = (colour.red(), colour.green(), colour.blue(), 0)
-    # The edge is firm where the mask is half sure: it shows also to those who see no colours.
-    edge = cv2.morphologyEx((people > 127).astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3)))
-    shades[..., 3] = np.where(edge > 0, 255, _OPACITY * people)
+    shades[..., 3] = _OPACITY * people
+    # The edge is firm where the mask is half sure, light inside and dark outside: it shows also to
+    # those who see no colours, on any ground.
+    here = (people > 127).astype(np.uint8)
+    round_it = np.ones((3, 3), np.uint8)
+    edge = glyphs.light(colour)
+    inner = (edge.red(), edge.green(), edge.blue(), 255)
+    shades[here > cv2.erode(here, round_it)] = inner
+    shades[here < cv2.dilate(here, round_it)] = (0, 0, 0, glyphs.CASE.alpha())
     image = QImage(shades.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
     return image.convertToFormat(QImage.Format.Format_ARGB32_Premultiplied)

@@ -1,67 +1,117 @@
-"""Marks in screen px, each told by shape as well as colour, with a dark case on any background."""
+"""Marks in screen px, each told by shape as well as colour, light in a dark case on any photo."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from itertools import product
 from typing import Final
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPen, QPixmap, QPolygonF
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+)
 
 from ...theme import OKABE_ITO
 
-_HATCH_PX: Final = 64  # a multiple of the 8 px after which Qt's hatches repeat
+_HATCH_PX: Final = 48  # a multiple of what hatches repeat after
 _BESIDE_PX: Final = 14.0
 SWATCH_PX: Final = 18
-# Dark enough that a point with its light halo and case differs from any grey by 3 : 1 at least.
-CASE: Final = QColor(0, 0, 0, 200)
+# Dark enough that a mark with something light in it differs from any grey by 3 : 1 at least.
+CASE: Final = QColor(0, 0, 0, 230)
+_CASE_PX: Final = 1.1  # on either side of a line
+_FINE_PX: Final = 1.0
+_SHADOW_PX: Final = 0.9
+# Light enough for the same without a halo, which a thin line has no room for.
+_LIGHT: Final = 0.5
 HALO: Final = QColor(255, 255, 255, 230)
 LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
 CENTRE: Final = QColor(OKABE_ITO["yellow"])
-DISPLACEMENT: Final = QColor(OKABE_ITO["orange"])
-LATTICE: Final = QColor(OKABE_ITO["purple"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
-STRAIGHT: Final = QColor(OKABE_ITO["sky"])
-BENT: Final = QColor(OKABE_ITO["vermilion"])
 PERSON: Final = QColor(OKABE_ITO["green"])
 DOMAINS: Final = {
     "image": QColor(150, 150, 150),
     "control-points": QColor(OKABE_ITO["blue"]),
     "threshold": QColor(OKABE_ITO["green"]),
 }
-HATCHES: Final = {
-    "image": Qt.BrushStyle.Dense7Pattern,
-    "control-points": Qt.BrushStyle.BDiagPattern,
-    "threshold": Qt.BrushStyle.FDiagPattern,
+# After how many px a hatch repeats, and which pixels of those are light; right of each is a dark
+# one.
+_HATCHES: Final = {
+    "image": (16, ((2, 2), (10, 10))),
+    "control-points": (16, tuple((n, 15 - n) for n in range(16))),
+    "threshold": (16, tuple((n, n) for n in range(16))),
 }
+
+
+def luminance(colour: QColor) -> float:
+    """Return a colour's relative luminance after WCAG, 0 to 1."""
+    shares = colour.redF(), colour.greenF(), colour.blueF()
+    linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def light(colour: QColor) -> QColor:
+    """Return the colour itself, or the nearest on its way to white that lines can have."""
+    for share in range(101):
+        parts = (colour.red(), colour.green(), colour.blue())
+        mixed = QColor(*(round(part + (255 - part) * share / 100) for part in parts))
+        if luminance(mixed) >= _LIGHT:
+            break
+    return mixed
+
+
+# Lines.
+OUTLINE: Final = light(LANDMARK)
+WAY: Final = light(TARGET)
+DISPLACEMENT: Final = light(QColor(OKABE_ITO["orange"]))
+LATTICE: Final = light(QColor(OKABE_ITO["purple"]))
+STRAIGHT: Final = light(QColor(OKABE_ITO["sky"]))
+BENT: Final = light(QColor(OKABE_ITO["vermilion"]))
 
 
 def lines(
     painter: QPainter,
     segments: Sequence[QLineF],
     colour: QColor,
-    width: float = 1.2,
+    width: float = 1.4,
     *,
-    case: bool = True,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
-    """Draw segments in `colour`, inside a dark case unless they are many."""
-    pens = (QPen(CASE, width + 1.6), QPen(colour, width, style))
-    for pen in pens if case else pens[1:]:
+    """Draw segments in `colour`, a light one, inside a dark case."""
+    for pen in (QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)):
         pen.setCapStyle(Qt.PenCapStyle.FlatCap)
         painter.setPen(pen)
         painter.drawLines(list(segments))
 
 
+def fine_lines(painter: QPainter, segments: Sequence[QLineF], colour: QColor) -> None:
+    """Draw many segments, about level or upright, in `colour`, a light one, each with a shadow.
+
+    A case on both sides would leave little of the photo to see.
+    """
+    shadows = [segment.translated(_SHADOW_PX, _SHADOW_PX) for segment in segments]
+    for pen, drawn in ((QPen(CASE, _FINE_PX), shadows), (QPen(colour, _FINE_PX), list(segments))):
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+        painter.setPen(pen)
+        painter.drawLines(drawn)
+
+
 def polyline(
     painter: QPainter, points: Sequence[QPointF], colour: QColor, width: float, *, dotted: bool
 ) -> None:
-    """Draw a line through points inside a dark case: an outline."""
+    """Draw a line through points in `colour`, a light one, inside a dark case: an outline."""
     style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for pen in (QPen(CASE, width + 1.6), QPen(colour, width, style)):
+    for pen in (QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)):
         painter.setPen(pen)
         painter.drawPolyline(list(points))
 
@@ -122,7 +172,7 @@ def arrow(painter: QPainter, shafts: Sequence[QLineF], colour: QColor) -> None:
             barb.setLength(size)
             barb.setAngle(barb.angle() + side)
             heads.append(barb)
-    lines(painter, [*shafts, *heads], colour, 1.2)
+    lines(painter, [*shafts, *heads], colour)
 
 
 def plate(
@@ -197,30 +247,44 @@ def swatch(draw: Callable[[QPainter, QRectF], object], ratio: float) -> QPixmap:
 
 def hatched(painter: QPainter, box: QRectF, name: str) -> None:
     """Fill a rectangle with the tint and hatch of a domain."""
-    painter.setPen(QPen(DOMAINS[name], 1.4))
-    painter.setBrush(brush(name))
-    painter.drawRect(box)
+    painter.fillRect(box, brush(name))
+    edge = QPainterPath()
+    edge.addRect(box)
+    outlined(painter, edge, light(DOMAINS[name]))
+
+
+def outlined(painter: QPainter, path: QPainterPath, colour: QColor, width: float = 1.4) -> None:
+    """Draw the edge of a region in `colour`, a light one, inside a dark case."""
+    painter.strokePath(path, QPen(CASE, width + 2 * _CASE_PX))
+    painter.strokePath(path, QPen(colour, width))
 
 
 @cache
 def brush(name: str) -> QBrush:
     """Return the tint and hatch of a domain in one: filling a large region twice takes time."""
-    picture = QPixmap(_HATCH_PX, _HATCH_PX)
-    picture.fill(_translucent(DOMAINS[name], 26))
-    painter = QPainter(picture)
-    painter.fillRect(picture.rect(), QBrush(_translucent(DOMAINS[name], 110), HATCHES[name]))
-    painter.end()
-    return QBrush(picture)
+    return _hatch(_translucent(DOMAINS[name], 26), light(DOMAINS[name]), *_HATCHES[name])
 
 
 @cache
 def protected() -> QBrush:
-    """Return the hatch of protected places: light on dark, so that any ground shows it."""
+    """Return the hatch of protected places."""
+    crossed = [(n, across) for n in range(12) for across in (n, 11 - n)]
+    return _hatch(QColor(0, 0, 0, 70), HALO, 12, crossed)
+
+
+def _hatch(
+    ground: QColor, colour: QColor, repeats_px: int, at: Sequence[tuple[int, int]]
+) -> QBrush:
+    """Return a brush: pixels of `colour` on a translucent `ground`, each beside a dark one."""
     picture = QPixmap(_HATCH_PX, _HATCH_PX)
-    picture.fill(QColor(0, 0, 0, 70))
+    picture.fill(ground)
     painter = QPainter(picture)
-    hatch = Qt.BrushStyle.DiagCrossPattern
-    painter.fillRect(picture.rect(), QBrush(_translucent(HALO, 200), hatch))
+    painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
+    starts = range(0, _HATCH_PX, repeats_px)
+    for right, shown in ((1, CASE), (0, colour)):
+        for left, top in product(starts, starts):
+            for x, y in at:
+                painter.fillRect((left + x + right) % _HATCH_PX, top + y, 1, 1, shown)
     painter.end()
     return QBrush(picture)
 

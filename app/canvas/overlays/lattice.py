@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import QPainter, QPainterPath, QPolygonF
 
 from kogao_core import domain
 from kogao_core.field import Field
@@ -82,7 +82,7 @@ class LatticeLines(FrameOverlay):
         places = (box.left() + 4, box.center().x(), box.right() - 4)
         rungs = [QLineF(box.left() + 2, y, box.right() - 2, y) for y in places]
         rails = [QLineF(x, box.top() + 2, x, box.bottom() - 2) for x in places]
-        glyphs.lines(painter, [*rungs, *rails], glyphs.LATTICE, 0.9)
+        glyphs.fine_lines(painter, [*rungs, *rails], glyphs.LATTICE)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw lines through the control points, and a mark at each that moves."""
@@ -101,7 +101,7 @@ class LatticeLines(FrameOverlay):
                 for line in pairs
                 for a, b in zip(line[:-1].tolist(), line[1:].tolist(), strict=True)
             ]
-            glyphs.lines(painter, segments, glyphs.LATTICE, 0.8, case=False)
+            glyphs.fine_lines(painter, segments, glyphs.LATTICE)
             moving = np.flatnonzero(np.hypot(phi[..., 0], phi[..., 1]).ravel()).tolist()
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(glyphs.LATTICE)
@@ -146,9 +146,7 @@ class DomainRegions(FrameOverlay):
             painter.fillPath(ring, glyphs.brush(name))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for name, path in regions.items():
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(QPen(glyphs.DOMAINS[name], 1.4))
-            painter.drawPath(path)
+            glyphs.outlined(painter, path, glyphs.light(glyphs.DOMAINS[name]))
 
 
 class Folds(FrameOverlay):
@@ -180,9 +178,10 @@ class Folds(FrameOverlay):
             cell = place.rect(*ends.ravel().tolist())
             fill = glyphs.FOLD.lighter(100)
             fill.setAlpha(130)
-            painter.setPen(QPen(glyphs.FOLD, 1.4))
-            painter.setBrush(fill)
-            painter.drawRect(cell)
+            painter.fillRect(cell, fill)
+            edge = QPainterPath()
+            edge.addRect(cell)
+            glyphs.outlined(painter, edge, glyphs.BENT)
             glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
 
 

@@ -70,7 +70,7 @@ class Landmarks(Overlay):
 
 
 def _draw_outline(painter: QPainter, place: Place, face: Face, *, chosen: bool, off: bool) -> None:
-    colour, width = (glyphs.HALO, 2.2) if chosen else (glyphs.LANDMARK, 1.2)
+    colour, width = (glyphs.HALO, 2.2) if chosen else (glyphs.OUTLINE, 1.6)
     glyphs.polyline(painter, place.points(face.outline), colour, width, dotted=off)
 
 
@@ -106,7 +106,7 @@ class Targets(Overlay):
                 continue
             sources, targets = place.points(pairs.source_px), place.points(pairs.target_px)
             ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
-            glyphs.lines(painter, ways, glyphs.TARGET, 1.0)
+            glyphs.lines(painter, ways, glyphs.WAY)
             size = _size(place, face)
             for at in targets:
                 glyphs.ring(painter, at, glyphs.TARGET, size)
@@ -144,7 +144,7 @@ class Centre(Overlay):
         step = QPointF(across.dx(), across.dy()) * _TICK_PX * size
         ticks = place.points(center_candidates(face))
         segments = [QLineF(eyes, mouth), *(QLineF(at - step, at + step) for at in ticks)]
-        glyphs.lines(painter, segments, glyphs.CENTRE, 1.4)
+        glyphs.lines(painter, segments, glyphs.CENTRE)
         chosen = int(self.shown.state.recipe.of_face(face.recipe).center) - 1
         glyphs.cross(painter, ticks[chosen], glyphs.CENTRE, size)
         if QLineF(ticks[0], ticks[3]).length() > 5 * _TICK_PX:

@@ -129,5 +129,5 @@ def _edge(
     painter: QPainter, shape: QPainterPath, style: Qt.PenStyle, *, faint: bool = False
 ) -> None:
     width = 1.0 if faint else 1.4
-    painter.strokePath(shape, QPen(glyphs.CASE, width + 1.6))
+    painter.strokePath(shape, QPen(glyphs.CASE, width + 2.2))
     painter.strokePath(shape, QPen(glyphs.HALO, width, style))

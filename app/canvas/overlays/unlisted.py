@@ -89,7 +89,7 @@ class Draft(Overlay):
                 glyphs.diamond(painter, at, glyphs.LANDMARK)
                 continue
             glyphs.dot(painter, at, glyphs.LANDMARK)
-            glyphs.lines(painter, [QLineF(at, to)], glyphs.TARGET, 1.0)
+            glyphs.lines(painter, [QLineF(at, to)], glyphs.WAY)
             glyphs.ring(painter, to, glyphs.TARGET)
         if self.shown.marking and self.shown.cursor is not None:
             glyphs.cross(painter, place.points(self.shown.cursor)[0], glyphs.LANDMARK)
