@@ -45,6 +45,8 @@ class Alternative(Generic[Name]):
         In files and on the command line.
     title : Text
         What people call it.
+    word : Text
+        The same within a sentence.
     help : Text
         What it is, in a few words.
     where : str
@@ -55,6 +57,7 @@ class Alternative(Generic[Name]):
 
     name: Name
     title: Text
+    word: Text
     help: Text
     where: str = ""
     reference: str = ""
@@ -129,6 +132,10 @@ class Setting:
         """The names of what there is to choose from."""
         return tuple(one.name for one in self.alternatives)
 
+    def alternative(self, name: str) -> Alternative[Any]:
+        """Return one of the things to choose from by its name."""
+        return next(one for one in self.alternatives if one.name == name)
+
     @property
     def full_help(self) -> Text:
         """What it does, and where the paper has it."""
@@ -199,37 +206,64 @@ FITS: Final[tuple[Alternative[Fit], ...]] = (
     Alternative(
         "approximation",
         Text("Approximation"),
+        Text("approximation"),
         Text("the paper's"),
         Text("section 2.1"),
         Text("the paper; [7], [9]"),
     ),
-    Alternative("exact", Text("Exact"), Text("on every target"), reference=Text("this program")),
+    Alternative(
+        "exact",
+        Text("Exact"),
+        Text("exact"),
+        Text("on every target"),
+        reference=Text("this program"),
+    ),
     Alternative(
         "multilevel",
         Text("Multilevel"),
+        Text("multilevel"),
         Text("refined steps"),
         Text("section 3.3"),
         Text("[8], [10], [12]"),
     ),
 )
 DOMAINS: Final[tuple[Alternative[DomainName], ...]] = (
-    Alternative("image", Text("Whole image"), Text("every pixel")),
+    Alternative("image", Text("Whole image"), Text("image"), Text("every pixel")),
     Alternative(
         "control-points",
         Text("Control points"),
+        Text("control points"),
         Text("cells in their reach"),
         Text("section 4.1"),
     ),
-    Alternative("threshold", Text("Threshold"), Text("pixels that move"), Text("section 4.2")),
+    Alternative(
+        "threshold",
+        Text("Threshold"),
+        Text("threshold"),
+        Text("pixels that move"),
+        Text("section 4.2"),
+    ),
 )
 INTERPOLATIONS: Final[tuple[Alternative[Interpolation], ...]] = (
-    Alternative("bilinear", Text("Bilinear"), Text("quickest")),
-    Alternative("cubic", Text("Cubic"), Text("sharper")),
-    Alternative("lanczos4", Text("Lanczos 4"), Text("keeps most detail")),
+    Alternative("bilinear", Text("Bilinear"), Text("bilinear"), Text("quickest")),
+    Alternative("cubic", Text("Cubic"), Text("cubic"), Text("sharper")),
+    Alternative("lanczos4", Text("Lanczos 4"), Text("Lanczos 4"), Text("keeps most detail")),
 )
 LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
-    Alternative("spacing", Text("Landmark spacings"), Text("fixed"), Text("section 3.3")),
-    Alternative("warp", Text("Warp distances"), Text("grow with %"), Text("section 3.3")),
+    Alternative(
+        "spacing",
+        Text("Landmark spacings"),
+        Text("landmark spacings"),
+        Text("fixed"),
+        Text("section 3.3"),
+    ),
+    Alternative(
+        "warp",
+        Text("Warp distances"),
+        Text("warp distances"),
+        Text("grow with %"),
+        Text("section 3.3"),
+    ),
 )
 # Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
 # last one is the tip of the nose.

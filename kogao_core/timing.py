@@ -1,10 +1,24 @@
-"""Laps of the stages in `pipeline.render`; every clock in the program reads these names."""
+"""The stages of `pipeline.render` and their laps; every clock in the program reads these names."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Final
+
+from kogao_core.language import Text
+
+# In their order, and what people call them.
+STAGES: Final = {
+    "targets": Text("targets"),
+    "lattice": Text("lattice"),
+    "guard": Text("guard"),
+    "background": Text("background"),
+    "domain": Text("domain"),
+    "copy": Text("copy"),
+    "warp": Text("warp"),
+}
 
 
 class Stopwatch:

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWi
 
 from kogao_core.pipeline import Rendering
 from kogao_core.settings import DOMAINS, DomainName
+from kogao_core.timing import STAGES
 
 from ..canvas.overlays import glyphs
 from ..i18n import tr, translated
@@ -59,9 +60,9 @@ class _Timings(QWidget):
         self.total = muted_label()
         grid = _table(self, tr("Timings"), self.total)
         self._rows: dict[str, tuple[_Bar, QLabel]] = {}
-        for row, (stage, title) in enumerate(_stages().items()):
+        for row, (stage, title) in enumerate(STAGES.items()):
             bar, value = _Bar(), _number()
-            for column, cell in enumerate((muted_label(title), bar, value)):
+            for column, cell in enumerate((muted_label(translated(title)), bar, value)):
                 grid.addWidget(cell, row, column)
             self._rows[stage] = (bar, value)
         grid.setColumnStretch(1, 1)
@@ -151,17 +152,6 @@ class _Bar(QWidget):
 
 def _hatch(name: DomainName, painter: QPainter, box: QRectF) -> None:
     glyphs.hatched(painter, box.adjusted(2, 2, -2, -2), name)
-
-
-def _stages() -> dict[str, str]:
-    return {
-        "targets": tr("targets"),
-        "lattice": tr("lattice"),
-        "guard": tr("guard"),
-        "domain": tr("domain"),
-        "copy": tr("copy"),
-        "warp": tr("warp"),
-    }
 
 
 def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from kogao_core.cli import common
 from kogao_core.language import Text, tr, translated
+from kogao_core.settings import SETTINGS
+from kogao_core.timing import STAGES
 from kogao_core.wording import columns
 
 if TYPE_CHECKING:
@@ -72,7 +74,7 @@ def as_text(
     """Return the figures that matter most, in lines."""
     recipe, share = rendering.recipe, photo.width * photo.height / 100.0
     counts = rendering.pixel_counts.items()
-    sound = rendering.one_to_one
+    sound, laps = rendering.one_to_one, rendering.timings_ms.items()
     lines = [
         tr(
             "{path}: {faces}, {amount}, written to {output}",
@@ -85,7 +87,7 @@ def as_text(
             _line(DOSE, _dose(asked, achieved, number if len(faces) > 1 else None))
             for number, (asked, achieved) in enumerate(_doses(rendering), start=1)
         ),
-        _line(DOMAIN, ", ".join(f"{name} {count / share:.1f} %" for name, count in counts)),
+        _line(DOMAIN, Text.joined(", ", (_share(name, count / share) for name, count in counts))),
         _line(
             RESIDUAL,
             Text(
@@ -94,7 +96,7 @@ def as_text(
                 det=sound.min_det,
             ),
         ),
-        _line(TIME, ", ".join(f"{n} {ms:.1f}" for n, ms in rendering.timings_ms.items()) + " ms"),
+        _line(TIME, Text("{stages} ms", stages=Text.joined(", ", (_lap(*one) for one in laps)))),
     ]
     if bends.lines:
         lines += [_line(LINES, _bent(bends)), *_held(bends.lines)]
@@ -117,6 +119,15 @@ def as_text(
 def _line(label: Text, what: str) -> str:
     said = translated(label)
     return f"{said}{' ' * (_LABEL_COLUMNS - columns(said))}{translated(what)}"
+
+
+def _share(domain: str, percent: float) -> Text:
+    called = SETTINGS["domain"].alternative(domain).word
+    return Text("{domain} {percent:.1f} %", domain=called, percent=percent)
+
+
+def _lap(stage: str, ms: float) -> Text:
+    return Text("{stage} {ms:.1f}", stage=STAGES[stage], ms=ms)
 
 
 def _dose(asked: float, achieved: float, face: int | None) -> Text:

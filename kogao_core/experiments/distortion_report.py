@@ -14,6 +14,7 @@ from kogao_core.experiments.distortion import Distortion, DistortionResult, show
 from kogao_core.experiments.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.language import Text
 from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
+from kogao_core.settings import SETTINGS
 
 _TITLE: Final = Text("Table 1 beside numbers: what the warp distorts")
 _LEAD: Final = Text(
@@ -122,7 +123,7 @@ def report(result: DistortionResult) -> Report:
         "displacement, and of straight lines that it bends.",
         "{fit} fit, {n} photos, medians. Nothing here looks at a face: these are numbers of the "
         "displacement, and of straight lines that it bends.",
-        fit=result.recipe.fit.capitalize(),
+        fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
     cells = [_published(), *(_in_its_shape(result, measure) for measure in MEASURES)]
     parts: list[Part] = [

@@ -33,6 +33,7 @@ _LEAD: Final = Text(
     "picture when pixels that move only a little are left where they are?"
 )
 _NAMES: Final = [one.name for one in DOMAINS]
+_WORDS: Final = {one.name: one.word for one in DOMAINS}
 
 
 def report(result: DomainsResult) -> Report:
@@ -63,14 +64,15 @@ def _bars(result: DomainsResult) -> list[Chart]:
     computing = Series(
         Text("computing"), [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
     )
+    words = list(_WORDS.values())
     of = "" if len(result.photos) == 1 else Text(", {count} photos", count=len(result.photos))
     return [
         Chart(
-            Text("Pixels to be worked on"), _NAMES, Text("% of the image"), [pixels], bars=True,
+            Text("Pixels to be worked on"), words, Text("% of the image"), [pixels], bars=True,
             caption=Text("Pixels of each domain: median{of}.", of=of),
         ),
         Chart(
-            Text("Computing time"), _NAMES, "ms", [computing], bars=True,
+            Text("Computing time"), words, "ms", [computing], bars=True,
             caption=Text("From landmarks to pixels: median and quartiles{of}.", of=of),
         ),
     ]  # fmt: skip
@@ -105,7 +107,7 @@ def _share(photo: Domains, name: DomainName) -> float:
 def _count_row(photo: Domains, name: DomainName) -> tuple[str, ...]:
     share = _share(photo, name)
     return (
-        photo.photo, name, str(photo.counts[name]), f"{share:.1f}",
+        photo.photo, _WORDS[name], str(photo.counts[name]), f"{share:.1f}",
         f"{100.0 - share:.1f}", photo.computing_ms[name].text(),
     )  # fmt: skip
 
@@ -115,7 +117,7 @@ def _median_row(result: DomainsResult, name: DomainName) -> tuple[str, ...]:
     share = statistics.median(_share(photo, name) for photo in result.photos)
     computing_ms = [photo.computing_ms[name].median for photo in result.photos]
     return (
-        Text("median of {count}", count=len(result.photos)), name, _whole_or_half(pixels),
+        Text("median of {count}", count=len(result.photos)), _WORDS[name], _whole_or_half(pixels),
         f"{share:.1f}", f"{100.0 - share:.1f}", Spread.of(computing_ms).text(),
     )  # fmt: skip
 

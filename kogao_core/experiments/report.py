@@ -19,13 +19,9 @@ from kogao_core.experiments.machine import machine
 from kogao_core.geometry import Image
 from kogao_core.language import Text
 from kogao_core.recipe import Recipe
-from kogao_core.settings import LatticeUnit
+from kogao_core.settings import SETTINGS
 from kogao_core.wording import columns
 
-_UNITS: Final[dict[LatticeUnit, Text]] = {
-    "spacing": Text("landmark spacings"),
-    "warp": Text("warp distances"),
-}
 NONE: Final = "\N{EN DASH}"
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
@@ -205,14 +201,17 @@ def _tables(parts: Sequence[Part]) -> Iterator[Table]:
 
 def recipe_in_words(recipe: Recipe) -> Text:
     """Return what decides a warp, such as "4 % of D towards centre 2, exact fit, ..."."""
-    unit = _UNITS[recipe.lattice_unit]
+    chosen = ("fit", "lattice_unit", "interpolation")
+    fit, unit, interpolation = (
+        SETTINGS[one].alternative(getattr(recipe, one)).word for one in chosen
+    )
     return Text(
         "{percent:g} % of D towards centre {center:g}, {fit} fit, lattice R = "
         "{lattice:g} {unit}, {interpolation}",
         percent=recipe.percent,
         center=recipe.center,
-        fit=recipe.fit,
+        fit=fit,
         lattice=recipe.lattice,
         unit=unit,
-        interpolation=recipe.interpolation,
+        interpolation=interpolation,
     )

@@ -14,6 +14,7 @@ from kogao_core.experiments.report import NONE, Report, Table, recipe_in_words
 from kogao_core.experiments.spread import Spread, rounded
 from kogao_core.experiments.timing import PROCEDURES, SIZES, Procedure, Size, Timing, TimingResult
 from kogao_core.language import Text
+from kogao_core.timing import STAGES
 
 _TITLE: Final = Text("Table 2: setting and computing time")
 _LEAD: Final = Text(
@@ -198,8 +199,8 @@ def _stages(result: TimingResult, size: Size) -> Table:
         setting = _setting(result, timings, procedure) if procedure.automatic else None
         rows[0].append(rounded(1e3 * setting.median) if setting else NONE)
     for name in procedures[0][1][0].stages_ms:
-        rows.append([name, *(rounded(_stage(timings, name)) for _, timings in procedures)])
-    header = (Text("stage"), *(procedure.name for procedure, _ in procedures))
+        rows.append([STAGES[name], *(rounded(_stage(timings, name)) for _, timings in procedures)])
+    header = (Text("stage"), *(_SHORT[procedure.name] for procedure, _ in procedures))
     return Table(Text("Stages at {size}, median ms", size=_NAMES[size]), header, rows)
 
 

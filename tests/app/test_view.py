@@ -232,6 +232,8 @@ def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):
     empty.editor.document.opened.connect(lambda: seen.append(cells()))
     assert cells() == {"–"}  # noqa: RUF001
     empty.open(photo)
+    laps = empty.editor.view.frame.rendering.timings_ms
+    assert list(empty.panel("readings").timings.texts()) == list(laps)
     measured = cells()
     assert "–" not in measured  # noqa: RUF001
     source.faces = []

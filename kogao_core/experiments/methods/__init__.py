@@ -14,7 +14,7 @@ from kogao_core.language import Text
 from kogao_core.settings import FITS
 
 METHODS: Final[tuple[Method, ...]] = (
-    *(BSpline(fit.name, Text("B-spline, {fit}", fit=fit.name), fit.reference) for fit in FITS),
+    *(BSpline(fit.name, Text("B-spline, {fit}", fit=fit.word), fit.reference) for fit in FITS),
     ThinPlate(),
     Radial(),
     PiecewiseAffine(),

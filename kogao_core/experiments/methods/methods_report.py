@@ -19,6 +19,7 @@ from kogao_core.experiments.report import Heading, Part, Picture, Report, Row, T
 from kogao_core.experiments.spread import Spread, rounded
 from kogao_core.geometry import Image
 from kogao_core.language import Text
+from kogao_core.settings import FITS
 
 _TITLE: Final = Text("Methods side by side")
 _LEAD: Final = Text(
@@ -26,6 +27,7 @@ _LEAD: Final = Text(
     "references and of today's practice: how exactly, how fast, over how many "
     "pixels, and does it fold?"
 )
+_FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
 _KINDS: Final = {
     "result": Text("Results"),
     "difference": Text("Differences to the photo, times {gain}", gain=DIFFERENCE_GAIN),
@@ -58,7 +60,7 @@ def report(result: MethodsResult) -> Report:
 
 def _bars(photos: Sequence[Comparison]) -> list[Chart]:
     methods = _methods(photos)
-    names = [method.name for method in methods]
+    names = [_FITS.get(method.name, method.name) for method in methods]
 
     def medians(of: Callable[[Compared], float]) -> list[float]:
         return [statistics.median(of(one) for one in _of(photos, method)) for method in methods]
