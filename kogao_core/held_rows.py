@@ -19,6 +19,9 @@ _FREE: Final = 0.5
 _TOUCHING: Final = 1.0
 # Lines whose ends lie so near to a longer one, in lattice spacings, are pieces of it.
 _ASIDE: Final = 0.15
+# Pieces that a gap of more than this share of the face's longer side parts count as lines of their
+# own: somebody stands between them, and where they would part nobody sees.
+_BEHIND: Final = 0.5
 # The face goes on above the ends of its outline, by this share of their distance: brows, glasses.
 _ABOVE: Final = 0.25
 _DIRECTIONS: Final = 8  # that samples in one place can have; more say nothing new
@@ -195,7 +198,9 @@ def _samples(
     low, high = lines.min(axis=1), lines.max(axis=1)
     near = np.flatnonzero(((low < box[1]) & (high > box[0])).all(axis=1))
     ends_outside = ((low < box[0]) | (high > box[1])).any(axis=1)
-    wholes = _wholes(lines, units, lengths, near, _ASIDE * problem.grid.spacing_px, ends_outside)
+    aside_px = _ASIDE * problem.grid.spacing_px
+    most_px = _BEHIND * float(np.ptp(problem.target_px[: problem.movers], axis=0).max())
+    wholes = _wholes(lines, units, lengths, near, aside_px, most_px, ends_outside)
     for index, whole in zip(near, wholes, strict=True):
         (start, _), unit, length = lines[index], units[index], lengths[index]
         count = max(2, int(np.ceil(length / step_px)) + 1)
@@ -210,17 +215,21 @@ def _wholes(
     lengths: Array,
     near: npt.NDArray[np.int64],
     aside_px: float,
+    most_px: float,
     pinned: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.int64]:
     """Return which line each of those near is a piece of, or none where the warp can't shift that.
 
-    Lines are found in pieces: a frame before which somebody stands, in two.
+    Lines are found in pieces, a shelf between the things on it.
     """
     normals = np.stack([-units[:, 1], units[:, 0]], axis=-1)
     mine = np.einsum("knec,kc->kne", lines - lines[near, None, :1], normals[near])
     others = np.einsum("knec,nc->kne", lines[near, None] - lines[:, :1], normals)
+    ahead = np.einsum("knec,kc->kne", lines - lines[near, None, :1], units[near])
+    gaps = np.maximum(ahead.min(axis=2) - lengths[near, None], -ahead.max(axis=2))
     longer = lengths[near, None] >= lengths
     pieces = np.where(longer, np.abs(mine).max(axis=2), np.abs(others).max(axis=2)) <= aside_px
+    pieces &= gaps <= most_px
     # Without any line there is none to look for.
     wholes = np.where(pieces, lengths, -1.0).argmax(axis=1) if len(near) else near
     stuck = wholes[(pieces & pinned).any(axis=1)]

@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.face import Face
 from kogao_core.field import Field
 from kogao_core.fit import Problem, on_quanta
 from kogao_core.geometry import Affine, Array
@@ -33,6 +34,7 @@ _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
 # Between landmarks the outline may drift by this share of the largest move; the face beside it by
 # the next, and by the one after it where it lies so many lattice spacings from every landmark.
+# Corners of eyes and mouth are bounded by the last wherever they lie.
 _MOST_DRIFT: Final = 0.1
 _MOST_BESIDE: Final = 1.0
 _MOST_WITHIN: Final = 0.2
@@ -75,7 +77,7 @@ class Held:
 NOTHING_HELD: Final = Held()
 
 
-def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
+def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held: Held) -> Field:
     """Change a field so that lines stay straight and neighbours where they are.
 
     Where that would squeeze the photo too much, lines and neighbours give way, as little as it
@@ -87,6 +89,8 @@ def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
         The fit, held back by the guard or not.
     problems : sequence of Problem
         What its lattices were fitted to.
+    faces : sequence of Face
+        Whose they are: eyes and mouth stay as they are, or nearly.
     held : Held
         What is to be left as it is.
 
@@ -114,13 +118,13 @@ def hold(field: Field, problems: Sequence[Problem], held: Held) -> Field:
         return field
     lattices = list(field.lattices)
     for group in groups([problem.support.empty for problem in problems]):
-        faces = _Faces([problems[k] for k in group])
+        among = _Faces([problems[k] for k in group], [faces[k] for k in group])
         for k in group:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
             if field.lattices[k].phi.any():
                 before = dataclasses.replace(field, lattices=(field.lattices[k],))
                 one = Held(held.lines, (near,))
-                lattices[k] = _held_by(problems[k], faces, before, one)
+                lattices[k] = _held_by(problems[k], among, before, one)
         if len(group) > 1 and any(lattices[k] is not field.lattices[k] for k in group):
             _give_way_together(field, lattices, group)
     return dataclasses.replace(field, lattices=tuple(lattices))
@@ -131,6 +135,7 @@ class _Faces:
     """Those whose lattices reach into each other."""
 
     problems: Sequence[Problem]
+    faces: Sequence[Face]
 
     @cached_property
     def landmarks(self) -> Array:
@@ -141,6 +146,11 @@ class _Faces:
     def inside(self) -> Array:
         """Places all over them, px."""
         return np.vstack([face_places(problem) for problem in self.problems])
+
+    @cached_property
+    def corners(self) -> Array:
+        """Those of eyes and mouths, px."""
+        return np.vstack([points for face in self.faces for points in (face.eyes, face.mouth)])
 
 
 def _held_by(problem: Problem, faces: _Faces, before: Field, held: Held) -> Lattice:
@@ -244,7 +254,9 @@ class _Change:
         fixed = support.design(still_places(problem, faces.landmarks), nodes).weights
         # All rows are in reach: `rows_of` has seen to that.
         asking = support.design(rows.places_px, nodes).weights
-        inside = faces.inside[support.empty.reaches(faces.inside)]
+        reaches = support.empty.reaches
+        all_over, corners = faces.inside[reaches(faces.inside)], faces.corners
+        inside = np.vstack([all_over, corners[reaches(corners)]])
         felt_inside = support.design(inside, nodes).weights
         cost = _roughness(nodes, support.shape[1]) + _WITHIN * felt_inside.T @ felt_inside
         smooth = np.linalg.solve(cost, np.vstack([fixed, asking]).T)
@@ -262,7 +274,9 @@ class _Change:
         between = (outline[1:] + outline[:-1]) / 2.0
         self._places = np.vstack([between, inside])
         self._moves_px = lattice.at(self._places)
-        within = np.clip(away(problem, faces.landmarks, inside) / _BESIDE, 0.0, 1.0)
+        within = np.ones(len(inside))
+        apart = away(problem, faces.landmarks, all_over)
+        within[: len(all_over)] = np.clip(apart / _BESIDE, 0.0, 1.0)
         within = (1.0 - within) * _MOST_BESIDE + within * _MOST_WITHIN
         shares = np.concatenate([np.full(len(between), _MOST_DRIFT), within])
         self._most_drift_px = shares * float(np.abs(lattice.at(outline)).max())

@@ -187,7 +187,9 @@ def render(
         with watch.lap("guard"):
             field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(faces))
         with watch.lap("background"):
-            unheld, field = field, hold(field, problems, held) if recipe.hold_background else field
+            unheld = field
+            if recipe.hold_background:
+                field = hold(field, problems, faces, held)
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
         with watch.lap("copy"):

@@ -54,7 +54,7 @@ class Seen:
     det: tuple[float, float]
     within: float
     took_ms: float
-    gave_way: int
+    found_px: Array
     neighbours_px: tuple[float, float]
 
 
@@ -72,6 +72,7 @@ def seen(
         sides = [one[..., 2::-1] for one in (photo, free.pixels, made.pixels)]
         cv2.imwrite(str(file), np.hstack(sides))
     both = (free, made)
+    found = bends(made.field, held.lines, unheld=made.unheld)
     unit = min(face.interocular_px for face in faces)
     beside = np.vstack([np.zeros((0, 2)), *held.neighbours])
     return Seen(
@@ -82,7 +83,7 @@ def seen(
         det=_pair(least_det(r.field) for r in both),
         within=max(_within(made, face, k) for k, face in enumerate(faces)),
         took_ms=made.timings_ms["background"],
-        gave_way=sum(line.bend_px >= SEEN_BEND_PX for line in bends(made.field, held.lines)),
+        found_px=np.array([(line.unheld_px, line.bend_px) for line in found]).reshape(-1, 2),
         neighbours_px=_pair(
             np.abs(r.field.at(beside)).max(initial=0.0) if len(beside) else 0.0 for r in both
         ),
@@ -121,7 +122,13 @@ def table(found: Sequence[Seen], percent: float) -> Iterator[str]:
             f"{(part >= SEEN_BEND_PX).sum()} by {SEEN_BEND_PX} px or more"
         )
     yield f"- worst line that would not bend: {held[~bent].max(initial=0.0):.2f} px"
-    yield f"- found lines that gave way: {sum(one.gave_way for one in found)}"
+    was, now = np.vstack([one.found_px for one in found]).T
+    bent = was >= SEEN_PX
+    yield (
+        f"- lines found: {bent.sum()} would bend by {SEEN_PX} px, mean {was[bent].mean():.2f} not "
+        f"held, {now[bent].mean():.2f} held; {(now > was + SEEN_PX).sum()} bend more by {SEEN_PX}; "
+        f"{(now >= SEEN_BEND_PX).sum()} gave way"
+    )
     yield f"- photos whose faces paid: {sum(one.lost > LOST for one in found)}"
     missed = np.array([one.missed for one in found])
     yield "- outline misses, mean: {:.2f} % not held, {:.2f} % held".format(*missed.mean(axis=0))

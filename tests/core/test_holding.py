@@ -1,5 +1,7 @@
 """Lines of the background stay straight and neighbours put, and no face pays for it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scenes import oval_face
@@ -73,6 +75,18 @@ def test_the_face_within_its_outline_is_as_it_would_be(lines, percent):
     assert np.abs(made.field.at(places) - made.unheld.at(places)).max() < 0.25 * moved
 
 
+@pytest.mark.parametrize("percent", [4, 8])
+def test_no_corner_of_an_eye_goes_along_however_near_to_the_outline(percent):
+    wide = FACE.eyes + np.array([(-15.0, 0.0), (0.0, 0.0), (0.0, 0.0), (15.0, 0.0)])
+    face = dataclasses.replace(FACE, eyes=wide)
+    bars = [[(LEFT - x, 60.0), (LEFT - x + lean, 660.0)] for x in (8, 18, 30) for lean in (0, 9)]
+    made = warped(Held(np.array(bars)), (face,), percent=percent)
+    moved = np.abs(made.pairs[0].displacement_px).max()
+    corners = np.vstack([face.eyes, face.mouth])
+    assert made.field.lattices != made.unheld.lattices
+    assert np.abs(made.field.at(corners) - made.unheld.at(corners)).max() < 0.202 * moved
+
+
 def pieces(start, end):
     third = (end - start) / 3.0
     return np.array([[start, start + third], [end - third, end]])
@@ -92,6 +106,14 @@ def test_a_line_that_is_found_in_pieces_does_not_break_between_them():
     made = warped(Held(pieces(start, end)), percent=8)
     whole = np.array([[start, end]])
     assert bend_px(made.field, whole) <= bend_px(made.unheld, whole)
+
+
+@pytest.mark.parametrize("percent", [4, 8])
+def test_a_line_that_somebody_stands_before_is_straight_on_either_side_of_them(percent):
+    x, y = LEFT + 5.0, CHIN - 120.0
+    above_the_head, beside_the_jaw = np.array([[[(x, 5.0), (x, 90.0)]], [[(x, y), (x, y + 80.0)]]])
+    made = warped(Held(np.vstack([above_the_head, beside_the_jaw])), percent=percent)
+    assert bend_px(made.field, beside_the_jaw) < 0.5 * bend_px(made.unheld, beside_the_jaw)
 
 
 @pytest.mark.parametrize(("point", "length"), [(15, 40.0), (14, 40.0), (16, 80.0)])
