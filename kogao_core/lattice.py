@@ -186,7 +186,8 @@ class Grid:
         # Nodes outside the window have columns, too, which are cut off.
         columns = np.minimum(np.maximum(cell - 1 - first, -ORDER), count) + ORDER
         wide: Array = np.zeros((len(cell), count + 2 * ORDER))
-        wide[np.arange(len(cell))[:, None], columns[:, None] + np.arange(ORDER)] = weights
+        starts = np.arange(0, wide.size, wide.shape[1]) + columns
+        wide.ravel()[starts[:, None] + np.arange(ORDER)] = weights
         return wide[:, ORDER:-ORDER].copy()
 
     def weights(
@@ -407,13 +408,16 @@ class Lattice:
 
         Shape (J + 3, I + 3, 2, 4, 4): cells, component, rows along y; entry [0, 0] is `first_cell`.
         """
-        return cells_along(cells_along(self.phi, 0), 1)
+        # In memory points come first: what is bounded for all cells at once is four times as fast.
+        points_first = (3, 4, 2, 0, 1)
+        points = cells_along(cells_along(self.phi, 0), 1).transpose(points_first)
+        return np.ascontiguousarray(points).transpose(points_first)  # and back
 
     @cached_property
     def bound_px(self) -> Array:
         """Upper bound of each cell's displacement, (J + 3, I + 3), px (convex hull property)."""
-        x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
-        return np.asarray(np.sqrt((x * x + y * y).max(axis=2)))
+        x, y = self.bezier[:, :, 0], self.bezier[:, :, 1]
+        return np.asarray(np.sqrt((x * x + y * y).max(axis=(2, 3))))
 
     @cached_property
     def least_px(self) -> Array:
@@ -499,9 +503,9 @@ class Lattice:
         padded[..., 1:-2, 1:-2] = values
         for axis, cells in ((0, columns), (1, rows)):
             found, _ = self.grid.locate(spans_px[axis], axis)
-            first, last = np.clip(found - self.first_cell[axis], -1, cells)
+            ends = np.minimum(np.maximum(found - self.first_cell[axis], -1), cells)
             # Reduced between the two of each pair; what lies between pairs is dropped.
-            pairs = np.stack([first + 1, last + 2], axis=1).ravel()
+            pairs = np.add(ends, [[1], [2]]).T.ravel()
             padded = np.maximum.reduceat(padded, pairs, -2 if axis else -1)
             padded = padded[..., ::2, :] if axis else padded[..., ::2]
         return padded
