@@ -160,13 +160,15 @@ def _joined(sets: Sequence[set[int]]) -> list[set[int]]:
     return found
 
 
-def is_safe(field: Field) -> bool:
+def is_safe(field: Field, det: float | None = None) -> bool:
     """Return whether a field needs no holding back.
 
     Parameters
     ----------
     field : Field
         With its fade and its falloff.
+    det : float, optional
+        Its smallest det J (`least_det`), where that is known.
 
     Returns
     -------
@@ -182,16 +184,16 @@ def is_safe(field: Field) -> bool:
     >>> is_safe(kogao.render(photo, [face], kogao.Recipe(percent=6)).field)
     True
     """
-    return edges_are_safe(field) and _safe(field)
+    return edges_are_safe(field) and _safe(field, det)
 
 
-def _safe(field: Field) -> bool:
+def _safe(field: Field, det: float | None = None) -> bool:
     """Return whether a field that its falloff can't fold is one-to-one."""
     if _proven(field):
         return True
     if len(field.lattices) == 1:
         return False
-    return least_det(field, LEAST_MEASURED_DET) >= LEAST_MEASURED_DET
+    return (least_det(field, LEAST_MEASURED_DET) if det is None else det) >= LEAST_MEASURED_DET
 
 
 def _proven(field: Field) -> bool:

@@ -242,7 +242,7 @@ class _Limits:
         det = least_det(field, _LEAST_DET)
         if det < _LEAST_DET and det < self._least_det:
             return False
-        return is_safe(field) or not self._was_safe
+        return is_safe(field, det) or not self._was_safe
 
 
 class _Change:
