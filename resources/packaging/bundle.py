@@ -2,7 +2,9 @@
 
 The wheel is installed into an environment of its own, together with what it uses; PyInstaller
 gathers both programs from there into ``dist/kogao``. On Debian this needs python3-venv,
-libpython3.11 and binutils; licences of the system's libraries are asked of dpkg.
+libpython3.11, binutils, gcc, libc6-dev and icu-devtools; licences of the system's libraries are
+asked of dpkg. There the folder is made lighter, too, and refused where it outgrew its bound or
+lacks a library.
 """
 
 from __future__ import annotations
@@ -16,16 +18,21 @@ import venv
 from pathlib import Path
 from typing import Final
 
+from .libraries import leave_to_the_system, missing
+from .lighter import lighten
+
 HERE: Final = Path(__file__).resolve().parent
 ROOT: Final = HERE.parents[1]
 _PYINSTALLER: Final = "pyinstaller>=6.16,<7"
 _EXTRAS: Final = "heic,raw"
+_MOST_MB: Final = 250
 # Of Qt's plug-ins: the window is one of Widgets, painted without OpenGL, and opens no connection.
 # They go before PyInstaller looks, for what it brings along is what they need: all of GTK, say.
 _UNUSED_PLUGINS: Final = (
     "egldeviceintegrations", "generic", "networkinformation", "platforms/*egl*", "platforms/*fb*",
     "platforms/*minimal*", "platforms/*vk*", "platforms/*vnc*", "platformthemes/*gtk*",
     "platforminputcontexts/*virtualkeyboard*", "imageformats/*pdf*", "tls",
+    "wayland-graphics-integration-client", "xcbglintegrations",
 )  # fmt: skip
 
 
@@ -37,8 +44,9 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="kogao-bundle-") as work:
         made = bundle(given.folder.resolve(), given.wheel or ROOT, Path(work))
-    size = sum(file.lstat().st_size for file in made.rglob("*"))
-    print(f"{made}: {size / 1e6:.0f} MB")
+    if sys.platform == "linux":
+        refuse(made)
+    print(f"{made}: {_size(made) / 1e6:.0f} MB")
 
 
 def bundle(folder: Path, what: Path, work: Path) -> Path:
@@ -59,23 +67,58 @@ def bundle(folder: Path, what: Path, work: Path) -> Path:
         The new folder.
     """
     venv.create(work / "venv", with_pip=True)
+    linux = sys.platform == "linux"
     python = work / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     _run(python, "-m", "pip", "install", "--quiet", f"{what}[{_EXTRAS}]", _PYINSTALLER)
-    _drop_unused_plugins(python)
+    site = Path(
+        _run(python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))").strip()
+    )
+    _drop_unused_plugins(site / "PySide6")
+    if linux:
+        lighten(site)
     _run(python, "-m", "PyInstaller", "--noconfirm", "--log-level", "WARN",
          "--distpath", folder, "--workpath", work / "build", HERE / "kogao.spec")  # fmt: skip
     made = folder / "kogao"
     licences = made / "licences"
     licences.mkdir()
     shutil.copy(HERE / "licences.md", licences / "README.md")
-    if sys.platform == "linux":
+    if linux:
+        leave_to_the_system(made / "_internal")
         _add_licences_of_the_system(made, licences)
     return made
 
 
-def _drop_unused_plugins(python: Path) -> None:
-    where = _run(python, "-c", "import PySide6; print(PySide6.__path__[0])").strip()
-    for plugins in (Path(where, "Qt", "plugins"), Path(where, "plugins")):  # the second: Windows
+def refuse(made: Path) -> None:
+    """End the program where a bundle lacks a library or is too heavy.
+
+    Parameters
+    ----------
+    made : Path
+        What `bundle` returned.
+
+    Raises
+    ------
+    SystemExit
+        With what is wrong.
+    """
+    if lacks := missing(made):
+        asks = (f"{name}, for {', '.join(files)}" for name, files in sorted(lacks.items()))
+        raise SystemExit(f"{made} lacks libraries:\n" + "\n".join(asks))
+    if _size(made) > _MOST_MB * 1e6:
+        files = sorted((file.lstat().st_size, file) for file in made.rglob("*") if file.is_file())
+        largest = (f"{size / 1e6:.1f}  {file.relative_to(made)}" for size, file in files[:-21:-1])
+        raise SystemExit(
+            f"{made}: {_size(made) / 1e6:.0f} MB, more than {_MOST_MB}. The largest files, in MB:\n"
+            + "\n".join(largest)
+        )
+
+
+def _size(folder: Path) -> int:
+    return sum(file.lstat().st_size for file in folder.rglob("*") if not file.is_dir())
+
+
+def _drop_unused_plugins(pyside: Path) -> None:
+    for plugins in (pyside / "Qt" / "plugins", pyside / "plugins"):  # the second: Windows
         for pattern in _UNUSED_PLUGINS:
             for found in plugins.glob(pattern):
                 shutil.rmtree(found) if found.is_dir() else found.unlink()

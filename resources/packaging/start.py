@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import sys
+import types
 from pathlib import Path
 
 # Set for the bundle's own libraries, which other programs, a browser say, must not find.
@@ -19,6 +20,14 @@ def _forget_where_we_lie() -> None:
     os.environ["PYINSTALLER_RESET_ENVIRONMENT"] = "1"
 
 
+def _without_opengl() -> None:
+    """Say yes to pyqtgraph, which imports these at once, and uses them to paint by OpenGL only."""
+    for name in ("QtOpenGL", "QtOpenGLWidgets"):
+        module = types.ModuleType(f"PySide6.{name}")
+        vars(module)["QOpenGLWidget"] = object
+        sys.modules[module.__name__] = module
+
+
 if __name__ == "__main__":
     multiprocessing.freeze_support()  # a batch's workers are this program, started once more
     _forget_where_we_lie()
@@ -27,6 +36,7 @@ if __name__ == "__main__":
 
         command_line()
     else:
+        _without_opengl()
         from kogao_app.__main__ import main as window
 
         sys.exit(window())
