@@ -117,8 +117,8 @@ class Parts(QObject):
         speak(type(canvas), SpokenCanvas)
         speak(Part, SpokenPart)
         self._canvas, self._view = canvas, canvas.shown
-        self.faces: list[Part] = []
-        self.points: list[Part] = []
+        self._faces: list[Part] = []
+        self._points: list[Part] = []
         self._shape: object = None
         self._names: list[str] = []
         self._focused: tuple[Part | None, str] = (None, "")
@@ -127,13 +127,34 @@ class Parts(QObject):
         canvas.entered.connect(self._enter)
 
     @property
+    def faces(self) -> list[Part]:
+        """The faces there are now."""
+        self._keep_up()
+        return self._faces
+
+    @property
+    def points(self) -> list[Part]:
+        """The points of the face in hand."""
+        self._keep_up()
+        return self._points
+
+    @property
     def in_focus(self) -> Part | None:
         """What has the focus while the canvas has it: the selected point, else the face."""
         parts = (*self.points, *self.faces)
         return next((part for part in parts if part.chosen), None)
 
     def follow(self) -> None:
-        """Take other faces and points, names and choices."""
+        """Tell of other faces and points, names and choices, if anyone listens."""
+        if not QAccessible.isActive():
+            return
+        self._keep_up()
+        if not self._view.document.in_gesture:
+            self._tell_names()
+            self._tell_place()
+
+    def _keep_up(self) -> None:
+        """Make other parts where there are other faces or points."""
         state, hand = self._view.document.state, self._view.face_in_hand
         # The selection may be that of faces that are gone, until those who keep it have heard.
         shown = hand is not None and hand < len(state.faces) and hand not in state.off
@@ -142,9 +163,6 @@ class Parts(QObject):
         if shape != self._shape:
             self._shape = shape
             self._take_apart()
-        if not self._view.document.in_gesture:
-            self._tell_names()
-            self._tell_place()
 
     def _enter(self) -> None:
         """Give the focus on to a part, once Qt has told that the canvas has it."""
@@ -154,10 +172,10 @@ class Parts(QObject):
     def _take_apart(self) -> None:
         """Make parts of the faces there are now; those of the same faces stay."""
         state, hand = self._view.document.state, self._view.face_in_hand
-        if len(self.faces) != len(state.faces):
-            self._replace(self.faces, [(face, None) for face in range(len(state.faces))])
+        if len(self._faces) != len(state.faces):
+            self._replace(self._faces, [(face, None) for face in range(len(state.faces))])
         movable = [handle for handle, _ in handles.handles(state, handles.MOVABLE)]
-        self._replace(self.points, [(at.face, at) for at in movable if at.face == hand])
+        self._replace(self._points, [(at.face, at) for at in movable if at.face == hand])
 
     def _replace(self, parts: list[Part], wanted: list[tuple[int, Handle | None]]) -> None:
         for part in parts:

@@ -106,8 +106,8 @@ def heard(monkeypatch):
 
 
 @pytest.fixture
-def told(monkeypatch):
-    """What is told of parts of the canvas: which event, and the part's name."""
+def unheard(monkeypatch):
+    """What is told of parts of the canvas while nobody listens."""
     events = []
 
     def take(event):
@@ -115,7 +115,15 @@ def told(monkeypatch):
             events.append((event.type().name, event.object().name))
 
     monkeypatch.setattr(QAccessible, "updateAccessibility", take)
+    monkeypatch.setattr(QAccessible, "isActive", lambda: False)
     return events
+
+
+@pytest.fixture
+def told(unheard, monkeypatch):
+    """What a screen reader is told of them: which event, and the part's name."""
+    monkeypatch.setattr(QAccessible, "isActive", lambda: True)
+    return unheard
 
 
 def in_front(driver):
@@ -275,6 +283,18 @@ def test_a_face_and_a_place_that_change_are_told_once_the_gesture_is_over(two, t
     told.clear()
     two.press_key(two.panel("recipe").percent.slider, KEYS.Key_Right)
     assert ("NameChanged", "Face 1 of 2, selected, 4.1 %") in told
+
+
+def test_nothing_is_made_ready_for_nobody(two, unheard, monkeypatch):
+    asked = []
+    monkeypatch.setattr(Part, "name", property(lambda part: asked.append(part) or ""))
+    in_front(two)
+    two.canvas.setFocus()
+    two.editor.recipe.choose(1)
+    two.key(KEYS.Key_Period, CONTROL)
+    two.press_key(two.canvas, KEYS.Key_Left)
+    assert (asked, unheard) == ([], [])
+    assert len(parts(of(two.canvas).child(1))) == 27 + 21, "and yet who asks is answered"
 
 
 def test_parts_come_and_go_while_they_are_asked(two, source):
