@@ -206,33 +206,7 @@ def edges_are_safe(field: Field) -> bool:
     >>> edges_are_safe(field)
     True
     """
-    return fade_is_safe(field) and falloff_is_safe(field)
-
-
-def falloff_is_safe(field: Field) -> bool:
-    """Return True when the field's falloff is proven harmless.
-
-    Parameters
-    ----------
-    field : Field
-        With its falloff.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.one_to_one import falloff_is_safe
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> falloff_is_safe(field)
-    True
-    """
-    return falloff_slope(field) < 1.0
+    return fade_is_safe(field) and falloff_slope(field) < 1.0
 
 
 def falloff_slope(field: Field) -> float:

@@ -116,7 +116,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
     """
     at_hand, note = match(project, pixels, sha256)
-    sheet = sheet_of(at_hand)
+    sheet = _sheet_of(at_hand)
     return Applied(
         sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive
     )
@@ -171,29 +171,8 @@ def _check_places(project: Project, image: Box) -> None:
         raise BadFile(str(error)) from None
 
 
-def sheet_of(project: Project) -> Sheet:
-    """Return the sheet of the mode that makes the result.
-
-    Parameters
-    ----------
-    project : Project
-        Any.
-
-    Returns
-    -------
-    Sheet
-        The automatic one where nothing was marked by hand.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.project import Original, Sheet
-    >>> from kogao_core.sidecar import sheet_of
-    >>> hand = Sheet(recipe=kogao.Recipe(percent=3))
-    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 9, 9), "manual", Sheet(), hand)
-    >>> sheet_of(project) is hand
-    True
-    """
+def _sheet_of(project: Project) -> Sheet:
+    """Return the sheet of the mode that makes the result."""
     if project.mode == "manual" and project.manual is not None:
         return project.manual
     return project.automatic

@@ -36,8 +36,3 @@ class Stopwatch:
         finally:
             elapsed = (time.perf_counter() - start) * 1e3
             self.laps_ms[stage] = self.laps_ms.get(stage, 0.0) + elapsed
-
-    @property
-    def total_ms(self) -> float:
-        """Sum of all laps."""
-        return sum(self.laps_ms.values())

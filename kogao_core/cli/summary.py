@@ -162,16 +162,12 @@ def _warning(sound: OneToOne) -> Text | None:
 def _bent(bends: Bends) -> Text:
     """Return how many lines are near, and how far the worst one bends."""
     worst = bends.lines[0]
-    (x, y), (u, v) = worst.start_px, worst.end_px
     return Text(
         "{count} straight ones {where}; the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by "
         "{bend:.1f} px (its edge was {before:.1f} px off straight and is {after:.1f})",
         count=len(bends.lines),
         where=Text("nearby") if bends.note else Text("in the background"),
-        x=x,
-        y=y,
-        u=u,
-        v=v,
+        **_ends(worst),
         bend=worst.bend_px,
         before=worst.before_px,
         after=worst.after_px,
@@ -190,18 +186,18 @@ def _held(lines: Sequence[BentLine]) -> list[str]:
     worst = max(held, key=lambda line: line.bend_px)
     if worst.bend_px < SEEN_PX:
         return [_line(HELD, count)]
-    (x, y), (u, v) = worst.start_px, worst.end_px
     gave_way = Text(
         "the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} gave way to the face: {bend:.1f} of "
         "{unheld:.1f} px are left",
-        x=x,
-        y=y,
-        u=u,
-        v=v,
+        **_ends(worst),
         bend=worst.bend_px,
         unheld=worst.unheld_px,
     )
     return [_line(HELD, Text.joined("; ", [count, gave_way]))]
+
+
+def _ends(line: BentLine) -> dict[str, float]:
+    return dict(zip("xyuv", (*line.start_px, *line.end_px), strict=True))
 
 
 def _doses(rendering: Rendering) -> list[tuple[float, float]]:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import statistics
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 from kogao_core.language import Text
 
-Case = Callable[[], object]
 Name = TypeVar("Name")
 
 
@@ -69,15 +67,3 @@ def in_turns(names: Sequence[Name], rounds: int, warm_up: int) -> Iterator[tuple
         first = turn % len(names)
         for name in (*names[first:], *names[:first]):
             yield name, turn >= 0
-
-
-def take_turns(cases: Mapping[str, Case], rounds: int, warm_up: int = 1) -> dict[str, list[float]]:
-    """Run every case in turns (`in_turns`); return the times of each, ms."""
-    times: dict[str, list[float]] = {name: [] for name in cases}
-    for name, counts in in_turns(list(cases), rounds, warm_up):
-        start = time.perf_counter()
-        cases[name]()
-        elapsed_ms = (time.perf_counter() - start) * 1e3
-        if counts:
-            times[name].append(elapsed_ms)
-    return times

@@ -26,12 +26,11 @@ def translated_report(report: Report) -> Report:
         report,
         title=translated(report.title),
         lead=translated(report.lead),
-        parts=[translated_part(part) for part in report.parts],
+        parts=[_part(part) for part in report.parts],
     )
 
 
-def translated_part(part: Part) -> Part:
-    """Return a part of a report in the language at work."""
+def _part(part: Part) -> Part:
     match part:
         case str():
             return translated(part)
@@ -49,7 +48,7 @@ def translated_part(part: Part) -> Part:
         case Picture():
             return replace(part, caption=translated(part.caption), alt=translated(part.alt))
         case Row():
-            return replace(part, parts=[translated_part(one) for one in part.parts])
+            return replace(part, parts=[_part(one) for one in part.parts])
 
 
 def _chart(chart: Chart) -> Chart:

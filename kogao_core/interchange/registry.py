@@ -70,23 +70,8 @@ _PARSERS: Final[dict[str, Callable[[bytes], list[PointSet]]]] = {
 }
 
 
-def format_of(path: Path) -> Format:
-    """Return the format that a file's ending names.
-
-    Parameters
-    ----------
-    path : Path
-        Capitals count as small letters.
-
-    Returns
-    -------
-    Format
-
-    Raises
-    ------
-    BadFile
-        If none does.
-    """
+def _format_of(path: Path) -> Format:
+    """Return the format that a file's ending names; raise `BadFile` if none does."""
     form = FORMATS.get(path.suffix.lower().removeprefix("."))
     if form is None:
         raise BadFile(
@@ -119,7 +104,7 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
     BadFile
         If it can't be read or holds no face; one sentence.
     """
-    form = format_of(path)
+    form = _format_of(path)
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
@@ -160,7 +145,7 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
     OSError
         If it can't be written.
     """
-    form = format_of(path)
+    form = _format_of(path)
     name = wanted or next(iter(form.templates), "")
     if name and name not in form.templates:
         raise BadFile(
@@ -201,7 +186,7 @@ def files(path: Path, faces: Sequence[Face]) -> list[Path]:
     list of Path
         One for each face, or one for all.
     """
-    if format_of(path).several:
+    if _format_of(path).several:
         return [path]
     rest = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(2, len(faces) + 1)]
     return [path, *rest]

@@ -37,7 +37,7 @@ _OUTWARD_AT_CHIN: Final = 0.0039
 _OUTWARD_LESS_AT_ENDS: Final = 0.0029
 
 
-def silhouette(mesh: Array, eyes: Array, count: int = OUTLINE_POINTS) -> Array:
+def silhouette(mesh: Array, eyes: Array) -> Array:
     """Return the visible edge of a face from the eye line round the chin to the eye line.
 
     Parameters
@@ -46,13 +46,11 @@ def silhouette(mesh: Array, eyes: Array, count: int = OUTLINE_POINTS) -> Array:
         Points of the MediaPipe face mesh, px.
     eyes : array of shape (4, 2)
         Its eye corners, left to right of the upright face, px.
-    count : int
-        Number of outline points, at equal steps of arc length.
 
     Returns
     -------
-    array of shape (count, 2)
-        Left to right, px.
+    array of shape (21, 2)
+        Left to right at equal steps of arc length, px.
 
     Raises
     ------
@@ -64,7 +62,7 @@ def silhouette(mesh: Array, eyes: Array, count: int = OUTLINE_POINTS) -> Array:
     hull = np.roll(hull, -int(_below_eyes(hull, eyes).argmin()), axis=0)
     arc = ended(np.vstack([hull, hull[:1]]), eyes)
     leftwards = (arc[-1] - arc[0]) @ (eyes[3] - eyes[0]) < 0.0
-    return _pushed_out(resampled(arc[::-1] if leftwards else arc, count))
+    return _pushed_out(resampled(arc[::-1] if leftwards else arc, OUTLINE_POINTS))
 
 
 def ended(line: Array, eyes: Array) -> Array:

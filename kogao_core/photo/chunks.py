@@ -62,7 +62,7 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
     """
     found = list(chunks(file))
     profiled = any(name == b"iCCP" for name, _ in found)
-    depth = file_depth(file)
+    depth = _file_depth(file)
     return tuple(
         chunk
         for name, chunk in found
@@ -73,7 +73,7 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
 
 def found(file: IO[bytes], channels: int) -> Iterator[Extra]:
     """Yield what there is, in the order of the file."""
-    depth = file_depth(file)
+    depth = _file_depth(file)
     all_of_it = list(chunks(file))
     is_srgb = any(name in (b"sRGB", b"iCCP") for name, _ in all_of_it)
     names: dict[Kind, list[str]] = {}
@@ -97,7 +97,7 @@ def end(data: bytes) -> int:
     return len(data)
 
 
-def file_depth(file: IO[bytes]) -> int:
+def _file_depth(file: IO[bytes]) -> int:
     """Return the bits per channel, or per index of a palette."""
     file.seek(_DEPTH_AT)
     return int.from_bytes(file.read(1), "big")

@@ -33,16 +33,11 @@ def _chunks(file: IO[bytes]) -> Iterator[tuple[bytes, int]]:
 
 def is_lossless(file: IO[bytes]) -> bool:
     """Tell whether an open file is a WebP file that loses nothing."""
-    if not is_webp(file):
+    file.seek(_HEAD_BYTES)
+    if file.read(4) != b"WEBP":
         return False
     names = (name for name, _ in _chunks(file) if name in (b"VP8 ", b"VP8L"))
     return next(names, b"") == b"VP8L"
-
-
-def is_webp(file: IO[bytes]) -> bool:
-    """Tell by the first bytes of an open file."""
-    file.seek(_HEAD_BYTES)
-    return file.read(4) == b"WEBP"
 
 
 def riff_end(head: bytes) -> int:

@@ -9,7 +9,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.experiments import timing, timing_report
 from kogao_core.experiments.setting_times import SettingTime
-from kogao_core.experiments.spread import Spread, in_turns, rounded, take_turns
+from kogao_core.experiments.spread import Spread, in_turns, rounded
 from kogao_core.experiments.subjects import Subject, at_paper_size, set_by_hand
 from kogao_core.pipeline import render
 from kogao_core.recipe import PAPER
@@ -58,14 +58,6 @@ def test_every_case_has_its_turn_in_every_round():
     rounds = ["".join(n for n, _ in turns[k : k + 3]) for k in range(0, len(turns), 3)]
     assert len(set(rounds)) == 3
     assert all(sorted(one) == list("abc") for one in rounds)
-
-
-def test_warm_up_is_run_and_not_counted():
-    runs = Counter()
-    cases = {name: lambda name=name: runs.update([name]) for name in "ab"}
-    times = take_turns(cases, rounds=3, warm_up=2)
-    assert runs == {"a": 5, "b": 5}
-    assert {name: len(ms) for name, ms in times.items()} == {"a": 3, "b": 3}
 
 
 def test_spread_is_median_and_hinges():

@@ -17,22 +17,19 @@ from kogao_core.settings import Fit
 from kogao_core.warp import Canvas
 
 
-class FieldWarp(Warp):
+class _FieldWarp(Warp):
     """A displacement field; resampled in its lossless domain only."""
 
     def __init__(self, field: Field) -> None:
         self.field = field
 
     def displacement(self, points_px: Array) -> Array:
-        """Return the backward displacement at points of shape (N, 2), px."""
         return self.field.at(points_px)
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
         return self.field.on_grid(xs_px, ys_px)
 
     def pixels(self, photo: Image, moved: Array | None = None) -> Image:
-        """Return the warped photo, bilinear; `moved` as for any warp."""
         if moved is not None:
             moved[:] = self.on_grid(*(np.arange(n) for n in photo.shape[1::-1]))
         canvas = Canvas(photo)
@@ -54,4 +51,4 @@ class BSpline:
         """Fit one lattice to each face."""
         recipe = dataclasses.replace(task.recipe, fit=self.name)
         anchors = [face.anchor for face in task.faces]
-        return FieldWarp(Field(fit(task.pairs, anchors, [recipe] * len(anchors))))
+        return _FieldWarp(Field(fit(task.pairs, anchors, [recipe] * len(anchors))))

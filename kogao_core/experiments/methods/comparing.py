@@ -105,7 +105,7 @@ class Comparison:
 
     def views(self) -> Comparison:
         """Return the comparison with pictures cut to the faces and reduced for a report."""
-        cut = round_faces(self.subject)
+        cut = _round_faces(self.subject)
         seen = tuple(
             dataclasses.replace(
                 one,
@@ -285,7 +285,7 @@ def _pictures(photo: Image, result: Image, heat: Image) -> dict[str, Image]:
     return {"result": result, "difference": np.asarray(difference), "heat": colours}
 
 
-def round_faces(subject: Subject) -> Box:
+def _round_faces(subject: Subject) -> Box:
     """Return the part of a photo with all its faces and some room."""
     points = np.vstack([face.points for face in subject.faces])
     low, high = points.min(axis=0), points.max(axis=0)

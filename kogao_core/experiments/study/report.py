@@ -45,7 +45,7 @@ def table_1(tally: Tally) -> Table:
     rows = []
     for center, printed in enumerate(UNNATURAL, start=1):
         shares = [_share(tally, "table1", percent, center) for percent in DISTANCES]
-        came = [_achieved(tally, "table1", percent, center) for percent in DISTANCES]
+        came = [_achieved(tally, percent, center) for percent in DISTANCES]
         rows.append([f"candidate\N{NO-BREAK SPACE}{center}", *map(_percent, shares)])
         rows.append([Text("achieved, % of D"), *came])
         rows.append([Text("the paper"), *(f"{value:.3f} %" for value in printed)])
@@ -180,11 +180,11 @@ def _share(tally: Tally, kind: Kind, percent: float, center: int) -> Share:
     return Share(sum(s.hits for s in found), sum(s.answers for s in found))
 
 
-def _achieved(tally: Tally, kind: Kind, percent: float, center: int) -> str:
+def _achieved(tally: Tally, percent: float, center: int) -> str:
     found = [
         one.achieved
         for v, one in tally.measured.items()
-        if (v.kind, v.percent, v.center) == (kind, percent, center)
+        if (v.kind, v.percent, v.center) == ("table1", percent, center)
     ]
     return f"{fmean(found):.2f}" if found else NONE
 

@@ -63,7 +63,7 @@ class Tally:
         return Grades.of(self.grades)
 
 
-def rating_files(folder: Path) -> list[Path]:
+def _rating_files(folder: Path) -> list[Path]:
     """Return the files of ratings in a study's folder: the editor's, and those handed in."""
     places = (folder, folder / plan.RATINGS_FOLDER)
     return sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
@@ -109,7 +109,7 @@ def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> 
 
 def _own(study: plan.Study, folder: Path, total: Tally) -> Iterator[Ratings]:
     """Yield the ratings in a study's folder; those of other studies are named and left out."""
-    for path in rating_files(folder)[:_MOST_FILES]:
+    for path in _rating_files(folder)[:_MOST_FILES]:
         ratings = results.load(path)
         if ratings.study == study.identity:
             yield ratings
