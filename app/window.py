@@ -25,10 +25,9 @@ from .stage import Stage
 from .theme import GRID_PX, Theme
 from .view_state import ViewState
 from .widgets.controls import column_of, segmented
-from .widgets.docks import Dock, Docks
+from .widgets.docks import ColumnArea, Dock, Docks, RowArea
 from .widgets.icons import DRAWN, icon
 from .widgets.messages import MessageBar, StatusLine
-from .widgets.scrolled import ColumnArea, RowArea
 from .widgets.toolbar import ToolBar
 from .workspaces import WORKSPACES, Workspace
 

@@ -60,7 +60,7 @@ class Viewport(pg.GraphicsView):
         for overlay in overlays.stack(view):
             self._box.addItem(overlay, ignoreBounds=True)
         self._box.addItem(Loupe(view, self.photo), ignoreBounds=True)
-        self._box.sigRangeChanged.connect(self._tell_view)
+        self._box.sigRangeChanged.connect(self.view_changed)
 
     def open(self, photo: PicturePyramid) -> None:
         """Show another photo, whole."""
@@ -143,9 +143,6 @@ class Viewport(pg.GraphicsView):
         self._box.updateMatrix()
         transform: QTransform = self._box.childGroup.sceneTransform() * self.viewportTransform()
         return transform
-
-    def _tell_view(self) -> None:
-        self.view_changed.emit()
 
     def start_pan(self, at: QPointF) -> None:
         """Begin to drag the photo under the cursor."""

@@ -19,12 +19,14 @@ from kogao_app.canvas.handles import Handle, position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.storage import Storage
+from kogao_app.widgets import messages
+from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window
 from patience import LONGEST_S
-from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QFont
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QFont, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 from scenes import KnownFaces, oval_face, textured_photo
 
@@ -92,6 +94,26 @@ class Driver:
             self.move(start + part)
         self.release(start + by)
 
+    def turn_wheel(self, over: QWidget, notches: int, at: QPoint | None = None) -> None:
+        """Turn the wheel over a place of a widget, its middle if none is given."""
+        place = QPointF(over.rect().center() if at is None else at)
+        wheel = QWheelEvent(
+            place,
+            over.mapToGlobal(place),
+            QPoint(),
+            QPoint(0, 120 * notches),
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(over, wheel)
+
+    def unfold(self) -> None:
+        """Open every group that opens and closes under its title."""
+        for fold in self.window.findChildren(Fold):
+            fold.button.setChecked(True)
+
     def change_something(self) -> None:
         """Make the warp distance larger by a key; it is one undo step."""
         self.press_key(self.panel("recipe").percent.slider, Qt.Key.Key_PageUp)
@@ -101,6 +123,12 @@ class Driver:
         found = self.window.findChildren
         self.qtbot.waitUntil(lambda: any(one.isVisible() for one in found(kind)))
         return next(one for one in found(kind) if one.isVisible())
+
+    def answer(self, words: str) -> None:
+        """Wait for a question, and press its button that says `words`."""
+        buttons = self.dialog(QMessageBox).buttons()
+        button = next(one for one in buttons if words in one.text().replace("&", ""))
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def choose_path(self, path: Path | str) -> None:
         """Answer the dialog that asks for a path, be it the desktop's or Qt's own."""
@@ -232,6 +260,12 @@ def text_size(qapp: QApplication) -> Iterator[Callable[[float], None]]:
 @pytest.fixture
 def empty(start: Callable[[], Driver]) -> Driver:
     return start()
+
+
+@pytest.fixture
+def read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever acts has read what stands in the bar."""
+    monkeypatch.setattr(messages, "UNREAD_MS", 0)
 
 
 @pytest.fixture

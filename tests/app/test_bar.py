@@ -17,12 +17,6 @@ OFFER = Message("An offer", (BarAction("Take it", lambda: None),), wrong=False, 
 
 
 @pytest.fixture
-def read(monkeypatch):
-    """Whoever acts has read what stands there."""
-    monkeypatch.setattr(bar, "UNREAD_MS", 0)
-
-
-@pytest.fixture
 def alone(qtbot):
     made = MessageBar()
     qtbot.addWidget(made)

@@ -6,11 +6,10 @@ import ast
 import json
 
 import pytest
-from kogao_app.widgets import messages as bar
 from modules import ROOT
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from test_typed import type_in
 
 from kogao_core.recipe import Recipe
 
@@ -86,12 +85,6 @@ def test_every_message_tells_what_ends_it():
     assert {where for where, end in ENDS.items() if end == "time"} <= timed
 
 
-@pytest.fixture
-def read(monkeypatch):
-    """Whoever acts has read what stands there."""
-    monkeypatch.setattr(bar, "UNREAD_MS", 0)
-
-
 def figure(driver, path):
     driver.editor.figure.export(path)
 
@@ -120,12 +113,6 @@ def test_a_clipboard_without_settings_is_forgotten_once_some_are_copied(opened):
     opened.editor.recipe.copy()
     assert Recipe.from_dict(json.loads(QApplication.clipboard().text()))
     assert opened.say() == ""
-
-
-def type_in(field, text):
-    QTest.mouseClick(field, Qt.MouseButton.LeftButton)
-    QTest.keyClicks(field, text)
-    QTest.keyClick(field, KEYS.Key_Return)
 
 
 @pytest.mark.usefixtures("read")

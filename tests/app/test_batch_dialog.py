@@ -14,7 +14,7 @@ from meanwhile import Meanwhile
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication
 
 from kogao_core import batch, photo
 from kogao_core.recipe import Recipe
@@ -166,12 +166,10 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     empty.qtbot.waitUntil(lambda: box.progress.value() > done)
     empty.window.close()
     assert empty.window.isVisible()
-    question = empty.dialog(QMessageBox)
-    click(question.button(QMessageBox.StandardButton.Cancel))
+    empty.answer("Cancel")
     assert empty.editor.batch.busy
     empty.window.close()
-    question = empty.dialog(QMessageBox)
-    click(question.button(QMessageBox.StandardButton.Yes))
+    empty.answer("Stop and close")
     empty.qtbot.waitUntil(lambda: not empty.window.isVisible())
     assert not empty.editor.batch.busy
     assert not box.isVisible()

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QWheelEvent
+from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolBar, QToolButton
 from test_overlays import hide_marks, pixels_of
@@ -85,19 +85,7 @@ def test_side_by_side_moves_and_zooms_together(bare):
     bare.drag(QPoint(40, 40), QPoint(33, -21))
     together()
     zoom = canvas.zoom
-    at = QPointF(90, 120)
-    around, turn = beside.viewport().mapToGlobal(at), QPoint(0, 120)
-    wheel = QWheelEvent(
-        at,
-        around,
-        QPoint(),
-        turn,
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(beside.viewport(), wheel)
+    bare.turn_wheel(beside.viewport(), 1, QPoint(90, 120))
     assert canvas.zoom == pytest.approx(1.25 * zoom)
     together()
     place = canvas.to_photo(QPointF(50, 50))

@@ -24,7 +24,6 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QLabel,
     QLineEdit,
-    QMessageBox,
 )
 from scenes import textured_photo
 
@@ -83,10 +82,7 @@ def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, an
     assert cv2.imwrite(str(other), textured_photo(seed=3))
     opened.change_something()
     drop(opened, other)
-    box = opened.dialog(QMessageBox)
-    QTest.mouseClick(
-        box.button(getattr(QMessageBox.StandardButton, answer)), Qt.MouseButton.LeftButton
-    )
+    opened.answer(answer)
     opened.settle()
     assert (opened.editor.document.path == other) == (answer == "Discard")
 
@@ -148,9 +144,8 @@ def test_settings_go_out_as_a_file_and_come_in_as_a_preset(opened, tmp_path, sto
     (tmp_path / "Soft.json").write_text('{"percent": 2}')
     opened.key(KEYS.Key_I, CONTROL, ALT)
     opened.choose_path(tmp_path / "Soft.json")
-    box = opened.dialog(QMessageBox)
     assert presets.listed(storage.presets)["Soft"].percent == 5.0, "not before it is agreed to"
-    next(button for button in box.buttons() if "Replace" in button.text()).click()
+    opened.answer("Replace")
     assert presets.listed(storage.presets)["Soft"].percent == 2.0
 
 
@@ -267,8 +262,7 @@ def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, fold
     strip = empty.panel("strip")
     at = strip.visualItemRect(strip.item(1)).center()
     QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    box = empty.dialog(QMessageBox)
-    QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    empty.answer("Cancel")
     assert strip.currentRow() == 0
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.features import errand
-from kogao_app.features.files.saving_dialog import SavingDialog
+from kogao_app.features.files.options import SavingDialog
 from kogao_app.window import Window
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QDialogButtonBox, QMessageBox

@@ -190,22 +190,8 @@ def test_arrows_walk_through_the_faces(two):
 def test_the_wheel_moves_a_slider_with_the_focus_in_one_step(two, qtbot):
     slider = percent(two)
     slider.setFocus()
-    from PySide6.QtCore import QPointF
-    from PySide6.QtGui import QWheelEvent
-    from PySide6.QtWidgets import QApplication
-
     for _ in range(3):
-        event = QWheelEvent(
-            QPointF(5, 5),
-            slider.mapToGlobal(QPointF(5, 5)),
-            QPoint(),
-            QPoint(0, 120),
-            Qt.MouseButton.NoButton,
-            Qt.KeyboardModifier.NoModifier,
-            Qt.ScrollPhase.NoScrollPhase,
-            False,
-        )
-        QApplication.sendEvent(slider, event)
+        two.turn_wheel(slider, 1)
     qtbot.waitUntil(lambda: not two.editor.document.in_gesture)
     assert two.state.recipe.percent > 4.0
     assert two.editor.document.undo.count() == 1

@@ -127,20 +127,17 @@ def test_closing_with_changes_asks(opened):
     opened.change_something()
     opened.window.close()
     assert opened.window.isVisible()
-    box = opened.dialog(QMessageBox)
-    QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    opened.answer("Cancel")
     assert opened.window.isVisible()
     opened.window.close()
-    box = opened.dialog(QMessageBox)
-    QTest.mouseClick(box.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+    opened.answer("Discard")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
 
 
 def test_closing_can_save_first(opened, tmp_path):
     opened.change_something()
     opened.window.close()
-    box = opened.dialog(QMessageBox)
-    QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
+    opened.answer("Save a copy")
     opened.choose_path(tmp_path / "copy.png")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert (tmp_path / "copy.png").is_file()
@@ -214,8 +211,7 @@ def test_a_missing_sample_is_said(empty, monkeypatch):
 def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path):
     opened.change_something()
     opened.window.close()
-    box = opened.dialog(QMessageBox)
-    QTest.mouseClick(box.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
+    opened.answer("Save a copy")
     opened.choose_path(tmp_path / "copy.bmp")
     opened.qtbot.waitUntil(lambda: "must end in" in opened.say())
     opened.take_step("Dismiss")

@@ -58,9 +58,7 @@ def test_no_text_is_cut_in_the_least_window(start, photo):
     driver = start(photo, workspace="retouch")
     for name in WORKSPACES:
         driver.window.actions_by_name[f"workspace-{name}"].trigger()
-        for folded in driver.window.findChildren(QToolButton):
-            if folded.property("fold") and folded.isVisible():
-                folded.setChecked(True)
+        driver.unfold()
         driver.settle()
         driver.window.resize(*LEAST)
         driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, name))

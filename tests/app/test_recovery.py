@@ -23,10 +23,8 @@ from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
 from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
 from scenes import textured_photo
-from test_saver import answer, step
+from test_saver import step
 
 from kogao_core.photo import read
 from kogao_core.project import load, save, sha256_of
@@ -190,10 +188,10 @@ def test_what_a_killed_program_left_can_be_discarded(killed, start):
     buttons = [button.text() for button in driver.window.bar.buttons]
     assert buttons == ["Discard…", "Restore", "Dismiss"], "a slip beside one can't lose the work"
     driver.take_step("Discard")
-    answer(driver, "Cancel")
+    driver.answer("Cancel")
     assert killed.exists()
     driver.take_step("Discard")
-    answer(driver, "Discard")
+    driver.answer("Discard")
     assert not killed.exists()
     assert driver.say() == "The changes to portrait.png are discarded."
     assert driver.editor.document.photo is None
@@ -240,7 +238,7 @@ def test_all_that_several_crashes_left_is_offered_in_turn(left, empty):
     assert not first.exists()
     assert "gone.png were saved" in empty.say()
     empty.take_step("Restore")
-    answer(empty, "Discard")
+    empty.answer("Discard")
     empty.settle()
     assert "gone.png" in empty.say()
     assert empty.state.recipe.percent == 5.0, "the present photo stays"
@@ -259,7 +257,7 @@ def test_the_next_is_offered_after_one_is_discarded_or_dismissed(left, empty):
     empty.editor.recovery.look()
     empty.settle()
     empty.take_step("Discard")
-    answer(empty, "Discard")
+    empty.answer("Discard")
     assert "gone.png were saved" in empty.say()
     empty.take_step("Dismiss")
     assert "last.png were saved" in empty.say()
@@ -378,9 +376,7 @@ def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
     driver.editor.recovery.look()
     driver.settle()
     driver.take_step("Restore")
-    driver.qtbot.waitUntil(lambda: bool(driver.window.findChildren(QMessageBox)))
-    (box,) = driver.window.findChildren(QMessageBox)
-    QTest.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+    driver.answer("Cancel")
     assert driver.state.recipe.percent == 5.0
     assert killed.exists()
 

@@ -128,9 +128,7 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share
     driver = start(photo, workspace="retouch")
     for name in WORKSPACES:
         driver.window.actions_by_name[f"workspace-{name}"].trigger()
-        for folded in driver.window.findChildren(QToolButton):
-            if folded.property("fold") and folded.isVisible():
-                folded.setChecked(True)
+        driver.unfold()
         for mode in ("manual", "automatic"):
             driver.window.actions_by_name[f"mode-{mode}"].trigger()
             driver.settle()
@@ -218,9 +216,7 @@ def test_retouch_has_few_controls(start, photo):
 @pytest.mark.parametrize("workspace", WORKSPACES)
 def test_every_control_and_its_label_have_a_tooltip(start, photo, workspace):
     driver = start(photo, workspace=workspace)
-    for folded in driver.window.findChildren(QToolButton):
-        if folded.property("fold"):
-            folded.setChecked(True)
+    driver.unfold()
     driver.key(Qt.Key.Key_F3)
     labels = [one for one in visible(driver.window, (QLabel,)) if one.buddy() is not None]
     silent = [one for one in (*labels, *controls(driver.window)) if not one.toolTip()]

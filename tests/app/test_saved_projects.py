@@ -13,7 +13,7 @@ from kogao_app.canvas.handles import Handle
 from kogao_app.features.files import opening, project_file
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog
 from scenes import textured_photo
 from test_desk import drop
 
@@ -26,10 +26,6 @@ KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardMod
 def save_project(driver):
     driver.key(KEYS.Key_P, CONTROL, ALT)
     driver.settle()
-
-
-def button(box, words):
-    return next(one for one in box.buttons() if words in one.text().replace("&", ""))
 
 
 @pytest.fixture
@@ -217,8 +213,7 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
 def test_closing_can_save_the_project_first(opened, photo):
     opened.change_something()
     opened.window.close()
-    box = opened.dialog(QMessageBox)
-    QTest.mouseClick(button(box, "Save project"), Qt.MouseButton.LeftButton)
+    opened.answer("Save project")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert load(sidecar_of(photo)).automatic.recipe.percent == 5.0
 

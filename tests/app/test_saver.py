@@ -11,7 +11,6 @@ from kogao_app.canvas.handles import Handle
 from kogao_app.features import files
 from patience import LONGEST_S
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
 
@@ -62,15 +61,9 @@ def step(driver, percent):
     driver.editor.document.commit()
 
 
-def answer(driver, words):
-    box = driver.dialog(QMessageBox)
-    button = next(one for one in box.buttons() if words in one.text().replace("&", ""))
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-
-
 def closing_with_a_copy(driver, path):
     driver.window.close()
-    answer(driver, "Save a copy")
+    driver.answer("Save a copy")
     driver.choose_path(path)
     assert driver.editor.saver.busy
 
@@ -93,7 +86,7 @@ def test_an_edit_while_the_copy_before_closing_is_written_is_asked_about(opened,
     closing_with_a_copy(opened, tmp_path / "copy.png")
     step(opened, 11.0)
     disk.set()
-    answer(opened, "Cancel")
+    opened.answer("Cancel")
     assert opened.window.isVisible()
     assert opened.state.recipe.percent == 11.0
 
@@ -103,7 +96,7 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
     opened.editor.files.save(tmp_path / "first.png")
     step(opened, 11.0)
     opened.window.close()
-    answer(opened, "Save a copy")
+    opened.answer("Save a copy")
     asked = opened.dialog(QFileDialog)
     disk.set()
     opened.settle()
@@ -127,10 +120,10 @@ def test_an_edit_while_the_project_before_closing_is_written_is_asked_about(
     monkeypatch.setattr("kogao_app.features.projects.save", slow)
     step(opened, 8.0)
     opened.window.close()
-    answer(opened, "Save project")
+    opened.answer("Save project")
     step(opened, 11.0)
     gate.set()
-    answer(opened, "Save project")
+    opened.answer("Save project")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert load(sidecar_of(photo)).automatic.recipe.percent == 11.0
 
@@ -140,11 +133,11 @@ def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
 ):
     step(opened, 8.0)
     opened.editor.files.open(other)
-    answer(opened, "Save a copy")
+    opened.answer("Save a copy")
     opened.choose_path(tmp_path / "copy.png")
     step(opened, 11.0)
     disk.set()
-    answer(opened, "Cancel")
+    opened.answer("Cancel")
     opened.settle()
     assert opened.editor.document.path == photo
 
@@ -199,7 +192,7 @@ def test_copies_asked_for_before_closing_are_written(opened, tmp_path):
     for name in ("first.png", "second.png"):
         opened.editor.files.save(tmp_path / name)
     opened.window.close()
-    answer(opened, "Discard")
+    opened.answer("Discard")
     assert not opened.window.isVisible()
     assert (read(tmp_path / "first.png").pixels == read(tmp_path / "second.png").pixels).all()
 
@@ -239,7 +232,7 @@ def test_a_refused_save_closes_nothing(opened, photo):
     step(opened, 8.0)
     before = photo.read_bytes()
     opened.window.close()
-    answer(opened, "Save a copy")
+    opened.answer("Save a copy")
     opened.choose_path(photo)
     opened.settle()
     assert "never written over" in opened.say()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from kogao_app.features import files
 from kogao_app.features.files import ahead
-from kogao_app.features.files.saving_dialog import SavingDialog
+from kogao_app.features.files.options import SavingDialog
 from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest

@@ -7,9 +7,7 @@ import pytest
 from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.overlays.unlisted import FollowingBand
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 from scenes import oval_face
 from shortly import few_of
 
@@ -19,21 +17,6 @@ CHEEK = Handle("outline", 0, 5)
 KEYS = Qt.Key
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 BY = QPoint(-24, 6)
-
-
-def turn_wheel(driver, at, notches):
-    canvas = driver.canvas
-    event = QWheelEvent(
-        QPointF(at),
-        QPointF(canvas.viewport().mapToGlobal(at)),
-        QPoint(),
-        QPoint(0, 120 * notches),
-        Qt.MouseButton.LeftButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(canvas.viewport(), event)
 
 
 def control_click(driver, at):
@@ -84,13 +67,13 @@ def test_the_wheel_changes_the_reach_of_a_drag_and_keys_do_between_drags(opened)
     opened.press(at)
     opened.move(at + BY)
     narrow = outline(opened)
-    turn_wheel(opened, at + BY, 4)
+    opened.turn_wheel(opened.canvas.viewport(), 4, at + BY)
     wide = outline(opened)
     assert opened.canvas.zoom == zoom
     assert opened.editor.view.following.reach > 6.0
     np.testing.assert_array_equal(wide[5], narrow[5])
     assert np.abs(wide[10] - narrow[10]).max() > 1.0
-    turn_wheel(opened, at + BY, -4)
+    opened.turn_wheel(opened.canvas.viewport(), -4, at + BY)
     np.testing.assert_allclose(outline(opened), narrow, atol=1e-9)
     opened.release(at + BY)
     assert steps(opened) == 1
@@ -98,14 +81,14 @@ def test_the_wheel_changes_the_reach_of_a_drag_and_keys_do_between_drags(opened)
     opened.key(KEYS.Key_BracketRight, CONTROL)
     assert opened.editor.view.following.reach > reach
     assert "landmark spacings" in opened.window.status.hint_text
-    turn_wheel(opened, at, 1)
+    opened.turn_wheel(opened.canvas.viewport(), 1, at)
     assert opened.canvas.zoom > zoom, "with nothing in hand the wheel zooms"
 
 
 def test_without_soft_selection_the_wheel_zooms_during_a_drag(opened):
     at, zoom = opened.on_screen(CHEEK), opened.canvas.zoom
     opened.press(at)
-    turn_wheel(opened, at, 1)
+    opened.turn_wheel(opened.canvas.viewport(), 1, at)
     opened.release(at)
     assert opened.canvas.zoom > zoom
 
@@ -246,7 +229,7 @@ def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
     opened.press(at)
     opened.move(at + BY)
     assert band.wanted()
-    turn_wheel(opened, at + BY, 3)
+    opened.turn_wheel(opened.canvas.viewport(), 3, at + BY)
     assert opened.canvas.grab().toImage() != plain
     opened.release(at + BY)
     opened.key(KEYS.Key_O)

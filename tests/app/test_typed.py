@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import pytest
 from kogao_app.features.recipe import fields
-from kogao_app.widgets.scrolled import ColumnArea
+from kogao_app.widgets.docks import ColumnArea
 from kogao_app.widgets.sliders import ValueSlider
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractSlider,
     QAbstractSpinBox,
-    QApplication,
     QComboBox,
     QScrollBar,
     QSlider,
@@ -155,21 +153,6 @@ def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):
 # -- the wheel -------------------------------------------------------------------------------------
 
 
-def turn(widget):
-    middle = QPointF(widget.rect().center())
-    event = QWheelEvent(
-        middle,
-        widget.mapToGlobal(middle),
-        QPoint(),
-        QPoint(0, -120),
-        Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(widget, event)
-
-
 def turned_by_wheels(root):
     """Everything below a widget that a wheel could set to another value."""
     kinds = (QAbstractSlider, QAbstractSpinBox, QComboBox)
@@ -194,7 +177,7 @@ def test_the_wheel_sets_nothing_that_has_not_the_focus(opened):
     before = [value(one) for one in controls]
     for control in controls:
         assert control.focusPolicy() != Qt.FocusPolicy.WheelFocus, "the wheel would bring it"
-        turn(control)
+        opened.turn_wheel(control, -1)
     assert [value(one) for one in controls] == before
     assert not opened.editor.document.in_gesture
 
@@ -223,5 +206,5 @@ def test_the_wheel_turns_what_has_the_focus(opened):
     box = opened.panel("recipe").choices["interpolation"]
     box.setFocus()
     before = box.currentIndex()
-    turn(box)
+    opened.turn_wheel(box, -1)
     assert box.currentIndex() == before + 1

@@ -9,13 +9,12 @@ import pytest
 from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.overlays.glyphs import outward_plate, plate
 from kogao_app.canvas.overlays.listed import LISTED
-from kogao_app.widgets.scrolled import ColumnArea
+from kogao_app.widgets.docks import ColumnArea
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QImage, QWheelEvent
+from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractSlider,
-    QApplication,
     QCheckBox,
     QComboBox,
     QLabel,
@@ -108,21 +107,11 @@ def test_at_100_percent_the_screen_shows_the_results_own_pixels(opened):
 
 
 def test_the_wheel_zooms_at_the_cursor(opened):
-    at = QPointF(opened.canvas.width() * 0.3, opened.canvas.height() * 0.6)
-    place, zoom = opened.canvas.to_photo(at), opened.canvas.zoom
-    event = QWheelEvent(
-        at,
-        opened.canvas.viewport().mapToGlobal(at),
-        QPoint(),
-        QPoint(0, 240),
-        Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(opened.canvas.viewport(), event)
+    at = QPoint(round(opened.canvas.width() * 0.3), round(opened.canvas.height() * 0.6))
+    place, zoom = opened.canvas.to_photo(QPointF(at)), opened.canvas.zoom
+    opened.turn_wheel(opened.canvas.viewport(), 2, at)
     assert opened.canvas.zoom == pytest.approx(zoom * 1.25**2)
-    np.testing.assert_allclose(opened.canvas.to_photo(at), place, atol=1e-6)
+    np.testing.assert_allclose(opened.canvas.to_photo(QPointF(at)), place, atol=1e-6)
     opened.key(Qt.Key.Key_0)
     assert opened.canvas.zoom == pytest.approx(zoom)
 

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QTabBar,
-    QToolButton,
     QWidget,
 )
 from strangely import strange
@@ -81,9 +80,7 @@ def nothing_is_cut(window):
 def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start, photo):
     driver = start(workspace=name)
     driver.open(photo)
-    for folded in driver.window.findChildren(QToolButton):
-        if folded.property("fold"):
-            folded.setChecked(True)
+    driver.unfold()
     for mode in ("manual", "automatic"):
         driver.window.actions_by_name[f"mode-{mode}"].trigger()
         driver.settle()

@@ -2,13 +2,180 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QPushButton, QWidget
+
+from kogao_core.photo import CannotDisclose
+from kogao_core.photo.credentials import check_signer
 from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.label import LONGEST, check_label
+from kogao_core.photo.label_picture import check_picture
+from kogao_core.settings import CORNERS, LABEL_SHARE
 
 from ...actions import Spec
-from ...i18n import tr
+from ...i18n import sentence, tr, translated
+from ...theme import GRID_PX
+from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
+from ...widgets.dialogs import Dialog, ask_path, photo_filter
 from ..feature import Context, Feature
-from .saving_dialog import SavingDialog
 from .told import Told
+
+_SIZE_PX: Final = (460, 0)
+
+
+class FileLine(QWidget):
+    """A line for the path of a file, and a button to look for it.
+
+    Parameters
+    ----------
+    title : str
+        What the file is.
+    path : str
+        Where it is so far.
+    filters : tuple of str
+        Kinds of files.
+    """
+
+    def __init__(self, title: str, path: str, filters: tuple[str, ...]) -> None:
+        super().__init__()
+        self._title, self._filters = title, filters
+        self.line = QLineEdit(path)
+        self.line.setAccessibleName(title)
+        self.line.setPlaceholderText(title)
+        self.choose = QPushButton(tr("Choose…"))
+        self.choose.setAccessibleName(tr("{title}, choose", title=title))
+        self.choose.setAutoDefault(False)
+        self.choose.clicked.connect(self._ask)
+        column_of(self).addLayout(row_of(self.line, self.choose))
+
+    @property
+    def path(self) -> str:
+        """What is in the line."""
+        return self.line.text().strip()
+
+    def _ask(self) -> None:
+        at = Path(self.path) if self.path and Path(self.path).exists() else None
+        put = self.line.setText
+        ask_path(self, self._title, lambda it: put(str(it)), filters=self._filters, at=at)
+
+
+class SavingDialog(Dialog):
+    """Choices that are off at first: an edit record, labels, and signed content credentials.
+
+    Parameters
+    ----------
+    now : Told
+        What is told at present.
+    parent : QWidget
+        The window.
+
+    Signals
+    -------
+    chosen(Told)
+        What is to be told.
+    """
+
+    chosen = Signal(object)
+
+    def __init__(self, now: Told, parent: QWidget) -> None:
+        super().__init__(tr("Save options"), parent, _SIZE_PX)
+        self.record = QCheckBox(tr("Add an &edit record to the photo's data (XMP)"))
+        self.record.setToolTip(tr("That the photo was retouched, when, how and by which program"))
+        self.record.setChecked(now.record)
+        self.labelled = QCheckBox(tr("Draw a &label into the bottom right corner"))
+        self.label = QLineEdit(now.label)
+        self.label.setAccessibleName(tr("Text of the label"))
+        self.label.setMaxLength(LONGEST)
+        self._bind(self.labelled, now.labelled, self.label)
+        self._add_picture(now)
+        self._add_signer(now)
+        self.note = muted_label()
+        self.note.setWordWrap(True)
+        self._lay_out()
+
+    def _add_picture(self, now: Told) -> None:
+        self.pictured = QCheckBox(tr("Lay a &picture over a corner"))
+        self.pictured.setToolTip(tr("Such as the mark that Norway prescribes for advertisements"))
+        self.picture = FileLine(tr("File of the picture"), now.picture, (photo_filter(),))
+        self.corner = ChoiceBox()
+        for name, title in CORNERS.items():
+            self.corner.addItem(translated(title), name)
+        self.corner.setCurrentIndex(self.corner.findData(now.corner))
+        self.corner_title = named(tr("&Corner"), self.corner)
+        self.share = WholeNumber(1, int(LABEL_SHARE[1]), round(now.percent))
+        self.share.setSuffix(tr(" %"))
+        self.share.setToolTip(tr("Share of the photo's area; Norway asks for about 7 %"))
+        self.share_title = named(tr("&Share of the area"), self.share)
+        self._bind(self.pictured, now.pictured, self.picture, self.corner, self.share)
+
+    def _add_signer(self, now: Told) -> None:
+        self.signed = QCheckBox(
+            tr("Si&gn content credentials (C2PA) that name the photo as source")
+        )
+        self.signed.setToolTip(tr("It takes a certificate of your own, and its key"))
+        pem = tr("PEM files ({patterns})", patterns="*.pem *.crt *.cer *.key"), tr("All files (*)")
+        self.certificate = FileLine(tr("Certificate"), now.certificate, pem)
+        self.key = FileLine(tr("Private key"), now.key, pem)
+        self._bind(self.signed, now.signed, self.certificate, self.key)
+
+    def _bind(self, box: QCheckBox, on: bool, *inside: QWidget) -> None:
+        """Let controls work only while their box is ticked."""
+        box.setChecked(on)
+        for widget in inside:
+            widget.setEnabled(on)
+            box.toggled.connect(widget.setEnabled)
+
+    def _lay_out(self) -> None:
+        about = muted_label(
+            tr("Saved copies and batches can tell that they were retouched, if you want them to.")
+        )
+        about.setWordWrap(True)
+        kinds = QDialogButtonBox.StandardButton
+        self.buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
+        self.buttons.accepted.connect(self._take)
+        self.buttons.rejected.connect(self.reject)
+        place = row_of(self.corner_title, self.corner, None, self.share_title, self.share)
+        column = column_of(self, margin=4 * GRID_PX, spacing=2 * GRID_PX)
+        above: tuple[QWidget, ...] = (
+            *(about, self.record, self.labelled, self.label),
+            *(self.pictured, self.picture),
+        )
+        below = self.signed, self.certificate, self.key, self.note, self.buttons
+        for part in above:
+            column.addWidget(part)
+        column.addLayout(place)
+        for part in below:
+            column.addWidget(part)
+
+    def _take(self) -> None:
+        told = Told(
+            self.record.isChecked(),
+            self.labelled.isChecked(),
+            self.label.text(),
+            self.pictured.isChecked(),
+            self.picture.path,
+            self.corner.currentData(),
+            float(self.share.value()),
+            self.signed.isChecked(),
+            self.certificate.path,
+            self.key.path,
+        )
+        wanted = told.disclosure
+        try:
+            if told.labelled:
+                check_label(told.label)
+            if wanted.picture is not None:
+                check_picture(wanted.picture)
+            if wanted.signer is not None:
+                check_signer(wanted.signer)
+        except CannotDisclose as problem:
+            self.note.setText(sentence(problem))
+            return
+        self.chosen.emit(told)
+        self.accept()
 
 
 class SaveOptions(Feature):
