@@ -123,13 +123,14 @@ def chunk(name, body):
     return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
 
-def jpeg(pixels, orientation=1, **options):
+def jpeg(pixels, orientation=1, order="<", **options):
     """Return a JPEG file with everything that a JPEG file may hold."""
     height, width = pixels.shape[:2]
     with io.BytesIO() as out:
         Image.fromarray(pixels).save(
             out, "JPEG", icc_profile=profile_for(pixels), dpi=(240, 240), comment=b"a remark",
-            exif=exif_block(orientation, width, height), xmp=XMP.format(orientation).encode(),
+            exif=exif_block(orientation, width, height, order),
+            xmp=XMP.format(orientation).encode(),
             **({"quality": 97, "subsampling": 0} | options),
         )  # fmt: skip
         data = out.getvalue()

@@ -61,8 +61,3 @@ def test_a_figure_holds_canvas_legend_caption_and_figures(inspected, tmp_path):
     np.testing.assert_array_equal(picture(inspected), bare, "and not on the canvas")
     words = inspected.editor.figure.caption()
     assert words.startswith("portrait.png · Warp distance 4.0 % of D · Centre 2")
-
-
-def test_a_figure_that_cannot_be_written_is_said(inspected, tmp_path):
-    inspected.editor.figure.export(tmp_path / "none" / "figure.png")
-    assert "can't be written" in inspected.say()

@@ -91,14 +91,19 @@ def test_signing_adds_to_a_file_and_changes_nothing_in_it(tmp_path, signer, suff
     }
 
 
-@pytest.mark.parametrize("suffix", [*WRITTEN, ".heic", ".dng"])
-def test_credentials_of_other_programs_are_seen_and_named(tmp_path, person, suffix):
+def signed_elsewhere(folder, person, suffix):
+    """Return a photo whose file already carries somebody's credentials."""
     pytest.importorskip({".heic": "pi_heif", ".dng": "rawpy"}.get(suffix, "PIL"))
-    path = tmp_path / f"in{suffix}"
+    path = folder / f"in{suffix}"
     more = {".heic": files.heic, ".dng": lambda _: files.dng()}
     path.write_bytes((files.MAKERS | more)[suffix](textured_photo(160, 120)))
     person.sign(path)
-    source = photo.read(path, bits=8)
+    return photo.read(path, bits=8)
+
+
+@pytest.mark.parametrize("suffix", [*WRITTEN, ".heic", ".dng"])
+def test_credentials_of_other_programs_are_seen_and_named(tmp_path, person, suffix):
+    source = signed_elsewhere(tmp_path, person, suffix)
     assert kinds.CREDENTIALS in [one.kind for one in source.extras]
     note = written(source, tmp_path / "out.jpg", None)
     assert "content credentials (C2PA)" in note
@@ -107,12 +112,8 @@ def test_credentials_of_other_programs_are_seen_and_named(tmp_path, person, suff
 
 @pytest.mark.parametrize("suffix", [*WRITTEN, ".heic", ".dng"])
 def test_a_source_s_own_credentials_go_into_the_new_ones(tmp_path, person, signer, suffix):
-    pytest.importorskip({".heic": "pi_heif", ".dng": "rawpy"}.get(suffix, "PIL"))
-    path = tmp_path / f"in{suffix}"
-    more = {".heic": files.heic, ".dng": lambda _: files.dng()}
-    path.write_bytes((files.MAKERS | more)[suffix](textured_photo(160, 120)))
-    person.sign(path)
-    note = written(photo.read(path, bits=8), tmp_path / "out.jpg", signer)
+    source = signed_elsewhere(tmp_path, person, suffix)
+    note = written(source, tmp_path / "out.jpg", signer)
     assert "content credentials" not in note
     state, manifest, whole = person.told(tmp_path / "out.jpg")
     assert (state, len(whole["manifests"])) == ("Trusted", 2)

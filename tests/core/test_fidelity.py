@@ -129,6 +129,14 @@ def test_round_trip(tmp_path, suffix, bits, channels, orientation):
     assert path.read_bytes() == before
 
 
+@pytest.mark.parametrize("suffix", [form.suffixes[0] for form in formats.WRITTEN])
+def test_metadata_of_a_jpeg_with_the_high_byte_first(tmp_path, suffix):
+    (tmp_path / "in.jpg").write_bytes(files.jpeg(upright(8, 3), order=">"))
+    source = photo.read(tmp_path / "in.jpg")
+    photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
+    assert_metadata(tmp_path / f"out{suffix}", ".jpg")
+
+
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_deep_tiff_of_either_byte_order(tmp_path, order):
     pixels = upright(16, 3)
