@@ -78,6 +78,13 @@ def kept(driver):
     return recovery.file
 
 
+def looked(driver):
+    """Return a window that has looked for what others left."""
+    driver.editor.recovery.look()
+    driver.settle()
+    return driver
+
+
 def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, storage):
     before = sorted(photo.parent.iterdir())
     opened.change_something()
@@ -108,9 +115,7 @@ def test_a_running_programs_work_is_not_offered(opened, start, storage):
     opened.change_something()
     kept(opened)
     assert leftovers(storage.recovery) == []
-    other = start()
-    other.editor.recovery.look()
-    other.settle()
+    other = looked(start())
     assert "ended before" not in other.say()
 
 
@@ -161,9 +166,7 @@ def killed(victim, photo, storage):
 
 def test_what_a_killed_program_left_is_restored(killed, start, photo, source):
     left = load(killed)
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     assert driver.say() == "Kogao ended before the changes to portrait.png were saved."
     driver.take_step("Restore")
     driver.settle()
@@ -182,9 +185,7 @@ def test_what_a_killed_program_left_is_restored(killed, start, photo, source):
 
 
 def test_what_a_killed_program_left_can_be_discarded(killed, start):
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     buttons = [button.text() for button in driver.window.bar.buttons]
     assert buttons == ["Discard…", "Restore", "Dismiss"], "a slip beside one can't lose the work"
     driver.take_step("Discard")
@@ -198,15 +199,11 @@ def test_what_a_killed_program_left_can_be_discarded(killed, start):
 
 
 def test_dismissed_work_is_offered_again(killed, start):
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     driver.take_step("Dismiss")
     driver.editor.close()
     assert killed.exists()
-    other = start()
-    other.editor.recovery.look()
-    other.settle()
+    other = looked(start())
     assert "ended before" in other.say()
 
 
@@ -229,8 +226,7 @@ def left(photo, storage, tmp_path):
 
 def test_all_that_several_crashes_left_is_offered_in_turn(left, empty):
     first, gone, last = left
-    empty.editor.recovery.look()
-    empty.settle()
+    looked(empty)
     assert "first.png" in empty.say()
     empty.take_step("Restore")
     empty.settle()
@@ -254,8 +250,7 @@ def test_all_that_several_crashes_left_is_offered_in_turn(left, empty):
 
 
 def test_the_next_is_offered_after_one_is_discarded_or_dismissed(left, empty):
-    empty.editor.recovery.look()
-    empty.settle()
+    looked(empty)
     empty.take_step("Discard")
     empty.answer("Discard")
     assert "gone.png were saved" in empty.say()
@@ -273,8 +268,7 @@ def test_an_old_file_goes_although_its_first_successor_was_never_written(left, e
         save(project, path)
 
     monkeypatch.setattr("kogao_app.features.recovery.save", slow)
-    empty.editor.recovery.look()
-    empty.settle()
+    looked(empty)
     empty.take_step("Restore")
     empty.qtbot.waitUntil(lambda: empty.state.recipe.percent == 5.0)
     step(empty, 9.0)
@@ -295,8 +289,7 @@ def test_work_that_was_restored_and_taken_back_stays(left, empty, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("kogao_app.features.recovery.save", slow)
-    empty.editor.recovery.look()
-    empty.settle()
+    looked(empty)
     empty.take_step("Restore")
     empty.qtbot.waitUntil(lambda: empty.state.recipe.percent == 5.0)
     empty.editor.history.undo()
@@ -310,8 +303,7 @@ def test_a_photo_that_goes_while_it_is_restored_is_to_be_looked_at(left, empty, 
     def gone(path):
         raise FileNotFoundError(2, "No such file", str(path))
 
-    empty.editor.recovery.look()
-    empty.settle()
+    looked(empty)
     monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", gone)
     empty.take_step("Restore")
     empty.settle()
@@ -322,8 +314,7 @@ def test_a_photo_that_goes_while_it_is_restored_is_to_be_looked_at(left, empty, 
 
 def test_a_file_that_goes_while_the_folder_is_read_hides_no_other(left, empty, storage):
     (storage.recovery / "gone.json").symlink_to(storage.recovery / "nowhere")
-    empty.editor.recovery.look()
-    empty.settle()
+    looked(empty)
     assert "first.png were saved" in empty.say()
     assert len(left) == 3
 
@@ -373,8 +364,7 @@ def test_an_edit_is_kept_without_a_pause(opened):
 def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
     driver = start(photo)
     driver.change_something()
-    driver.editor.recovery.look()
-    driver.settle()
+    looked(driver)
     driver.take_step("Restore")
     driver.answer("Cancel")
     assert driver.state.recipe.percent == 5.0
@@ -383,9 +373,7 @@ def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
 
 def test_a_vanished_photo_is_said_and_the_work_stays(killed, start, photo):
     photo.unlink()
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     driver.take_step("Restore")
     driver.settle()
     assert "portrait.png" in driver.say()
@@ -394,9 +382,7 @@ def test_a_vanished_photo_is_said_and_the_work_stays(killed, start, photo):
 
 def test_a_photo_of_another_shape_is_said_and_the_work_stays(killed, start, photo):
     assert cv2.imwrite(str(photo), textured_photo(300, 400)[..., ::-1])
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     driver.take_step("Restore")
     driver.settle()
     assert "another shape" in driver.say()
@@ -406,9 +392,7 @@ def test_a_photo_of_another_shape_is_said_and_the_work_stays(killed, start, phot
 def test_a_resized_photo_takes_the_points_along(killed, start, photo):
     left = load(killed)
     assert cv2.imwrite(str(photo), textured_photo(960, 720)[..., ::-1])
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     driver.take_step("Restore")
     driver.settle()
     wanted = 2.0 * left.automatic.faces[0].outline + 0.5
@@ -420,9 +404,7 @@ def test_strange_files_in_the_folder_are_left_alone(start, storage):
     storage.recovery.mkdir(parents=True)
     strange = storage.recovery / "strange.json"
     strange.write_text(json.dumps({"format": "something else"}))
-    driver = start()
-    driver.editor.recovery.look()
-    driver.settle()
+    driver = looked(start())
     assert driver.say() == ""
     assert strange.exists()
 
