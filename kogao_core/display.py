@@ -121,7 +121,7 @@ def preview(image: Image, longest_px: int = NOTEBOOK_PX) -> bytes:
 
 
 def reduced(pixels: Image, longest_px: int = REPORT_PX) -> Image:
-    """Return a picture made smaller, if need be, to `longest_px` along its longer side."""
+    """Return an 8-bit picture, made smaller if its longer side is above `longest_px`."""
     shrink = longest_px / max(pixels.shape[:2])
     if shrink >= 1.0:
         return pixels
@@ -130,12 +130,12 @@ def reduced(pixels: Image, longest_px: int = REPORT_PX) -> Image:
 
 
 def png(pixels: Image) -> bytes:
-    """Return a grey or RGB picture as the bytes of a PNG file."""
+    """Return an 8-bit picture, grey (H, W) or RGB (H, W, 3), as the bytes of a PNG file."""
     return _file(pixels, ".png")
 
 
 def data_uri(pixels: Image, *, exact: bool) -> str:
-    """Return a grey or RGB picture as a data URI: its very pixels (PNG), or JPEG."""
+    """Return such a picture as a data URI: its very pixels (PNG), or JPEG."""
     jpeg = cv2.IMWRITE_JPEG_QUALITY, _QUALITY
     data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
     return f"data:image/{'png' if exact else 'jpeg'};base64,{base64.b64encode(data).decode()}"

@@ -30,7 +30,7 @@ class Cells:
     active: Mask
 
     def edges_px(self, axis: int) -> npt.NDArray[np.int64]:
-        """Return the first whole pixel of each cell along `axis` (0 is x), and the end."""
+        """Return the first pixel of each of n cells along `axis` (0 is x), and the end (n + 1,)."""
         count = self.active.shape[1 - axis] + 1
         edges = self.lattice.grid.nodes_px(self.lattice.first_cell[axis], count, axis)
         return np.ceil(edges).astype(np.int64)
@@ -40,7 +40,7 @@ class Cells:
         return self.at(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
 
     def at(self, xs: npt.NDArray[np.int64], ys: npt.NDArray[np.int64]) -> Mask:
-        """Return which of the pixels ``ys x xs`` lie in an active cell."""
+        """Return which pixels ``ys x xs`` lie in an active cell, shape (len(ys), len(xs))."""
         column = np.searchsorted(self.edges_px(0), xs, "right")
         row = np.searchsorted(self.edges_px(1), ys, "right")
         edged = np.zeros(np.add(self.active.shape, 2), bool)
@@ -67,7 +67,7 @@ class Domain:
     cells: tuple[Cells, ...]
 
     def mask(self, box: Box) -> Mask:
-        """Return which pixels of `box` belong to the domain, at the precision of cells."""
+        """Return which pixels of `box` lie in the domain's cells, shape (height, width)."""
         if self.name == "image":
             return np.ones((box.height, box.width), bool)
         mask = np.zeros((box.height, box.width), bool)

@@ -1,4 +1,4 @@
-"""The parts of a project file: points and lengths in units, faces, recipes, protection."""
+"""The parts of a project file: faces, recipes, protection; lengths are counted in `unit` px."""
 
 from __future__ import annotations
 

@@ -131,7 +131,18 @@ class Job:
             self.result[box.slices][rows, columns] = self._read(number, x, y)[0]
 
     def places(self, number: int, box: Box, total: Float32) -> Float32:
-        """Return where the pixels of a run are read, in the steps in which `cv2.remap` counts."""
+        """Return where the pixels of a run are read, in the steps in which `cv2.remap` counts.
+
+        Parameters
+        ----------
+        number, box, total
+            As for `run`.
+
+        Returns
+        -------
+        float32 array of shape (2, height, width)
+            x and y, whole numbers, in `total`'s memory.
+        """
         at = self._mapped(number, box, total)
         return _places(at, at)
 

@@ -75,6 +75,11 @@ def ended(line: Array, eyes: Array) -> Array:
     eyes : array of shape (4, 2)
         Eye corners, left to right of the upright face, px.
 
+    Returns
+    -------
+    array of shape (M, 2)
+        Its ends lie on the level that they are cut at, px.
+
     Raises
     ------
     ValueError
@@ -120,6 +125,10 @@ def resampled(line: Array, count: int) -> Array:
         x, y and whatever else is to be interpolated with them.
     count : int
         Number of points.
+
+    Returns
+    -------
+    array of shape (count, 2 or more)
     """
     lengths = _arc_lengths(line[:, :2])
     wanted = np.linspace(0.0, lengths[-1], count)

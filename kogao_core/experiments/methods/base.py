@@ -61,7 +61,7 @@ class WarpTask:
         return float(np.mean([face.anchor.spacing_px for face in self.faces]))
 
     def anchored(self) -> tuple[Array, Array]:
-        """Return targets and displacements with the corners pinned, for methods without an end."""
+        """Return targets and displacements (N + 4, 2), corners pinned, for methods without end."""
         right, bottom = self.image.right - 1, self.image.bottom - 1
         corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]], np.float64)
         target = np.vstack([self.target_px, corners])

@@ -41,7 +41,7 @@ class ShapeModel:
         return self.clipped(self.modes.T @ (points - self.mean).ravel())
 
     def clipped(self, parameters: Array) -> Array:
-        """Return the parameters held within 3 standard deviations."""
+        """Return parameters (4 + K,) whose last K are held within 3 standard deviations."""
         most = _MOST_DEVIATIONS * self.deviations
         own = np.clip(parameters[PLACING:], -most, most)
         return np.concatenate([parameters[:PLACING], own])

@@ -76,7 +76,7 @@ def _columns(here: Floats, layer: Layer) -> Floats:
 
 
 def neighbours(here: Floats, reach: int) -> Floats:
-    """Return the sums of the places `reach` before and after each along the outline."""
+    """Return the sums of the places `reach` before and after each along the outline (axis 2)."""
     return shifted(here, reach, axis=2) + shifted(here, -reach, axis=2)
 
 

@@ -59,7 +59,7 @@ class Cut:
 
     @staticmethod
     def of(image: Pyramid, eyes: Array, outline: Array) -> Cut:
-        """Return the cut of a face with these eye corners and this outline, px of the image."""
+        """Return the cut of a face by eye corners (4, 2) and outline (N, 2), px of the image."""
         across = eyes[3] - eyes[0]
         scale = max(1e-6, float(np.linalg.norm(across))) / UNIT
         degrees = degrees_of(across)
@@ -78,7 +78,7 @@ class Cut:
 
 
 def lines_of(outline: Array) -> Lines:
-    """Return the lines across an outline of a `Cut` that runs from its left to its right."""
+    """Return 41 lines across an outline (N, 2), px of a `Cut`, that runs from left to right."""
     points = resampled(smooth(outline), ALONG)
     along = np.gradient(points, axis=0)
     along[1:-1] = (along[:-2] + 2.0 * along[1:-1] + along[2:]) / 4.0
@@ -87,7 +87,7 @@ def lines_of(outline: Array) -> Lines:
 
 
 def smooth(outline: Array) -> Array:
-    """Return N points and between them N - 1 on the cubic through four neighbours, no chords."""
+    """Return points (N, 2) and between them N - 1 on the cubic through four, no chords."""
     ends = np.vstack([2.0 * outline[0] - outline[1], outline, 2.0 * outline[-1] - outline[-2]])
     halfway = (9.0 * (ends[1:-2] + ends[2:-1]) - ends[:-3] - ends[3:]) / 16.0
     result = np.empty((2 * len(outline) - 1, 2))
