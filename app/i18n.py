@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
@@ -18,6 +19,7 @@ from kogao_core.language import (
     translated,
     use_language,
 )
+from kogao_core.wording import system_reason
 
 __all__ = [
     "bare",
@@ -29,6 +31,7 @@ __all__ = [
     "tr",
     "tr_count",
     "translated",
+    "unwritten",
 ]
 _LETTER: Final = re.compile(r"\(&\w\)")
 _QT: Final = "qtbase"  # its own texts: buttons of dialogs, menus of text fields
@@ -92,3 +95,8 @@ def sentence(problem: Exception | str) -> str:
     stop = in_context("end of a sentence", ".")
     end = "" if text.endswith((".", "!", "?", stop)) else stop
     return text[0].upper() + text[1:] + end
+
+
+def unwritten(path: str | Path, problem: OSError) -> str:
+    """Return that a file can't be written, and why."""
+    return tr("{path} can't be written ({reason}).", path=path, reason=system_reason(problem))

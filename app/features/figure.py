@@ -10,10 +10,9 @@ from PySide6.QtGui import QPainter, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from kogao_core.atomic import put
-from kogao_core.wording import system_reason
 
 from ..actions import Spec
-from ..i18n import tr
+from ..i18n import tr, unwritten
 from ..theme import GRID_PX
 from ..widgets.dialogs import ask_path
 from ..widgets.pictures import encoded
@@ -62,8 +61,7 @@ class Figure(Feature):
         try:
             put(encoded(self.picture(), path.suffix), path)
         except OSError as problem:
-            why = system_reason(problem)
-            self.say(tr("{path} can't be written ({reason}).", path=path, reason=why))
+            self.say(unwritten(path, problem))
         else:
             self.working.emit(tr("Figure written to {name}", name=path.name))
 

@@ -22,10 +22,9 @@ from kogao_core.landmarks import (
 )
 from kogao_core.language import Text
 from kogao_core.strict import BadFile
-from kogao_core.wording import system_reason
 
 from ..actions import Spec
-from ..i18n import lettered, sentence, tr, translated
+from ..i18n import lettered, sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
@@ -174,9 +173,7 @@ class Exchange(Feature):
         except BadFile as problem:
             self.say(sentence(problem))
         except OSError as problem:
-            reason = system_reason(problem)
-            text = tr("{path} can't be written ({reason}).", path=path, reason=reason)
-            self.say(text)
+            self.say(unwritten(path, problem))
         else:
             notes = {translated(one.note) for one in written if one.note}
             text = tr("Landmarks written to {name}", name=path.name)

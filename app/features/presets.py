@@ -10,10 +10,9 @@ from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
 from kogao_core import presets
 from kogao_core.recipe import Recipe
-from kogao_core.wording import system_reason
 
 from ..actions import Spec
-from ..i18n import sentence, tr, translated
+from ..i18n import sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path, confirm
 from .feature import Context, Feature
 from .recipe import RecipeEditing
@@ -145,8 +144,7 @@ class Presets(Feature):
         try:
             act()
         except OSError as error:
-            why, file = system_reason(error), error.filename or self.storage.presets
-            self.say(tr("{file} can't be written ({why}).", file=file, why=why))
+            self.say(unwritten(error.filename or self.storage.presets, error))
             return False
         return True
 

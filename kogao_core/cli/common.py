@@ -91,6 +91,18 @@ def stopping(kind: type[Exception], code: int) -> Iterator[None]:
         raise Stop(error, code) from error
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Stop with a sentence when a file, or what belongs into a folder, can't be written."""
+    try:
+        yield
+    except OSError as error:
+        raise Stop(
+            Text("{path} can't be written ({reason})", path=path, reason=system_reason(error)),
+            UNREADABLE,
+        ) from error
+
+
 def print_message(message: str) -> None:
     """Print one line on stderr, in the user's language."""
     click.echo(f"kogao-cli: {sentence(translated(message))}", err=True)

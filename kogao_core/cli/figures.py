@@ -9,7 +9,6 @@ import click
 
 from kogao_core.cli import common, options, words
 from kogao_core.language import Text
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -108,17 +107,8 @@ def _write(
     }
     for path in targets:
         common.check_free(path, force)
-    try:
+    with common.writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for path, (drawing, kind) in targets.items():
             put(drawing.png() if kind == "png" else drawing.svg(), path)
-    except OSError as error:
-        raise common.Stop(
-            Text(
-                "{folder} can't be written ({reason})",
-                folder=folder,
-                reason=system_reason(error),
-            ),
-            common.UNREADABLE,
-        ) from error
     return list(targets)

@@ -12,7 +12,6 @@ import click
 
 from kogao_core.cli import common, words
 from kogao_core.language import Text
-from kogao_core.wording import system_reason
 
 STDOUT: Final = Path("-")
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -90,10 +89,5 @@ def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None
         return
     click.echo(text())
     if file is not None:
-        try:
+        with common.writing(file):
             put((json.dumps(found()) + "\n").encode(), file)
-        except OSError as error:
-            raise common.Stop(
-                Text("{file} can't be written ({reason})", file=file, reason=system_reason(error)),
-                common.UNREADABLE,
-            ) from error

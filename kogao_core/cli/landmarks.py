@@ -9,7 +9,6 @@ import click
 
 from kogao_core.cli import common, options, words
 from kogao_core.language import Text, translated
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -102,18 +101,9 @@ def _write(
 
     for file in interchange.files(target, faces):
         common.check_free(file, force)
-    try:
+    with common.writing(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         written = interchange.write(faces, target, template)
-    except OSError as error:
-        raise common.Stop(
-            Text(
-                "{target} can't be written ({reason})",
-                target=target,
-                reason=system_reason(error),
-            ),
-            common.UNREADABLE,
-        ) from error
     for one in written:
         note = f" ({translated(one.note)})" if one.note else ""
         click.echo(f"{photo}: {one.path}{note}")

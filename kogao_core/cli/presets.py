@@ -12,7 +12,6 @@ from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.language import Text, translated
 from kogao_core.recipe import Recipe
-from kogao_core.wording import system_reason
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -57,10 +56,8 @@ def export(name: str, output: Path, force: bool) -> None:
     """Write a preset as a file."""
     recipe = _named(name)
     common.check_free(output, force)
-    try:
+    with common.writing(output):
         presets.write(recipe, output)
-    except OSError as error:
-        raise _unwritten(output, error) from error
 
 
 @command.command("import")
@@ -88,10 +85,8 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
             )
         common.check_free(target, force)
     for one, recipe in named:
-        try:
+        with common.writing(presets.file_of(folder, one)):
             presets.add(folder, one, recipe)
-        except OSError as error:
-            raise _unwritten(presets.file_of(folder, one), error) from error
         click.echo(one)
 
 
@@ -110,10 +105,3 @@ def _named(name: str) -> Recipe:
             common.USAGE,
         )
     return found[name]
-
-
-def _unwritten(file: Path, error: OSError) -> common.Stop:
-    return common.Stop(
-        Text("{file} can't be written ({reason})", file=file, reason=system_reason(error)),
-        common.UNREADABLE,
-    )

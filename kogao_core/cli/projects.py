@@ -14,7 +14,6 @@ import click
 from kogao_core.cli import common
 from kogao_core.language import Text
 from kogao_core.settings import SETTINGS
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -103,13 +102,8 @@ def save(
         sheet = project.Sheet(tuple(found), off, done.recipe)
         kept = project.Project(original, "automatic", sheet, None, done.protection, done.loose)
     place = sidecar.sidecar_of(photo.path)
-    try:
+    with common.writing(place):
         project.save(kept, place)
-    except OSError as error:
-        raise common.Stop(
-            Text("{place} can't be written ({reason})", place=place, reason=system_reason(error)),
-            common.UNREADABLE,
-        ) from error
     return place
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,10 +13,10 @@ import click
 from kogao_core.cli import common, outputs, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.language import Text, tr
-from kogao_core.wording import shown, system_reason
+from kogao_core.wording import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from kogao_core.experiments.study.making import Choices
     from kogao_core.experiments.study.plan import Key
@@ -87,7 +87,7 @@ def make(
     source = common.landmark_source(landmarks)
     with common.stopping(ValueError, common.USAGE):
         choices = making.Choices(PAPER, kinds, seed, source.name)
-    with common.stopping(making.RefusedFolder, common.USAGE), _disk(folder):
+    with common.stopping(making.RefusedFolder, common.USAGE), common.writing(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
     click.echo(
         tr(
@@ -194,14 +194,3 @@ def report(
         common.print_message(note)
     to.write(report.report(counted), Made.now(command))
     return common.SOME_FAILED if counted.foreign else 0
-
-
-@contextmanager
-def _disk(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise common.Stop(
-            Text("{path} can't be written ({reason})", path=path, reason=system_reason(error)),
-            common.UNREADABLE,
-        ) from error

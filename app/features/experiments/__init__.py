@@ -16,7 +16,7 @@ from kogao_core.landmarks import source
 from kogao_core.wording import system_reason
 
 from ...actions import Spec
-from ...i18n import sentence, tr
+from ...i18n import sentence, tr, unwritten
 from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
@@ -178,9 +178,7 @@ class Experiments(Feature):
             texts = self._findings.texts
             atomic.put(texts.get(kind, texts["html"]).encode(), file)
         except OSError as problem:
-            self._dialog.state.setText(
-                tr("{file} can't be written ({why}).", file=file, why=system_reason(problem))
-            )
+            self._dialog.state.setText(unwritten(file, problem))
             return False
         return True
 
