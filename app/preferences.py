@@ -10,6 +10,7 @@ from typing import Final, Literal
 
 from PySide6.QtCore import QSettings
 
+from kogao_core.language import Text
 from kogao_core.recipe import Recipe
 
 from .i18n import language_names, tr
@@ -26,7 +27,7 @@ class Preference:
     ----------
     name : str
         By which the settings know it.
-    title, tip : callable
+    title, tip : Text
         What it is called, with its mnemonic, and what it does.
     kind : {"choice", "recipe", "folder"}
         What its text stands for.
@@ -35,22 +36,22 @@ class Preference:
     """
 
     name: str
-    title: Callable[[], str]
-    tip: Callable[[], str]
+    title: Text
+    tip: Text
     kind: Kind = "choice"
     choices: Callable[[], dict[str, str]] = dict
 
 
 THEME: Final = Preference(
     "theme",
-    lambda: tr("&Colours of the window"),
-    lambda: tr("Dark or light greys; as the system shows its own windows at first"),
+    Text("&Colours of the window"),
+    Text("Dark or light greys; as the system shows its own windows at first"),
     choices=lambda: {"": tr("As the system"), "light": tr("Light"), "dark": tr("Dark")},
 )
 SCALE: Final = Preference(
     "scale",
-    lambda: tr("&Size of text and controls"),
-    lambda: tr("Beside what the screen asks for; holds from the next start on"),
+    Text("&Size of text and controls"),
+    Text("Beside what the screen asks for; holds from the next start on"),
     choices=lambda: {
         "": tr("As the screen asks for"),
         **{str(percent): tr("{n} %", n=percent) for percent in (110, 125, 150, 175, 200)},
@@ -58,26 +59,26 @@ SCALE: Final = Preference(
 )
 RECIPE: Final = Preference(
     "recipe",
-    lambda: tr("&Photos start with"),
-    lambda: tr("The settings of a photo that is opened for the first time"),
+    Text("&Photos start with"),
+    Text("The settings of a photo that is opened for the first time"),
     kind="recipe",
 )
 OPEN_FOLDER: Final = Preference(
     "open-folder",
-    lambda: tr("&Open from"),
-    lambda: tr("Where the dialog begins that asks for a photo or a folder"),
+    Text("&Open from"),
+    Text("Where the dialog begins that asks for a photo or a folder"),
     kind="folder",
 )
 SAVE_FOLDER: Final = Preference(
     "save-folder",
-    lambda: tr("Save copies &in"),
-    lambda: tr("Where the dialog begins that asks for the name of a copy"),
+    Text("Save copies &in"),
+    Text("Where the dialog begins that asks for the name of a copy"),
     kind="folder",
 )
 LANGUAGE: Final = Preference(
     "language",
-    lambda: tr("&Language"),
-    lambda: tr("Of all words and numbers; holds from the next start on"),
+    Text("&Language"),
+    Text("Of all words and numbers; holds from the next start on"),
     choices=lambda: {"": tr("As the system"), **language_names()},
 )
 # In the order of the dialog, which is made of them.

@@ -12,7 +12,7 @@ from ..actions import Spec
 from ..canvas.overlays import glyphs
 from ..canvas.overlays.listed import LISTED
 from ..canvas.overlays.overlay import Overlay
-from ..i18n import tr
+from ..i18n import tr, translated
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label
 from .feature import Context, Feature
@@ -88,7 +88,7 @@ class Overlays(Feature):
         )
 
     def _switch(self, overlay: type[Overlay]) -> Spec:
-        title, name = overlay.title(), overlay.name
+        title, name = translated(overlay.title), overlay.name
 
         def show(on: bool) -> None:
             self.window.canvas.show_overlay(name, on)

@@ -21,7 +21,7 @@ from kogao_core.recipe import Recipe
 
 from .. import preferences, theme
 from ..actions import Spec
-from ..i18n import bare, tr
+from ..i18n import bare, tr, translated
 from ..preferences import PREFERENCES, Preference
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, muted_label
@@ -73,16 +73,17 @@ class PreferencesDialog(Dialog):
     def _add(self, what: Preference, rows: QGridLayout, row: int) -> None:
         control = self._folder(what) if what.kind == "folder" else self._choice(what)
         self.controls[what.name] = control
-        control.setToolTip(what.tip())
-        control.setAccessibleName(bare(what.title()))
-        control.setAccessibleDescription(what.tip())
-        title = QLabel(what.title())
+        words, tip = translated(what.title), translated(what.tip)
+        control.setToolTip(tip)
+        control.setAccessibleName(bare(words))
+        control.setAccessibleDescription(tip)
+        title = QLabel(words)
         title.setBuddy(control)
         rows.addWidget(title, 2 * row, 0)
         rows.addWidget(control, 2 * row, 1, 1, 1 if what.kind == "folder" else 2)
         if isinstance(control, QLineEdit):
             rows.addWidget(self._choosing(what, control), 2 * row, 2)
-        note = muted_label(what.tip())
+        note = muted_label(tip)
         note.setWordWrap(True)
         rows.addWidget(note, 2 * row + 1, 1, 1, 2)
 

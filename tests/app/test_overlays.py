@@ -13,6 +13,7 @@ from kogao_app.canvas import overlays
 from kogao_app.canvas.overlays import glyphs
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.canvas.overlays.overlay import Overlay
+from kogao_app.i18n import translated
 from kogao_app.screenshot import names
 from kogao_app.view_state import ViewState
 from kogao_app.workspaces import INSPECT
@@ -49,7 +50,7 @@ def test_an_overlay_follows_from_its_declaration(empty):
     page = (ROOT / "docs/editor.md").read_text(encoding="utf-8")
     for overlay in LISTED:
         action = empty.window.actions_by_name[f"overlay-{overlay.name}"]
-        assert action.text() == overlay.title()
+        assert action.text() == translated(overlay.title)
         assert action.shortcut().toString() == overlay.key, overlay.name
         first = overlay.name in INSPECT.overlays
         assert action.isChecked() == first == (overlay.name in empty.editor.view.visible)

@@ -9,6 +9,7 @@ import pytest
 from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.overlays.glyphs import outward_plate, plate
 from kogao_app.canvas.overlays.listed import LISTED
+from kogao_app.i18n import translated
 from kogao_app.widgets.docks import ColumnArea
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage
@@ -34,7 +35,7 @@ def test_a_key_toggles_an_overlay_and_its_box(opened):
     boxes = {box.text(): box for box in opened.panel("overlays").findChildren(QCheckBox)}
     before = picture(opened)
     for layer in LISTED:
-        box = boxes[layer.title()]
+        box = boxes[translated(layer.title)]
         was = layer.name in opened.editor.view.visible
         assert box.isChecked() == was, layer.name
         opened.key(Qt.Key[f"Key_{layer.key}"])

@@ -11,6 +11,7 @@ from PySide6.QtGui import QImage, QPainter, QPainterPath
 
 from kogao_core.bend import SEEN_PX, BentLine
 from kogao_core.display import Rgb8
+from kogao_core.language import Text
 
 from ...i18n import tr
 from . import glyphs
@@ -29,13 +30,9 @@ class BentLines(Overlay):
     """
 
     name = "straight"
+    title = Text("Straight lines and their bend")
     height = 70
     key = "S"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Straight lines and their bend")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -74,13 +71,9 @@ class People(Overlay):
     """A tint over people, with an edge where they end."""
 
     name = "people"
+    title = Text("People")
     height = 25
     key = "U"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("People")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:

@@ -13,9 +13,9 @@ from PySide6.QtGui import QPainter, QPainterPath, QPolygonF
 from kogao_core import domain
 from kogao_core.field import Field
 from kogao_core.geometry import Affine, Box
+from kogao_core.language import Text
 from kogao_core.lattice import Grid, Lattice
 
-from ...i18n import tr
 from ...render.live import RenderedFrame
 from ...view_state import ViewState
 from . import glyphs
@@ -34,13 +34,9 @@ class Displacement(FrameOverlay):
     """Arrows along the way that the picture moves, on a grid that stays with the photo."""
 
     name = "displacement"
+    title = Text("Displacement, 3 × as long")  # noqa: RUF001
     height = 80
     key = "V"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Displacement, 3 × as long")  # noqa: RUF001
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -68,13 +64,9 @@ class LatticeLines(FrameOverlay):
     """The control lattice, bent the way it bends the photo."""
 
     name = "lattice"
+    title = Text("Lattice")
     height = 60
     key = "G"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Lattice")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -114,13 +106,9 @@ class DomainRegions(FrameOverlay):
     """Figures 12 to 15: whole image, cells of the control points, and what moves beyond T."""
 
     name = "domains"
+    title = Text("Domains")
     height = 30
     key = "D"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Domains")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -153,13 +141,9 @@ class Folds(FrameOverlay):
     """Lattice cells in which the warp folds over."""
 
     name = "folds"
+    title = Text("Folded cells")
     height = 40
     key = "J"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Folded cells")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:

@@ -9,6 +9,7 @@ from typing import Final
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
+from kogao_core.language import Text
 from kogao_core.settings import DOMAINS
 
 from ...i18n import tr, translated
@@ -31,13 +32,9 @@ class Legend(Overlay):
     """A plate low in the right corner: a swatch and a name for everything that is shown."""
 
     name = "legend"
+    title = Text("Legend")
     height = 175
     key = "F12"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Legend")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -82,7 +79,7 @@ class Legend(Overlay):
             if one.name == "domains" and self.shown.counts:
                 yield from self._domains()
             else:
-                yield one.swatch, one.title()
+                yield one.swatch, translated(one.title)
 
     def _domains(self) -> Iterator[tuple[Swatch, str]]:
         counts = self.shown.counts

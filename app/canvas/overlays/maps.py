@@ -11,6 +11,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen
 
 from kogao_core.geometry import Array
+from kogao_core.language import Text
 
 from ...i18n import tr
 from ...render.live import RenderedFrame
@@ -112,13 +113,9 @@ class HeatMap(_Map):
     """How far the picture moves, px of the photo."""
 
     name = "heat"
+    title = Text("Heat map of the move")
     height = 10
     key = "H"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Heat map of the move")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -148,13 +145,9 @@ class JacobianMap(_Map):
     """det J of the map: below 1 the picture is stretched, above 1 pressed, at 0 it folds."""
 
     name = "jacobian"
+    title = Text("Jacobian map")
     height = 20
     key = "K"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Jacobian map")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:

@@ -11,9 +11,9 @@ from PySide6.QtGui import QPainter
 
 from kogao_core.doubt import SEEN, SURE
 from kogao_core.face import Face
+from kogao_core.language import Text
 from kogao_core.targets import center_candidates
 
-from ...i18n import tr
 from ..handles import apart
 from . import glyphs
 from .overlay import Overlay, Place
@@ -30,14 +30,10 @@ class Landmarks(Overlay):
     """
 
     name = "landmarks"
+    title = Text("Landmarks")
     height = 110
     key = "L"
     handles = frozenset({"outline", "eye", "mouth"})
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Landmarks")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -83,14 +79,10 @@ class Targets(Overlay):
     """Rings where the landmarks go, and the way there."""
 
     name = "targets"
+    title = Text("Targets")
     height = 100
     key = "T"
     handles = frozenset({"target"})
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Targets")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
@@ -116,14 +108,10 @@ class Centre(Overlay):
     """The line from the eyes to the mouth with its four candidates, and the chosen one."""
 
     name = "centre"
+    title = Text("Centre and its candidates")
     height = 90
     key = "C"
     handles = frozenset({"centre"})
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Centre and its candidates")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:

@@ -13,6 +13,7 @@ from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from kogao_core.geometry import Affine, Array
+from kogao_core.language import Text
 
 from ...render.live import RenderedFrame
 from ...view_state import ViewState
@@ -74,6 +75,8 @@ class Overlay(pg.GraphicsObject):
     ----------
     name : str
         Which entry of `ViewState.switched` switches it on.
+    title : Text
+        What the user knows it by.
     height : int
         The larger, the nearer to the eye.
     key : str
@@ -83,6 +86,7 @@ class Overlay(pg.GraphicsObject):
     """
 
     name: ClassVar[str]
+    title: ClassVar[Text]
     height: ClassVar[int]
     key: ClassVar[str] = ""
     handles: ClassVar[frozenset[Kind]] = frozenset()
@@ -90,11 +94,6 @@ class Overlay(pg.GraphicsObject):
     def __init__(self, view: ViewState) -> None:
         super().__init__()
         self.shown = view
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the user knows it by."""
-        raise NotImplementedError
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:

@@ -7,9 +7,9 @@ from typing import Final
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
 
+from kogao_core.language import Text
 from kogao_core.protection import NOTHING, Protection, Stroke
 
-from ...i18n import tr
 from ...view_state import ViewState
 from . import glyphs
 from .overlay import Overlay, Place
@@ -22,13 +22,9 @@ class Protected(Overlay):
     """A hatch over every stroke; hard ones have a firm edge and show their feather, dashed."""
 
     name = "protection"
+    title = Text("Protected places")
     height = 50
     key = "P"
-
-    @classmethod
-    def title(cls) -> str:
-        """Return what the panel calls it."""
-        return tr("Protected places")
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
