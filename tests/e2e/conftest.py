@@ -3,7 +3,9 @@
 import math
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from kogao_core.batch import Workers
 from kogao_core.cli import main, progress
@@ -25,6 +27,15 @@ def cli(capsys):
         return ending.value.code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def faceless(tmp_path):
+    """A photo of nobody: a ramp from dark to light."""
+    path = tmp_path / "faceless.png"
+    shade = np.linspace(40, 200, 160, dtype=np.uint8)
+    Image.fromarray(np.dstack([np.tile(shade, (120, 1))] * 3)).save(path)
+    return path
 
 
 @pytest.fixture

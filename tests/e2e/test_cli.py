@@ -42,14 +42,6 @@ def fails(cli, tmp_path):
     return run
 
 
-@pytest.fixture
-def faceless(tmp_path):
-    path = tmp_path / "faceless.png"
-    shade = np.linspace(40, 200, 160, dtype=np.uint8)
-    Image.fromarray(np.dstack([np.tile(shade, (120, 1))] * 3)).save(path)
-    return path
-
-
 # ---- what works -----------------------------------------------------------------------------
 
 

@@ -38,13 +38,6 @@ def portrait(portrait, tmp_path_factory):
 
 
 @pytest.fixture
-def faceless(tmp_path):
-    path = tmp_path / "faceless.png"
-    Image.fromarray(np.full((120, 160, 3), 90, np.uint8)).save(path)
-    return path
-
-
-@pytest.fixture
 def cli(cli):
     return lambda *arguments: cli("experiment", *arguments)
 
