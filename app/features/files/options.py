@@ -105,7 +105,7 @@ class SavingDialog(Dialog):
             self.corner.addItem(translated(title), name)
         self.corner.setCurrentIndex(self.corner.findData(now.corner))
         self.corner_title = named(tr("&Corner"), self.corner)
-        self.share = WholeNumber(1, int(LABEL_SHARE[1]), round(now.percent))
+        self.share = WholeNumber(1, int(LABEL_SHARE[1]), round(now.share))
         self.share.setSuffix(tr(" %"))
         self.share.setToolTip(tr("Share of the photo's area; Norway asks for about 7 %"))
         self.share_title = named(tr("&Share of the area"), self.share)

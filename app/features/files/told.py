@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtCore import QSettings
 
@@ -31,8 +32,8 @@ class Told:
         The text, and the picture's file.
     corner : str
         Where the picture lies.
-    percent : float
-        How much of the photo's area it takes.
+    share : float
+        How much of the photo's area it takes, %.
     certificate, key : str
         Files that it takes to sign.
     """
@@ -43,7 +44,7 @@ class Told:
     pictured: bool = False
     picture: str = ""
     corner: Corner = LABEL_CORNER
-    percent: float = LABEL_PERCENT
+    share: float = LABEL_PERCENT
     signed: bool = False
     certificate: str = ""
     key: str = ""
@@ -51,42 +52,27 @@ class Told:
     @staticmethod
     def remembered(settings: QSettings) -> Told:
         """Return what was chosen last; what makes no sense is as at first."""
-
-        def kept(name: str, default: object) -> object:
-            return settings.value(f"{_GROUP}/{name}", default, type(default))
-
+        first = dataclasses.asdict(Told(label=tr("Retouched")))
+        kept: dict[str, Any] = {
+            name: settings.value(f"{_GROUP}/{name}", value, type(value))
+            for name, value in first.items()
+        }
         least, most = LABEL_SHARE
-        corner = kept("corner", "")
-        return Told(
-            record=bool(kept("record", False)),
-            labelled=bool(kept("labelled", False)),
-            label=str(kept("label", tr("Retouched")))[:LONGEST],
-            pictured=bool(kept("pictured", False)),
-            picture=str(kept("picture", "")),
-            corner=next((name for name in CORNERS if name == corner), LABEL_CORNER),
-            percent=min(max(float(str(kept("share", LABEL_PERCENT))), least), most),
-            signed=bool(kept("signed", False)),
-            certificate=str(kept("certificate", "")),
-            key=str(kept("key", "")),
-        )
+        kept["label"] = kept["label"][:LONGEST]
+        kept["share"] = min(max(kept["share"], least), most)
+        if kept["corner"] not in CORNERS:
+            kept["corner"] = LABEL_CORNER
+        return Told(**kept)
 
     def remember(self, settings: QSettings) -> None:
         """Keep the choices for this time and later."""
-        settings.setValue(f"{_GROUP}/record", self.record)
-        settings.setValue(f"{_GROUP}/labelled", self.labelled)
-        settings.setValue(f"{_GROUP}/label", self.label[:LONGEST])
-        settings.setValue(f"{_GROUP}/pictured", self.pictured)
-        settings.setValue(f"{_GROUP}/picture", self.picture)
-        settings.setValue(f"{_GROUP}/corner", self.corner)
-        settings.setValue(f"{_GROUP}/share", self.percent)
-        settings.setValue(f"{_GROUP}/signed", self.signed)
-        settings.setValue(f"{_GROUP}/certificate", self.certificate)
-        settings.setValue(f"{_GROUP}/key", self.key)
+        for name, value in dataclasses.asdict(self).items():
+            settings.setValue(f"{_GROUP}/{name}", value)
 
     @property
     def disclosure(self) -> Disclosure:
         """What of it is wanted."""
-        laid = LabelPicture(self.picture, self.corner, self.percent) if self.pictured else None
+        laid = LabelPicture(self.picture, self.corner, self.share) if self.pictured else None
         signer = Signer(self.certificate, self.key) if self.signed else None
         label = self.label if self.labelled else ""
         return Disclosure(self.record, label, picture=laid, signer=signer)
