@@ -17,6 +17,11 @@ def graded(session: Session, grade: int | None, took_ms: int = 5) -> Record:
     return Record(_next(session), session.current, grade=grade, took_ms=took_ms, display=DISPLAY)
 
 
+def judged(session: Session, answer: Answer = "natural", grade: int = 50) -> Record:
+    """Whichever of the two is asked for."""
+    return graded(session, grade) if session.grading else answered(session, answer)
+
+
 def taken_back(session: Session) -> Record:
     """The last answer taken back."""
     return Record(_next(session), session.answered[-1].picture, back=True)

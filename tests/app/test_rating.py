@@ -13,7 +13,7 @@ from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine
-from ratings import answered, graded, taken_back
+from ratings import judged, taken_back
 
 from kogao_core.experiments.study import page, plan, results
 from kogao_core.experiments.study.plan import Study
@@ -97,8 +97,7 @@ def test_what_the_page_saves_is_read_like_the_programs(script, tmp_path):
     begun = script("fresh('r1')")
     session = Session(STUDY, "r1", tuple(begun["order"]))
     for _ in range(26):
-        said = graded(session, 70) if session.grading else answered(session, "unnatural")
-        session.take(said)
+        session.take(judged(session, "unnatural"))
     session.take(taken_back(session))
     begun["records"] = [record.to_dict() for record in session.records]
     assert script(f"standing({json.dumps(begun['records'])}).length") == 25

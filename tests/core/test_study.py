@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from ratings import DISPLAY, answered, graded, taken_back
+from ratings import DISPLAY, answered, graded, judged, taken_back
 from scenes import oval_face, textured_photo
 from strangely import Strange
 
@@ -269,17 +269,8 @@ def begun(count=0):
     """A session with so many answers."""
     session = Session(STUDY, "r1", NAMES)
     for k in range(count):
-        if session.grading:
-            session.take(graded(session, 10 * (k % 11)))
-        else:
-            session.take(answered(session, "unnatural" if k % 3 else "natural"))
+        session.take(judged(session, "unnatural" if k % 3 else "natural", 10 * (k % 11)))
     return session
-
-
-def judge(log):
-    """Answer or grade the log's next picture in some way."""
-    one = graded(log.session, 50) if log.session.grading else answered(log.session, "natural")
-    log.add(one)
 
 
 def test_a_session_asks_every_picture_once_and_grades_at_the_end():
@@ -287,8 +278,7 @@ def test_a_session_asks_every_picture_once_and_grades_at_the_end():
     while session.current is not None:
         asked.append(session.current)
         assert session.grading == (len(asked) > len(STUDY.ratings))
-        say = graded(session, 50) if session.grading else answered(session, "natural")
-        session.take(say)
+        session.take(judged(session))
     assert tuple(asked) == NAMES
     assert not session.grading
     with pytest.raises(BadFile, match="wasn't shown"):
@@ -333,7 +323,7 @@ def test_records_that_dont_follow_are_refused(record):
 def test_what_was_logged_is_read_again(tmp_path):
     log = Log(tmp_path / "r.jsonl", STUDY, "r1")
     while len(log.session.answered) < 29:
-        judge(log)
+        log.add(judged(log.session))
     log.add(graded(log.session, None, took_ms=7))
     log.add(taken_back(log.session))
     held = results.load(log.path)
@@ -350,7 +340,7 @@ def test_a_log_of_the_version_before_counts_and_goes_on(tmp_path):
     """It names no order, and tells nothing of how pictures were displayed."""
     log = Log(tmp_path / "r.jsonl", STUDY, "r1")
     for _ in range(7):
-        judge(log)
+        log.add(judged(log.session))
     log.add(taken_back(log.session))
     lines = [json.loads(line) for line in log.path.read_text().splitlines()]
     for line in lines:
@@ -366,7 +356,7 @@ def test_a_log_of_the_version_before_counts_and_goes_on(tmp_path):
 def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
     whole = Log(tmp_path / "whole.jsonl", STUDY, "r1")
     for _ in range(3):
-        judge(whole)
+        whole.add(judged(whole.session))
     data = whole.path.read_bytes()
     start = data[:-1].rindex(b"\n") + 1
     for end in range(start, len(data) + 1):
@@ -376,7 +366,7 @@ def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
         kept = len(log.session.answered)
         # A line whose newline alone is missing is whole.
         assert kept == (3 if end >= len(data) - 1 else 2)
-        judge(log)
+        log.add(judged(log.session))
         assert path.read_bytes().startswith(data[:end])
         again = results.load(path)
         assert len(again.records) == kept + 1
@@ -386,7 +376,8 @@ def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
 def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
     path = tmp_path / "r.jsonl"
     path.write_bytes(b'{"format": "kogao-rat')
-    judge(Log(path, STUDY, "r1"))
+    log = Log(path, STUDY, "r1")
+    log.add(judged(log.session))
     held = results.load(path)
     assert (len(held.records), held.torn) == (1, 1)
 
@@ -394,7 +385,7 @@ def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
 @pytest.mark.parametrize("fails", ["write", "fsync"])
 def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeypatch, fails):
     log = Log(tmp_path / "r.jsonl", STUDY, "r1")
-    judge(log)
+    log.add(judged(log.session))
     before, write = log.path.read_bytes(), os.write
 
     def half(file, data):
@@ -522,10 +513,8 @@ def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER):
     log = Log(folder / place / f"{rater}.jsonl", study, rater)
     while log.session.current is not None and len(log.session.answered) != count:
         meaning = key.pictures[log.session.current]
-        if log.session.grading:
-            log.add(graded(log.session, said(meaning)))
-        else:
-            log.add(answered(log.session, "unnatural" if said(meaning) else "natural"))
+        answer = "unnatural" if said(meaning) else "natural"
+        log.add(judged(log.session, answer, said(meaning)))
     return log
 
 

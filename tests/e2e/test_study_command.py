@@ -14,7 +14,7 @@ import urllib.request
 import pytest
 from patience import LONGEST_S
 from PIL import Image, ImageOps
-from ratings import answered, graded
+from ratings import judged
 
 from kogao_core.experiments.study import plan
 from kogao_core.experiments.study.origin import PictureFigures
@@ -32,11 +32,8 @@ def answer_all(folder, rater):
     log = Log(folder / plan.RATINGS_FOLDER / f"{rater}.jsonl", plan.load_study(folder), rater)
     while log.session.current is not None:
         meaning = key.pictures[log.session.current]
-        if log.session.grading:
-            log.add(graded(log.session, 92))
-        else:
-            judged = "unnatural" if meaning.variant.percent > 6.0 else "natural"
-            log.add(answered(log.session, judged))
+        answer = "unnatural" if meaning.variant.percent > 6.0 else "natural"
+        log.add(judged(log.session, answer, 92))
 
 
 def test_a_study_is_made_answered_and_reported(cli, portrait, tmp_path):
