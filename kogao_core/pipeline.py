@@ -120,7 +120,6 @@ def render(
     *,
     protection: Protection = NOTHING,
     held: Held = NOTHING_HELD,
-    watch: Stopwatch | None = None,
     canvas: Canvas | None = None,
     threads: int | None = None,
 ) -> Rendering:
@@ -139,8 +138,6 @@ def render(
     held : Held
         Lines that stay straight and neighbours who stay put where they can, unless the recipe lets
         them go; `background.held` finds them.
-    watch : Stopwatch, optional
-        Collects the time of each stage.
     canvas : Canvas, optional
         A buffer over the same photo to work in place instead of on a fresh copy; the result is
         the same to the bit.
@@ -176,7 +173,7 @@ def render(
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)
-    watch = watch or Stopwatch()
+    watch = Stopwatch()
     with one_blas_thread():
         with watch.lap("targets"):
             pairs = tuple(aim(face, recipe) for face in faces)
@@ -197,5 +194,5 @@ def render(
         with watch.lap("warp"):
             changed = canvas.warp(field, area, recipe.interpolation, threads)
     return Rendering(
-        canvas.pixels, pairs, field, shares, unheld, area, changed, recipe, dict(watch.laps_ms)
+        canvas.pixels, pairs, field, shares, unheld, area, changed, recipe, watch.laps_ms
     )
