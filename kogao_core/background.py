@@ -284,13 +284,13 @@ def _cut(lines: Array, people: PersonMask, shortest: float) -> Array:
     if len(lines) == 0:
         return lines
     t = np.linspace(0.0, 1.0, _CUTS)
-    along = lines[:, :1] + t[:, None] * (lines[:, 1:] - lines[:, :1])
-    free = people.at(along) < _HALF  # unknown is not free
-    kept = []
-    for (start, end), row in zip(lines, free, strict=True):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(np.int8)))
-        for first, behind in edges.reshape(-1, 2):
-            ends = start + t[[first, behind - 1], None] * (end - start)
-            if np.linalg.norm(ends[1] - ends[0]) >= shortest:
-                kept.append(ends)
-    return np.array(kept).reshape(-1, 2, 2)
+    along = lines[:, 1] - lines[:, 0]
+    places = lines[:, :1] + t[:, None] * along[:, None]
+    free = np.zeros((len(lines), _CUTS + 2), np.int8)
+    free[:, 1:-1] = people.at(places) < _HALF  # unknown is not free
+    steps = np.diff(free, axis=1)
+    line, first = np.nonzero(steps > 0)
+    _, behind = np.nonzero(steps < 0)
+    parts = np.stack([places[line, first], places[line, behind - 1]], axis=1)
+    lengths = np.linalg.norm(parts[:, 1] - parts[:, 0], axis=1)
+    return np.asarray(parts[lengths >= shortest])

@@ -87,11 +87,11 @@ class PersonMask:
         """
         shown = np.full(points.shape[:2], np.nan)
         for look in self.looks:
-            local = look.to_image.inverse(points)
-            x, y = local[..., 0].astype(np.float32), local[..., 1].astype(np.float32)
-            seen = cv2.remap(look.opacity, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            x, y = np.moveaxis(look.to_image.inverse(points), -1, 0)
+            at = x.astype(np.float32), y.astype(np.float32)
+            seen = cv2.remap(look.opacity, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             middle = (len(look.opacity) - 1) / 2.0
-            within = np.abs(local - middle).max(axis=-1) <= middle + 0.5
+            within = np.maximum(np.abs(x - middle), np.abs(y - middle)) <= middle + 0.5
             # A look can miss a neighbour at its rim; whom any of them sees is there.
             shown = np.fmax(shown, np.where(within, seen, np.nan))
         return shown
