@@ -18,6 +18,7 @@ from kogao_core.recipe import Recipe
 from kogao_core.wording import shown
 
 OUTLINE_POINTS: Final = 21
+FOREHEAD_POINTS: Final = 13
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,9 @@ class Face:
     confidence : array of shape (N + 6,), optional
         How sure each of `points` is, 0 to 1: low where hair or a hand hides the face, 1 for a point
         placed by hand. Absent where the source has none.
+    forehead : array of shape (13, 2), optional
+        Rim of the forehead, evenly from above the outline's first point to above its last. Absent
+        where the source doesn't see it.
 
     Raises
     ------
@@ -100,6 +104,7 @@ class Face:
     source: str = "manual"
     recipe: Recipe | None = None
     confidence: Array | None = None
+    forehead: Array | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
@@ -120,6 +125,9 @@ class Face:
             if not ((confidence >= 0.0) & (confidence <= 1.0)).all():
                 raise ValueError(Text("confidence must lie between 0 and 1"))
             object.__setattr__(self, "confidence", confidence)
+        if self.forehead is not None:
+            forehead = _landmarks(self.forehead, "forehead", FOREHEAD_POINTS)
+            object.__setattr__(self, "forehead", forehead)
 
     @cached_property
     def anchor(self) -> Anchor:
@@ -268,6 +276,7 @@ class Face:
             pinned_anchor=Anchor(
                 (float(origin[0]), float(origin[1])), self.anchor.spacing_px * transform.scale
             ),
+            forehead=None if self.forehead is None else transform(self.forehead),
         )
 
     def to_dict(self) -> dict[str, Any]:

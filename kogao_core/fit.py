@@ -25,6 +25,7 @@ from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.settings import FITS, Fit
 from kogao_core.targets import Pairs
+from kogao_core.whole_head import Head
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
 MIN_SPACING_PX: Final = 1.0
@@ -41,6 +42,8 @@ _LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks c
 _BISECTIONS: Final = 40
 # Protected lines are sampled this densely, in lattice spacings.
 STILL_STEP: Final = 0.5
+# A change of more control points than this takes seconds: those of a lattice below R = 0.4.
+_MOST_MOVING: Final = 2000
 # Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
 # exactly, not just nearly, as they were.
 QUANTUM_PX: Final = 2.0**-12
@@ -52,7 +55,8 @@ class Problem:
 
     The first `movers` points are landmarks; the others are protected places, which ask for no
     displacement and bring no control points of their own: protecting a place moves no other.
-    A lattice finer than `least_px` isn't tried.
+    A lattice finer than `least_px` isn't tried. Control points `above` the face have what they hold
+    before the landmarks are fitted.
     """
 
     grid: Grid
@@ -60,6 +64,7 @@ class Problem:
     displacement_px: Array
     movers: int
     least_px: float = 0.0
+    above: Lattice | None = None
 
     @cached_property
     def support(self) -> _Support:
@@ -71,6 +76,16 @@ class Problem:
         """The control points of its support that its landmarks reach, as numbers."""
         # What `np.unique` returns, which loads numpy's masked arrays for it.
         return np.flatnonzero(np.bincount(self.support.nodes[: self.movers].ravel()))
+
+    @cached_property
+    def moving_nodes(self) -> npt.NDArray[np.int64]:
+        """Those and the ones above the face, unless they are too many to be solved for at once."""
+        if self.above is None:
+            return self.own_nodes
+        moving = self.above.window(self.support.first, self.support.shape).any(axis=2).ravel()
+        moving[self.own_nodes] = True
+        nodes = np.flatnonzero(moving)
+        return nodes if len(nodes) <= _MOST_MOVING else self.own_nodes
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -159,6 +174,7 @@ def problems_of(
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     protection: Protection = NOTHING,
+    heads: Sequence[Head | None] = (),
 ) -> list[Problem]:
     """Return what each face asks of its lattice.
 
@@ -168,6 +184,8 @@ def problems_of(
         See `fit`.
     protection : Protection
         Places whose displacement is to be zero.
+    heads : sequence of Head or None
+        What follows above each face; nothing anywhere, if there are none.
 
     Returns
     -------
@@ -194,10 +212,11 @@ def problems_of(
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
     ]
-    _check_control_points(pairs, anchors, recipes, grids, protection)
+    heads = heads or (None,) * len(grids)
+    _check_control_points(pairs, anchors, recipes, grids, protection, heads)
     problems = [
-        _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection)
-        for pair, anchor, grid in zip(pairs, anchors, grids, strict=True)
+        _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection, head)
+        for pair, anchor, grid, head in zip(pairs, anchors, grids, heads, strict=True)
     ]
     _check_together(problems, [problem.support.empty for problem in problems])
     return problems
@@ -231,14 +250,60 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
     >>> bool(abs(missed).max() < 0.01)
     True
     """
-    if not any(problem.displacement_px.any() for problem in problems):
+    if not any(problem.displacement_px.any() or problem.above for problem in problems):
         return tuple(problem.support.empty for problem in problems)
+    above = [problem.above for problem in problems]
+    asked = [_left_by(above, problem) for problem in problems]
     fitted: dict[int, Lattice] = {}
     for one in FITS:
         mine = [k for k, recipe in enumerate(recipes) if recipe.fit == one.name]
-        solved = _solver(one.name).solve([problems[k] for k in mine])
+        solved = _solver(one.name).solve([asked[k] for k in mine])
         fitted |= zip(mine, solved, strict=True)
-    return tuple(on_quanta(fitted[k]) for k in range(len(problems)))
+    return tuple(
+        on_quanta(fitted[k] if head is None else summed(fitted[k], head))
+        for k, head in enumerate(above)
+    )
+
+
+def _left_by(above: Sequence[Lattice | None], problem: Problem) -> Problem:
+    """Return what a problem still asks for once heads have what they ask for."""
+    left = problem.displacement_px
+    for lattice in (one for one in above if one is not None):
+        near = lattice.reaches(problem.target_px)
+        if near.any():
+            left = left.copy()
+            left[near] -= lattice.at(problem.target_px[near])
+    if left is problem.displacement_px:
+        return problem
+    return dataclasses.replace(problem, displacement_px=left)
+
+
+def summed(lattice: Lattice, other: Lattice) -> Lattice:
+    """Return the sum of a lattice and another of the same grid or of one halved since.
+
+    Parameters
+    ----------
+    lattice, other : Lattice
+        The first is the finer one.
+
+    Returns
+    -------
+    Lattice
+        On the grid of the first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.fit import summed
+    >>> from kogao_core.lattice import Grid, Lattice
+    >>> one = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.ones((4, 4, 2)))
+    >>> both = summed(one.refined(), one)
+    >>> both.grid.spacing_px, np.allclose(both.at([[30.0, 30.0]]), 2.0 * one.at([[30.0, 30.0]]))
+    (10.0, True)
+    """
+    while other.grid.spacing_px > lattice.grid.spacing_px:
+        other = other.refined()
+    return lattice.plus(other)
 
 
 def _check_control_points(
@@ -247,14 +312,15 @@ def _check_control_points(
     recipes: Sequence[Recipe],
     grids: Sequence[Grid],
     protection: Protection,
+    heads: Sequence[Head | None],
 ) -> None:
     total = 0.0
-    for pair, anchor, recipe, grid in zip(pairs, anchors, recipes, grids, strict=True):
+    for pair, anchor, recipe, grid, head in zip(pairs, anchors, recipes, grids, heads, strict=True):
         finest = grid.spacing_px / 2.0 ** _solver(recipe.fit).halvings
         finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
         if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
             finest /= _FINER_PROOF
-        columns, rows = (np.ptp(pair.target_px, axis=0) / finest + ORDER).tolist()
+        columns, rows = (np.ptp(_ends(pair.target_px, head), axis=0) / finest + ORDER).tolist()
         total += columns * rows
     if not total <= MOST_CONTROL_POINTS:
         raise OutOfBounds(
@@ -311,13 +377,40 @@ def on_quanta(lattice: Lattice) -> Lattice:
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _problem(pairs: Pairs, grid: Grid, least_px: float, protection: Protection) -> Problem:
-    reach = 2.0 * grid.spacing_px
-    low, high = pairs.target_px.min(axis=0) - reach, pairs.target_px.max(axis=0) + reach
+def _ends(target_px: Array, head: Head | None) -> Array:
+    return target_px if head is None else np.vstack([target_px, head.corners_px])
+
+
+def _problem(
+    pairs: Pairs, grid: Grid, least_px: float, protection: Protection, head: Head | None
+) -> Problem:
+    reach, ends = 2.0 * grid.spacing_px, _ends(pairs.target_px, head)
+    low, high = ends.min(axis=0) - reach, ends.max(axis=0) + reach
     still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
     target = np.vstack([pairs.target_px, still])
     displacement = np.vstack([pairs.displacement_px, np.zeros_like(still)])
-    return Problem(grid, target, displacement, len(pairs.target_px), least_px)
+    above = None if head is None else _above(head, grid)
+    return Problem(grid, target, displacement, len(pairs.target_px), least_px, above)
+
+
+def _above(head: Head, grid: Grid) -> Lattice | None:
+    """Return the control points that a head moves, if there are any."""
+    corners = head.corners_px
+    columns, rows = (
+        np.arange(ends.min() - 1, ends.max() + ORDER - 1)
+        for ends in (grid.locate(corners[:, axis], axis)[0] for axis in (0, 1))
+    )
+    x, y = (
+        origin + at * grid.spacing_px
+        for origin, at in zip(grid.origin_px, (columns, rows), strict=True)
+    )
+    phi = head.at(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    moving = phi.any(axis=1).reshape(len(rows), len(columns))
+    if not moving.any():
+        return None
+    i, j = np.flatnonzero(moving.any(axis=0)), np.flatnonzero(moving.any(axis=1))
+    phi = phi.reshape(*moving.shape, 2)[j[0] : j[-1] + 1, i[0] : i[-1] + 1]
+    return Lattice(grid, (int(columns[i[0]]), int(rows[j[0]])), phi)
 
 
 class _Support:
@@ -329,6 +422,10 @@ class _Support:
         row, t = self.grid.locate(problem.target_px[:, 1], 1)
         self.first = (int(column.min()) - 1, int(row.min()) - 1)
         self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
+        if problem.above is not None:
+            alone = Lattice(self.grid, self.first, np.zeros((*self.shape, 2)))
+            whole = alone.plus(problem.above)
+            self.first, self.shape = whole.first, whole.shape
         reach = np.arange(ORDER) - 1
         rows = row[:, None, None] + reach[:, None] - self.first[1]
         columns = column[:, None, None] + reach - self.first[0]

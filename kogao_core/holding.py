@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from kogao_core.face import Face
 from kogao_core.field import Field
-from kogao_core.fit import Problem, on_quanta
+from kogao_core.fit import Problem, on_quanta, summed
 from kogao_core.geometry import Affine, Array
 from kogao_core.guard import is_safe
 from kogao_core.held_rows import HeldRows, away, face_places, rows_of, still_places
@@ -250,7 +250,7 @@ class _Change:
 
     def __init__(self, problem: Problem, faces: _Faces, before: Field, rows: HeldRows) -> None:
         self._problem, self._before, self._rows = problem, before, rows
-        support, nodes = problem.support, problem.own_nodes
+        support, nodes = problem.support, problem.moving_nodes
         fixed = support.design(still_places(problem, faces.landmarks), nodes).weights
         # All rows are in reach: `rows_of` has seen to that.
         asking = support.design(rows.places_px, nodes).weights
@@ -310,8 +310,8 @@ class _Change:
         strength = np.linalg.solve(self._gram + soft, self._wanted)[:, None] * self._rows.across
         support, (lattice,) = self._problem.support, self._before.lattices
         phi = np.zeros((support.size, 2))
-        phi[self._problem.own_nodes] = self._changes @ strength
-        changed = _sum(lattice, on_quanta(support.lattice(phi)))
+        phi[self._problem.moving_nodes] = self._changes @ strength
+        changed = summed(lattice, on_quanta(support.lattice(phi)))
         return dataclasses.replace(self._before, lattices=(changed,))
 
 
@@ -332,10 +332,3 @@ def _roughness(nodes: npt.NDArray[np.int64], columns: int) -> Array:
     row, column = np.divmod(nodes, columns)
     apart = np.abs(row[:, None] - row) + np.abs(column[:, None] - column)
     return np.asarray(4.0 * np.eye(len(nodes)) - (apart == 1))
-
-
-def _sum(lattice: Lattice, change: Lattice) -> Lattice:
-    """Return a lattice with a change of the same grid or of one that has been halved since."""
-    while change.grid.spacing_px > lattice.grid.spacing_px:
-        change = change.refined()
-    return lattice.plus(change)

@@ -26,6 +26,7 @@ from kogao_core.targets import Pairs, aim
 from kogao_core.threads import one_blas_thread
 from kogao_core.timing import Stopwatch
 from kogao_core.warp import Canvas
+from kogao_core.whole_head import heads_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +123,7 @@ def render(
     held: Held = NOTHING_HELD,
     canvas: Canvas | None = None,
     threads: int | None = None,
+    whole: Box | None = None,
 ) -> Rendering:
     """Warp the faces of a photo.
 
@@ -143,6 +145,9 @@ def render(
         the same to the bit.
     threads : int, optional
         Threads that resample; as many as there are processors, up to 4, when absent.
+    whole : Box, optional
+        The rectangle of the whole photo, px of `photo`, where that is a part of one: a head that
+        follows its face stops at the photo's edge.
 
     Returns
     -------
@@ -177,9 +182,12 @@ def render(
     with one_blas_thread():
         with watch.lap("targets"):
             pairs = tuple(aim(face, recipe) for face in faces)
+            centers = [pair.center_px for pair in pairs]
+            heads = heads_of(faces, centers, recipe, whole or Box.of(photo), protection)
         with watch.lap("lattice"):
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            problems = problems_of(pairs, [face.anchor for face in faces], recipes, protection)
+            anchors = [face.anchor for face in faces]
+            problems = problems_of(pairs, anchors, recipes, protection, heads)
             field = Field(solve(problems, recipes), domains.fade_of(recipe), falloff_of(protection))
         with watch.lap("guard"):
             field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(faces))

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from kogao_core.face import Anchor, Face
+from kogao_core.face import FOREHEAD_POINTS, Anchor, Face
 from kogao_core.geometry import Array, Line
 from kogao_core.language import Text
 from kogao_core.limits import MOST_CORNERS, MOST_LANDMARKS
@@ -22,7 +22,7 @@ _FARTHEST: Final = 64.0
 _LEAST_LENGTH: Final = 1e-9
 _FACE_FIELDS: Final = (
     *("outline", "eyes", "mouth", "targets", "frame", "score", "confidence"),
-    *("source", "recipe", "on"),
+    *("source", "recipe", "forehead", "on"),
 )
 
 
@@ -41,6 +41,7 @@ def face_dict(face: Face, unit: int) -> dict[str, Any]:
         "confidence": None if face.confidence is None else face.confidence.tolist(),
         "source": face.source,
         "recipe": None if face.recipe is None else face.recipe.to_dict(),
+        "forehead": None if face.forehead is None else _in_units(face.forehead, unit),
     }
 
 
@@ -63,6 +64,7 @@ def face(node: Node, unit: int) -> Face:
     outline = _points(node.field("outline"), unit, _MOST_POINTS)
     targets, anchor = node.field("targets"), node.field("frame")
     confidence, own = node.field("confidence"), node.field("recipe")
+    forehead = node.field("forehead")  # null in what was written before there was one
     try:
         return Face(
             outline=outline,
@@ -74,6 +76,7 @@ def face(node: Node, unit: int) -> Face:
             source=node.field("source").text(40),
             recipe=None if own.value is None else recipe(own),
             confidence=None if confidence.value is None else _shares(confidence),
+            forehead=None if forehead.value is None else _points(forehead, unit, FOREHEAD_POINTS),
         )
     except BadFile:
         raise

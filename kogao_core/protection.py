@@ -215,6 +215,32 @@ class Protection:
         parts = [stroke.samples_px(step_px, low, high) for stroke in self.strokes]
         return np.concatenate([np.zeros((0, 2)), *parts])
 
+    def away_px(self, points: Array) -> Array:
+        """Return how far points are from the nearest stroke.
+
+        Parameters
+        ----------
+        points : array of shape (N, 2)
+            Positions (x, y), px.
+
+        Returns
+        -------
+        array of shape (N,)
+            Px, 0 or less on a stroke; infinite where there is none.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import kogao_core as kogao
+        >>> line = kogao.Protection().with_stroke([(10, 20), (10, 40)], radius_px=2)
+        >>> line.away_px(np.array([[15.0, 30.0], [10.0, 25.0]]))
+        array([ 3., -2.])
+        """
+        away = np.full(len(points), np.inf)
+        for stroke in self.strokes:
+            away = np.minimum(away, _distance(points, stroke.points_px) - stroke.radius_px)
+        return away
+
     def mapped(self, transform: Affine) -> Protection:
         """Return the strokes carried along by a transform of their image.
 

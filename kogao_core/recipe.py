@@ -68,6 +68,9 @@ class Recipe:
     hold_background : bool
         Hold straight lines of the background and other people where they are, if it is known
         where those are (`holding.Held`).
+    whole_head : bool
+        Let forehead, hairline and hair follow the face (`whole_head`); only where the source of the
+        landmarks sees the forehead.
     zones : bool
         Let the fields below count.
     cheeks, jaw, chin : float
@@ -102,6 +105,7 @@ class Recipe:
     interpolation: Interpolation = "cubic"
     guard: bool = True
     hold_background: bool = True
+    whole_head: bool = False
     zones: bool = True
     cheeks: float = 100.0
     jaw: float = 100.0
@@ -117,7 +121,7 @@ class Recipe:
 
     @property
     def amount(self) -> Text:
-        """How far faces come towards which centre, and which zones differ from the rest, in words.
+        """How far faces come towards which centre, whether heads follow, and zones of their own.
 
         Examples
         --------
@@ -128,6 +132,8 @@ class Recipe:
         said = [
             Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
         ]
+        if self.whole_head:
+            said.append(Text("whole head"))
         for setting in (SETTINGS[name] for name in ZONES if self.zones):
             value = getattr(self, setting.name)
             if value != _DEFAULTS[setting.name]:

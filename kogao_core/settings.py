@@ -347,6 +347,12 @@ _ALL: Final = (
         Text("Keep straight lines of the background straight, and other people where they are"),
     ),
     Setting(
+        "whole_head",
+        Text("Whole head"),
+        Text("Let forehead, hairline and hair follow, less and less above the face"),
+        per_face=True,
+    ),
+    Setting(
         "zones",
         Text("Zones"),
         Text("Let parts of the face go their own shares, and even out its sides"),

@@ -10,7 +10,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from kogao_core.face import Face, OnFace, ignored
+from kogao_core.face import FOREHEAD_POINTS, Face, OnFace, ignored
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.geometry import Affine
@@ -24,8 +24,9 @@ def oval_face(
     *,
     center: tuple[float, float] | None = None,
     size: float = 0.6,
+    forehead: bool = False,
 ) -> Face:
-    """Return an oval face whose height is `size` of the picture's."""
+    """Return an oval face whose height is `size` of the picture's, if asked to with a forehead."""
     face_height = size * height
     face_width = 0.78 * face_height
     cx, cy = center or (width / 2 - 0.5, height * 0.48)
@@ -39,7 +40,13 @@ def oval_face(
     eye_y, mouth_y = cy - 0.06 * face_height, cy + 0.28 * face_height
     eyes = [(cx + f * face_width, eye_y) for f in (-0.30, -0.12, 0.12, 0.30)]
     mouth = [(cx + f * face_width, mouth_y) for f in (-0.15, 0.15)]
-    return Face(outline, eyes, mouth)
+    rim = None
+    if forehead:
+        above = np.deg2rad(np.linspace(205, 335, FOREHEAD_POINTS + 2)[1:-1])
+        rim = np.column_stack(
+            [cx + face_width / 2 * np.cos(above), cy + face_height / 2 * np.sin(above)]
+        )
+    return Face(outline, eyes, mouth, forehead=rim)
 
 
 def textured_photo(
@@ -110,7 +117,8 @@ def mirrored(picture: np.ndarray, face: Face) -> tuple[np.ndarray, Face]:
     """Return a picture and its face as a mirror shows them."""
     flip = Affine(np.diag([-1.0, 1.0]), np.array([picture.shape[1] - 1.0, 0.0]))
     parts = (flip(part)[::-1] for part in (face.outline, face.eyes, face.mouth))
-    return np.ascontiguousarray(picture[:, ::-1]), Face(*parts)
+    rim = None if face.forehead is None else flip(face.forehead)[::-1]
+    return np.ascontiguousarray(picture[:, ::-1]), Face(*parts, forehead=rim)
 
 
 def resized(picture: np.ndarray, scale: float) -> tuple[np.ndarray, Affine]:

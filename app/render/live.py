@@ -122,7 +122,7 @@ class Surface:
             self._protection = self._mapped = NOTHING
         (canvas, result), self._back = self._back or self._buffer(), None
         faces, recipe, protection = state.active, state.recipe, state.protection
-        held, back = self._held(state, part), to_photo(0)
+        held, back, whole = self._held(state, part), to_photo(0), None
         if part is not None:
             back = to_photo(part.level, (part.box.left, part.box.top))
             there = back.inverse
@@ -130,10 +130,16 @@ class Surface:
                 # The warp redoes only what changes as long as the strokes are the very same.
                 self._protection, self._mapped = protection, protection.mapped(there)
             faces, protection = [face.mapped(there) for face in faces], self._mapped
-            held = held.mapped(there)
+            held, whole = held.mapped(there), self._photo.whole_of(part.level, part.box)
             recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
         rendering = render(
-            canvas.source, faces, recipe, protection=protection, held=held, canvas=canvas
+            canvas.source,
+            faces,
+            recipe,
+            protection=protection,
+            held=held,
+            canvas=canvas,
+            whole=whole,
         )
         result.refresh(rendering.changed)
         self._back = canvas, result

@@ -48,6 +48,11 @@ class PicturePyramid:
         levels = [self.levels[level][box.slices]]
         return self._with(levels, levels if self.show is None else [self.shown[level][box.slices]])
 
+    def whole_of(self, level: int, part: Box) -> Box:
+        """Return the rectangle of a level, in px of a part of it."""
+        all_of_it = Box.of(self.levels[level])
+        return Box(-part.left, -part.top, all_of_it.right - part.left, all_of_it.bottom - part.top)
+
     def over(self, pixels: Rgb8) -> PicturePyramid:
         """Return a pyramid over a buffer that holds a copy of level 0."""
         levels = [pixels, *(one.copy() for one in self.levels[1:])]

@@ -126,6 +126,7 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.photo import bits_of, read, write
     from kogao_core.photo.disclosure import disclose, signing, undisclosed
     from kogao_core.pipeline import render
+    from kogao_core.whole_head import unfollowed
 
     output = Path(task.output)
     bits = bits_of(output)
@@ -140,7 +141,8 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     output.parent.mkdir(parents=True, exist_ok=True)
     note = write(photo, pixels, output, force=True, sign=signing(task.disclosure, done.what))
     achieved = tuple(round(percent, 3) for percent in rendering.achieved)
-    return achieved, Text.joined("; ", [done.note, note, left_out])
+    heads = unfollowed(done.faces, done.recipe)
+    return achieved, Text.joined("; ", [done.note, heads, note, left_out])
 
 
 def _found(task: Task, photo: Photo) -> Applied:

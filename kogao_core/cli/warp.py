@@ -129,6 +129,7 @@ def command(
         photo = common.read_photo(path, max_megapixels, output)
     _check_photo(photo, output, in_place)
     from kogao_core.sidecar import Applied
+    from kogao_core.whole_head import unfollowed
 
     with beside(lambda: read_ahead(photo, output)) as ahead:
         sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
@@ -146,7 +147,8 @@ def command(
             write = _write_in_place if in_place else partial(_write_to, output, force)
             note = _write(photo, rendering, done.what, disclosure, partial(write, ahead=ahead))
     bends = measured()
-    notes = list(filter(None, [done.note, note, bends.note]))
+    heads = unfollowed(done.faces, done.recipe)
+    notes = list(filter(None, [done.note, heads, note, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))

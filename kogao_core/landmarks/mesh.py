@@ -17,7 +17,7 @@ from kogao_core.geometry import Affine, Array, Image, degrees_of
 from kogao_core.landmarks import locked, search
 from kogao_core.landmarks.blazeface import CLOSE, INPUT_PX, SURE, WIDE, BlazeFace, Detection, Square
 from kogao_core.landmarks.edges import EdgeNetwork, refine
-from kogao_core.landmarks.outline import silhouette
+from kogao_core.landmarks.outline import forehead, joined, silhouette
 from kogao_core.landmarks.pixels import Pyramid, planes
 from kogao_core.threads import Spares, one_blas_thread
 
@@ -59,6 +59,8 @@ class Mesh:
         Eye corners, left to right.
     mouth : array of shape (2, 2)
         Mouth corners, left to right.
+    forehead : array of shape (15, 2)
+        The rest of the silhouette, in the same direction.
     box : Detection
         The square that the mesh fills, upright along the eye line.
     presence : float
@@ -68,6 +70,7 @@ class Mesh:
     outline: Array
     eyes: Array
     mouth: Array
+    forehead: Array
     box: Detection
     presence: float
 
@@ -145,10 +148,11 @@ def _read(points: Array, presence: float, *, mirrored: bool) -> Mesh | None:
     order = slice(None, None, -1) if mirrored else slice(None)
     eyes, mouth = points[list(EYES)][order], points[list(MOUTH)][order]
     try:
-        outline = silhouette(points, eyes)
+        outline, rim = silhouette(points, eyes), forehead(points, eyes)
     except ValueError:
         return None
-    return Mesh(outline, eyes, mouth, _box(points[:_SURFACE], eyes[3] - eyes[0]), presence)
+    box = _box(points[:_SURFACE], eyes[3] - eyes[0])
+    return Mesh(outline, eyes, mouth, rim, box, presence)
 
 
 def _box(points: Array, across: Array) -> Detection:
@@ -279,11 +283,12 @@ class MeshSource:
         if score < least:
             return None
         face = _mean(mesh, mirrored, score, self.name)
-        if not self._refined:
-            return face, mesh.box
-        outline, seen = self._edges.refined(image, face.eyes, face.outline)
-        confidence = np.concatenate([seen, _agreement(mesh, mirrored)])
-        return replace(face, outline=outline, confidence=confidence), mesh.box
+        if self._refined:
+            outline, seen = self._edges.refined(image, face.eyes, face.outline)
+            confidence = np.concatenate([seen, _agreement(mesh, mirrored)])
+            face = replace(face, outline=outline, confidence=confidence)
+        rim = joined((mesh.forehead + mirrored.forehead) / 2.0, face.outline)
+        return replace(face, forehead=rim), mesh.box
 
     def _sight(self, image: Pyramid, box: Detection, mesh: Mesh) -> float:
         if box.score > SURE:

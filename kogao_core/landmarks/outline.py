@@ -1,4 +1,7 @@
-"""The 21 outline points of section 3.1: the silhouette of the mesh, not its fixed jaw line."""
+"""The 21 outline points of section 3.1: the silhouette of the mesh, not its fixed jaw line.
+
+The rest of that silhouette is the rim of the forehead.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.face import OUTLINE_POINTS
+from kogao_core.face import FOREHEAD_POINTS, OUTLINE_POINTS
 from kogao_core.geometry import Array
 from kogao_core.language import Text
 
@@ -57,12 +60,62 @@ def silhouette(mesh: Array, eyes: Array) -> Array:
     ValueError
         If the mesh has collapsed, so that no part of it lies below the eyes.
     """
+    return _pushed_out(resampled(_arc(mesh, eyes), OUTLINE_POINTS))
+
+
+def forehead(mesh: Array, eyes: Array) -> Array:
+    """Return the visible edge of a face from the eye line over the forehead to the eye line.
+
+    Parameters
+    ----------
+    mesh : array of shape (468 or more, 2)
+        Points of the MediaPipe face mesh, px.
+    eyes : array of shape (4, 2)
+        Its eye corners, left to right of the upright face, px.
+
+    Returns
+    -------
+    array of shape (15, 2)
+        Both ends and `FOREHEAD_POINTS` between them at equal steps of arc length, left to right,
+        px.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has collapsed, so that no part of it lies above the eyes.
+    """
+    # Seen upside down, what lies above the eyes lies below them.
+    return resampled(_arc(mesh, eyes[::-1])[::-1], FOREHEAD_POINTS + 2)
+
+
+def joined(rim: Array, outline: Array) -> Array:
+    """Return what lies between the ends of a `forehead`, shifted so that these are an outline's.
+
+    Parameters
+    ----------
+    rim : array of shape (15, 2)
+        Of the forehead, px.
+    outline : array of shape (N, 2)
+        Of the same face, px.
+
+    Returns
+    -------
+    array of shape (13, 2)
+        Px.
+    """
+    share = np.linspace(0.0, 1.0, len(rim))[:, None]
+    moved = rim + (1.0 - share) * (outline[0] - rim[0]) + share * (outline[-1] - rim[-1])
+    return np.asarray(moved[1:-1])
+
+
+def _arc(mesh: Array, eyes: Array) -> Array:
+    """Return the part of the silhouette below the eyes, from the first eye's side on."""
     rim = mesh[_RIM].astype(np.float32)
     hull = rim[cv2.convexHull(rim, returnPoints=False).ravel()].astype(np.float64)
     hull = np.roll(hull, -int(_below_eyes(hull, eyes).argmin()), axis=0)
     arc = ended(np.vstack([hull, hull[:1]]), eyes)
-    leftwards = (arc[-1] - arc[0]) @ (eyes[3] - eyes[0]) < 0.0
-    return _pushed_out(resampled(arc[::-1] if leftwards else arc, OUTLINE_POINTS))
+    backwards = (arc[-1] - arc[0]) @ (eyes[3] - eyes[0]) < 0.0
+    return arc[::-1] if backwards else arc
 
 
 def ended(line: Array, eyes: Array) -> Array:

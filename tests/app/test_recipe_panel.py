@@ -52,8 +52,8 @@ def test_every_field_has_a_control_and_a_name_for_undo(panel):
 
 
 def test_every_control_has_a_key_of_its_own_and_tells_what_it_does(panel):
-    # Zones share the key of their fold: there aren't letters enough for each.
-    labels = [fields.label(field) for field in SETTINGS if field not in fields.FOLDED_ZONES]
+    # Parts of the face share the key of their fold: there aren't letters enough for each.
+    labels = [fields.label(field) for field in SETTINGS if field not in fields.FOLDED_PARTS]
     labels.append(panel.zones.button.text())
     assert all(label.count("&") == 1 for label in labels)
     keys = [label[label.index("&") + 1].lower() for label in labels]

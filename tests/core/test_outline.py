@@ -6,7 +6,7 @@ import pytest
 from kogao_core.geometry import Affine, Array, degrees_of
 from kogao_core.landmarks import outline, template_face
 from kogao_core.landmarks.mesh import EYES
-from kogao_core.landmarks.outline import silhouette
+from kogao_core.landmarks.outline import forehead, joined, silhouette
 
 
 def oval_mesh(width: float = 200.0, height: float = 260.0) -> Array:
@@ -135,3 +135,30 @@ def test_a_face_placed_by_hand_ends_where_a_found_one_does() -> None:
     face = template_face((300.0, 200.0), 160.0, 20.0)
     ends = below_eyes(face.outline[[0, 20]], face.eyes)
     np.testing.assert_allclose(ends, outline.END_BELOW_EYES, atol=0.01)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 37.0, 180.0])
+def test_the_forehead_is_the_rest_of_the_silhouette_from_left_to_right(degrees: float) -> None:
+    move = Affine.similarity(1.0, degrees, (0.0, 0.0))
+    mesh = oval_mesh()
+    upright = forehead(mesh, mesh[list(EYES)])
+    assert upright.shape == (15, 2)
+    assert (np.diff(upright[:, 0])[1:-1] > 0.0).all()
+    assert (below_eyes(upright[1:-1], mesh[list(EYES)]) < 0.0).all()
+    on_rim = np.linalg.norm((upright - 300.0) / (100.0, 130.0), axis=1)
+    np.testing.assert_allclose(on_rim, 1.0, atol=0.03)
+    steps = np.linalg.norm(np.diff(upright, axis=0), axis=1)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.06)
+    turned = move(mesh)
+    np.testing.assert_allclose(forehead(turned, turned[list(EYES)]), move(upright), atol=2e-3)
+
+
+def test_the_forehead_joins_an_outline_that_was_moved() -> None:
+    mesh = oval_mesh()
+    rim, line = forehead(mesh, mesh[list(EYES)]), outline_of(mesh)
+    line[0] -= (6.0, 0.0)
+    line[-1] += (3.0, 2.0)
+    between = joined(rim, line)
+    assert between.shape == (13, 2)
+    steps = np.linalg.norm(np.diff(np.vstack([line[0], between, line[-1]]), axis=0), axis=1)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.15)

@@ -77,7 +77,7 @@ def other_value(setting, value):
 
 @pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
 def test_every_field_has_a_say_in_what_is_rendered(setting):
-    photo, face = textured_photo(), oval_face()
+    photo, face = textured_photo(), oval_face(forehead=True)
     face = face.with_outline_point(5, face.outline[5] - (6.0, 0.0))  # uneven, to be evened out
     held = Held(np.array([[(360.0, 20.0), (360.0, 340.0)]]))
 

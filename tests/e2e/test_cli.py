@@ -75,6 +75,24 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
 
 
 @pytest.mark.usefixtures("portrait")
+def test_the_whole_head_follows_a_face_of_the_mesh_and_a_sentence_says_where_it_cannot(
+    cli, tmp_path
+):
+    points = tmp_path / "points.json"
+    cli("detect", "--sample", "--json", points)
+    told = "whole head does nothing for 1 face,"
+    for name, extra, follows in (("mesh", (), True), ("file", ("--points", points), False)):
+        results = []
+        for switch in ("--whole-head", "--no-whole-head"):
+            out = tmp_path / f"{name}{switch}.png"
+            code, said, err = cli("warp", "--sample", "-o", out, switch, *extra)
+            assert (code, err) == (0, "")
+            assert (told in said) == (not follows and switch == "--whole-head")
+            results.append(np.asarray(Image.open(out)))
+        assert (results[0] != results[1]).any() == follows
+
+
+@pytest.mark.usefixtures("portrait")
 def test_warp_reports_in_json(cli, tmp_path):
     out = tmp_path / "out.jpg"
     code, said, err = cli("warp", "--sample", "-o", out, "--json", "-", "--fit", "approximation")

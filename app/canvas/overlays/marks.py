@@ -11,8 +11,10 @@ from PySide6.QtGui import QPainter
 
 from kogao_core.doubt import SEEN, SURE
 from kogao_core.face import Face
+from kogao_core.geometry import Array
 from kogao_core.language import Text
 from kogao_core.targets import center_candidates
+from kogao_core.whole_head import forehead_pairs
 
 from ..handles import apart
 from . import glyphs
@@ -21,6 +23,7 @@ from .overlay import Overlay, Place
 _TICK_PX: Final = 6.0
 # Landmarks at least this far apart on screen have marks of full size.
 _ROOM_PX: Final = 16.0
+_FOLLOWER: Final = 0.5  # of a target's mark: the size of one that follows
 
 
 class Landmarks(Overlay):
@@ -76,7 +79,7 @@ def _size(place: Place, face: Face) -> float:
 
 
 class Targets(Overlay):
-    """Rings where the landmarks go, and the way there."""
+    """Rings where the landmarks go, and the way there; smaller ones on a forehead that follows."""
 
     name = "targets"
     title = Text("Targets")
@@ -96,12 +99,21 @@ class Targets(Overlay):
             off = index in self.shown.state.off or not self.shown.marks(index)
             if off or not apart(face, place.zoom):
                 continue
-            sources, targets = place.points(pairs.source_px), place.points(pairs.target_px)
-            ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
-            glyphs.lines(painter, ways, glyphs.WAY)
             size = _size(place, face)
-            for at in targets:
-                glyphs.ring(painter, at, glyphs.TARGET, size)
+            _draw_ways(painter, place, pairs.source_px, pairs.target_px, size)
+            recipe = self.shown.state.recipe.of_face(face.recipe)
+            follow = forehead_pairs(face, recipe, pairs.center_px)
+            _draw_ways(painter, place, *follow, _FOLLOWER * size)
+
+
+def _draw_ways(
+    painter: QPainter, place: Place, sources_px: Array, targets_px: Array, size: float
+) -> None:
+    sources, targets = place.points(sources_px), place.points(targets_px)
+    ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
+    glyphs.lines(painter, ways, glyphs.WAY)
+    for at in targets:
+        glyphs.ring(painter, at, glyphs.TARGET, size)
 
 
 class Centre(Overlay):

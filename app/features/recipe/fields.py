@@ -174,7 +174,7 @@ def help_of(one: Alternative[str]) -> str:
 
 
 # They have a fold of their own, whose letter leads to them.
-FOLDED_ZONES: Final = ("zones", *ZONES)
+FOLDED_PARTS: Final = ("zones", *ZONES, "whole_head")
 _SCALES: Final = {
     "percent": percent,
     "lattice": lattice,

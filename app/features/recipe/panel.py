@@ -9,7 +9,7 @@ from typing import Final
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from kogao_core import fit
+from kogao_core import fit, whole_head
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe import Recipe
 from kogao_core.settings import SETTINGS, ZONES, Setting
@@ -59,6 +59,8 @@ class RecipePanel(QWidget):
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
         self.one_to_one, self.residual = muted_label(), muted_label()
+        self.head_note = muted_label()
+        self.head_note.setWordWrap(True)
         self._readings = "", ""
         for label in (self.one_to_one, self.residual):
             label.setWordWrap(True)
@@ -129,6 +131,10 @@ class RecipePanel(QWidget):
                 switch.setChecked(getattr(recipe, field))
         for field in ZONES:
             self.sliders[field].setEnabled(recipe.zones)
+        active = [face for index, face in enumerate(state.faces) if index not in state.off]
+        unfollowed = whole_head.unfollowed(active, state.recipe)
+        self.head_note.setText(translated(unfollowed))
+        self.head_note.setVisible(bool(unfollowed))
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: RenderedFrame) -> None:
@@ -226,13 +232,15 @@ class RecipePanel(QWidget):
         column.addWidget(self._switch("zones", translated(SETTINGS["zones"].title)))
         for field in ZONES:
             column.addWidget(self._slider(field, compact=True))
+        column.addWidget(self._switch("whole_head"))
+        column.addWidget(self.head_note)
         return zones
 
     def _details(self) -> QWidget:
         details = QWidget()
         form = QFormLayout()
         form.setSpacing(2 * GRID_PX)
-        shown_elsewhere = (*_ALWAYS_SHOWN, *fields.FOLDED_ZONES)
+        shown_elsewhere = (*_ALWAYS_SHOWN, *fields.FOLDED_PARTS)
         folded = [one for one in SETTINGS.values() if one.name not in shown_elsewhere]
         for setting in (one for one in folded if one.per_face):
             self._add(setting, form)
