@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from graphlib import TopologicalSorter
 
 from modules import ROOT, for_types_only, modules
@@ -26,6 +27,7 @@ def imported(path, known):
     return found
 
 
+@cache
 def graph():
     known = modules(CORE, ROOT)
     return {name: imported(path, known) for name, path in known.items()}
