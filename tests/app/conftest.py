@@ -192,7 +192,11 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
 
 @pytest.fixture(autouse=True)
 def swept() -> Iterator[None]:
-    """Leave no window behind: whatever changes style or font goes through the widgets of all."""
+    """Leave no window behind: whatever changes style or font goes through the widgets of all.
+
+    Nor the application dressed: the next editor dresses its window once, when it is built, as the
+    first of a program does, and not with each layout that takes widgets in.
+    """
     yield
     app = QApplication.instance()
     if isinstance(app, QApplication):
@@ -200,6 +204,7 @@ def swept() -> Iterator[None]:
             if isinstance(widget, Window):
                 widget.deleteLater()
         app.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        app.setStyleSheet("")
 
 
 @pytest.fixture
