@@ -76,12 +76,11 @@ def test_every_visible_face_of_a_group_is_found_once(
     picture = picture_of(shared_data / "groups" / name)
     faces = source.find(picture)
     sizes = [face.interocular_px for face in faces]
-    assert sizes == sorted(sizes, reverse=True)
     seen = np.array(VISIBLE[name]) * (picture.shape[1], picture.shape[0]) / 1000.0
     centers = np.array([(face.eye_center + face.mouth_center) / 2.0 for face in faces])
     apart = np.linalg.norm(seen[:, None] - centers, axis=-1)
-    assert sorted(apart.argmin(axis=1)) == list(range(len(seen)))
-    assert (apart.min(axis=1) < np.array(sizes)[apart.argmin(axis=1)]).all()
+    assert apart.argmin(axis=1).tolist() == list(range(len(faces)))  # from left to right
+    assert (apart.min(axis=1) < sizes).all()
 
 
 def test_a_face_half_behind_another_is_the_least_sure(
