@@ -78,6 +78,11 @@ STRAIGHT: Final = light(QColor(OKABE_ITO["sky"]))
 BENT: Final = light(QColor(OKABE_ITO["vermilion"]))
 
 
+def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen]:
+    """Return the pens of a line, one after the other: its dark case, and itself."""
+    return QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)
+
+
 def lines(
     painter: QPainter,
     segments: Sequence[QLineF],
@@ -87,7 +92,7 @@ def lines(
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
     """Draw segments in `colour`, a light one, inside a dark case."""
-    for pen in (QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)):
+    for pen in _cased(colour, width, style):
         pen.setCapStyle(Qt.PenCapStyle.FlatCap)
         painter.setPen(pen)
         painter.drawLines(list(segments))
@@ -111,7 +116,7 @@ def polyline(
     """Draw a line through points in `colour`, a light one, inside a dark case: an outline."""
     style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for pen in (QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)):
+    for pen in _cased(colour, width, style):
         painter.setPen(pen)
         painter.drawPolyline(list(points))
 
@@ -253,10 +258,17 @@ def hatched(painter: QPainter, box: QRectF, name: str) -> None:
     outlined(painter, edge, light(DOMAINS[name]))
 
 
-def outlined(painter: QPainter, path: QPainterPath, colour: QColor, width: float = 1.4) -> None:
+def outlined(
+    painter: QPainter,
+    path: QPainterPath,
+    colour: QColor,
+    width: float = 1.4,
+    *,
+    style: Qt.PenStyle = Qt.PenStyle.SolidLine,
+) -> None:
     """Draw the edge of a region in `colour`, a light one, inside a dark case."""
-    painter.strokePath(path, QPen(CASE, width + 2 * _CASE_PX))
-    painter.strokePath(path, QPen(colour, width))
+    for pen in _cased(colour, width, style):
+        painter.strokePath(path, pen)
 
 
 @cache

@@ -58,9 +58,11 @@ class Protected(Overlay):
                 shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
             painter.fillPath(shape, glyphs.protected())
             hard = stroke.feather_px > 0.0
-            _edge(painter, shape, Qt.PenStyle.SolidLine if hard else Qt.PenStyle.DotLine)
+            style = Qt.PenStyle.SolidLine if hard else Qt.PenStyle.DotLine
+            glyphs.outlined(painter, shape, glyphs.HALO, style=style)
             if hard:
-                _edge(painter, to_screen.map(feathered), Qt.PenStyle.DashLine, faint=True)
+                edge = to_screen.map(feathered)
+                glyphs.outlined(painter, edge, glyphs.HALO, 1.0, style=Qt.PenStyle.DashLine)
 
     def _trace(self, protection: Protection) -> None:
         # Outlining a brush stroke takes longer than filling it: once per change, not per paint.
@@ -119,11 +121,3 @@ def _outline(line: list[QPointF], radius: float) -> QPainterPath:
     stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     stroker.setCurveThreshold(_ROUNDNESS * radius)
     return stroker.createStroke(path).simplified()
-
-
-def _edge(
-    painter: QPainter, shape: QPainterPath, style: Qt.PenStyle, *, faint: bool = False
-) -> None:
-    width = 1.0 if faint else 1.4
-    painter.strokePath(shape, QPen(glyphs.CASE, width + 2.2))
-    painter.strokePath(shape, QPen(glyphs.HALO, width, style))
