@@ -12,7 +12,7 @@ from modules import ROOT
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QLabel, QMenu, QToolBar, QToolButton
 from test_mnemonics import doubled, letters_of
-from test_room import LEAST, nothing_is_cut, nothing_needed_is_hidden
+from test_room import LEAST, needed_tools_are_seen, nothing_is_cut
 
 from kogao_core import language
 from kogao_core.landmarks import CHOICES
@@ -68,10 +68,7 @@ def test_no_text_is_cut_in_the_least_window(start, photo):
 def test_the_least_window_shows_the_tools_that_are_needed(start, photo, text_size, share):
     text_size(share)
     driver = start(photo, workspace="retouch")
-    for name in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{name}"].trigger()
-        driver.window.resize(*LEAST)
-        driver.qtbot.waitUntil(partial(nothing_needed_is_hidden, driver, name))
+    needed_tools_are_seen(driver)
 
 
 def test_sources_of_landmarks_have_the_letters_of_their_english_names(two):
