@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.geometry import Array
+from kogao_core.geometry import Array, smoothstep
 from kogao_core.protection import Protection, Stroke
 
 
@@ -48,7 +48,7 @@ class Falloff:
             Its derivatives along x and y, per px.
         """
         depth, slope = self._depth(np.asarray(points_px, np.float64))
-        return _smoothstep(depth), (6.0 * depth * (1.0 - depth))[:, None] * slope
+        return smoothstep(depth), (6.0 * depth * (1.0 - depth))[:, None] * slope
 
     def bounds(self, points_px: Array, radius_px: float) -> tuple[Array, Array]:
         """Bound the factor and its slope round points.
@@ -70,7 +70,7 @@ class Falloff:
         low = np.maximum(0.0, depth - radius_px / thinnest)
         high = np.minimum(1.0, depth + radius_px / thinnest)
         steepest = np.clip(0.5, low, high)  # of a smoothstep: half way
-        return _smoothstep(high), 6.0 * steepest * (1.0 - steepest) / thinnest
+        return smoothstep(high), 6.0 * steepest * (1.0 - steepest) / thinnest
 
     @property
     def _parts(self) -> Iterator[tuple[Stroke, Array, Array, Array]]:
@@ -121,7 +121,7 @@ class Falloff:
                 np.copyto(depth[rows, columns], mine, where=nearer)
                 np.copyto(slope[:, rows, columns], rise, where=nearer)
         slope *= 6.0 * depth * (1.0 - depth)
-        return _smoothstep(depth), slope
+        return smoothstep(depth), slope
 
 
 NO_FALLOFF = Falloff(())
@@ -150,10 +150,6 @@ def falloff_of(protection: Protection) -> Falloff:
     [0.0, 0.5, 1.0]
     """
     return Falloff(tuple(stroke for stroke in protection.strokes if stroke.feather_px > 0.0))
-
-
-def _smoothstep(t: Array) -> Array:
-    return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def _into_feather(

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.falloff import NO_FALLOFF, Falloff
-from kogao_core.geometry import Array
+from kogao_core.geometry import Array, smoothstep
 from kogao_core.lattice import Lattice
 from kogao_core.targets import Pairs
 
@@ -224,8 +224,7 @@ def fade(length_px: Array, threshold_px: float) -> Array:
     """
     if threshold_px <= 0.0:
         return np.ones_like(length_px)
-    t = np.clip(length_px / threshold_px - 1.0, 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))
+    return smoothstep(np.clip(length_px / threshold_px - 1.0, 0.0, 1.0))
 
 
 def _fade_slope(length_px: Array, threshold_px: float) -> Array:

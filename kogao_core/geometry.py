@@ -39,6 +39,29 @@ def degrees_of(across: npt.ArrayLike) -> float:
     return float(np.degrees(np.arctan2(y, x)))
 
 
+def smoothstep(t: Array) -> Array:
+    """Return how far a smooth step from 0 to 1 has come, level at both ends: 3 t^2 - 2 t^3.
+
+    Parameters
+    ----------
+    t : array
+        0 to 1.
+
+    Returns
+    -------
+    array
+        0 to 1, of the same shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.geometry import smoothstep
+    >>> smoothstep(np.array([0.0, 0.25, 0.5, 1.0]))
+    array([0.     , 0.15625, 0.5    , 1.     ])
+    """
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
 @dataclass(frozen=True, slots=True)
 class Box:
     """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``.

@@ -132,8 +132,7 @@ def _folding(field: Field, near: Collection[int]) -> Iterator[set[int]]:
         folds = least_dets(field, lattice, LEAST_MEASURED_DET) < LEAST_MEASURED_DET
         if not folds.any():
             continue
-        x, y = lattice.cell_edges_px
-        spans = np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
+        spans = lattice.cell_spans_px
         slopes = np.stack([a.most_in(a.steepest, spans)[folds] for a in field.lattices])
         for bends in _bends(slopes).T:
             yield set(np.flatnonzero(bends).tolist())

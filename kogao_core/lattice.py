@@ -461,6 +461,12 @@ class Lattice:
         (i, j), (rows, columns) = self.first_cell, self.reached.shape
         return self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
 
+    @property
+    def cell_spans_px(self) -> tuple[Array, Array]:
+        """Where each column of cells begins and ends along x, and each row along y, px."""
+        x, y = self.cell_edges_px
+        return np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
+
     @cached_property
     def reach_px(self) -> tuple[float, float, float, float]:
         """Rectangle (left, top, right, bottom) outside which the field is zero, px."""

@@ -183,9 +183,9 @@ def render(
         with watch.lap("targets"):
             pairs = tuple(aim(face, recipe) for face in faces)
             centers = [pair.center_px for pair in pairs]
-            heads = heads_of(faces, centers, recipe, whole or Box.of(photo), protection)
-        with watch.lap("lattice"):
             recipes = [recipe.of_face(face.recipe) for face in faces]
+            heads = heads_of(faces, centers, recipes, whole or Box.of(photo), protection)
+        with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
             problems = problems_of(pairs, anchors, recipes, protection, heads)
             field = Field(solve(problems, recipes), domains.fade_of(recipe), falloff_of(protection))

@@ -60,7 +60,7 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
         return _in_cells(field, lattice, every)
     if not others:
         return _alone(lattice, every).reshape(every.shape)
-    spans = _spans_px(lattice)
+    spans = lattice.cell_spans_px
     added = np.sum([a.most_in(a.steepest, spans) for a in others], axis=0)
     slope = lattice.steepest + added
     if not (open_ := _may_fall(slope, below)).any():
@@ -94,7 +94,7 @@ class Shrinking:
     ) -> None:
         near = [k for k, a in enumerate(field.lattices) if meet(a, lattice)]
         self.shrinks = np.array([k in members for k in near])
-        lattices, spans = [field.lattices[k] for k in near], _spans_px(lattice)
+        lattices, spans = [field.lattices[k] for k in near], lattice.cell_spans_px
         most = np.stack([a.most_in(a.steepest, spans) for a in lattices])
         cells = _block(_may_fall(most.sum(axis=0), below) | (not field.is_plain))
         places = _places_px(lattice, cells)
@@ -142,12 +142,6 @@ def _in_cells(field: Field, lattice: Lattice, which: npt.NDArray[np.bool_]) -> A
     return least
 
 
-def _spans_px(lattice: Lattice) -> tuple[Array, Array]:
-    """Return where the columns of cells begin and end along x, and the rows along y, px."""
-    x, y = lattice.cell_edges_px
-    return np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
-
-
 def _may_fall(slope: Array, below: float) -> npt.NDArray[np.bool_]:
     """Return where det J may be less than that, by a bound of its slope."""
     return np.asarray((slope >= 1.0) | ((1.0 - slope) ** 2 < below))
@@ -167,10 +161,11 @@ def _alone(lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
     stored = lattice.window((i - margin, j - margin), (rows + 2 * margin, columns + 2 * margin))
     cells = np.lib.stride_tricks.sliding_window_view(stored, (ORDER, ORDER), (0, 1))
     phi = cells[which].reshape(-1, ORDER**2) / lattice.grid.spacing_px
-    x_x, y_x = (phi @ _ALONG_X).reshape(-1, 2, SAMPLES_PER_CELL**2).swapaxes(0, 1)
-    x_y, y_y = (phi @ _ALONG_Y).reshape(-1, 2, SAMPLES_PER_CELL**2).swapaxes(0, 1)
-    det = (1.0 + x_x) * (1.0 + y_y) - y_x * x_y
-    return np.asarray(det.min(axis=1))
+    along_x, along_y = (
+        (phi @ slopes).reshape(-1, 2, SAMPLES_PER_CELL**2).swapaxes(0, 1)
+        for slopes in (_ALONG_X, _ALONG_Y)
+    )
+    return np.asarray(det_of(along_x, along_y).min(axis=1))
 
 
 def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from kogao_core.face import Face
-from kogao_core.geometry import Array
+from kogao_core.geometry import Array, smoothstep
 from kogao_core.reshape import across
 from kogao_core.zones import directions
 
@@ -86,5 +86,5 @@ def evened(face: Face, percent: float) -> Array:
 
 
 def _frontal(turned: float) -> float:
-    share = min(1.0, max(0.0, (turned - _FRONTAL) / (_TURNED - _FRONTAL)))
-    return 1.0 - share * share * (3.0 - 2.0 * share)
+    share = np.clip((turned - _FRONTAL) / (_TURNED - _FRONTAL), 0.0, 1.0)
+    return 1.0 - float(smoothstep(share))

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.face import Face
-from kogao_core.geometry import Array, Box
+from kogao_core.geometry import Array, Box, smoothstep
 from kogao_core.language import Text
 from kogao_core.protection import Protection
 from kogao_core.recipe import Recipe
@@ -118,7 +118,7 @@ class Head:
 def heads_of(
     faces: Sequence[Face],
     centers_px: Sequence[Array],
-    recipe: Recipe,
+    recipes: Sequence[Recipe],
     photo: Box,
     protection: Protection,
 ) -> tuple[Head | None, ...]:
@@ -130,8 +130,8 @@ def heads_of(
         Those to make smaller.
     centers_px : sequence of arrays of shape (2,)
         What each goes towards.
-    recipe : Recipe
-        Of it, or of a face's own, `whole_head`, `percent` and what it says of zones.
+    recipes : sequence of Recipe
+        Of each `whole_head`, `percent` and what it says of zones.
     photo : Box
         The photo's rectangle, px: nothing moves across its edge.
     protection : Protection
@@ -149,10 +149,9 @@ def heads_of(
     >>> from kogao_core.whole_head import heads_of
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = Box(0, 0, 480, 360)
-    >>> heads_of([face], [face.eye_center], kogao.Recipe(), photo, kogao.Protection())
+    >>> heads_of([face], [face.eye_center], [kogao.Recipe()], photo, kogao.Protection())
     (None,)
     """
-    recipes = [recipe.of_face(face.recipe) for face in faces]
     if not any(_can_follow(*both) for both in zip(faces, recipes, strict=True)):
         return (None,) * len(faces)
     hulls = [_hull(face) for face in faces]
@@ -288,5 +287,4 @@ def _beyond(points: Array, hull: Array) -> Array:
 
 def _rise(share: Array) -> Array:
     """Return a smooth step from 0 at 0 and below to 1 at 1 and above."""
-    held = np.clip(share, 0.0, 1.0)
-    return np.asarray(held * held * (3.0 - 2.0 * held))
+    return smoothstep(np.clip(share, 0.0, 1.0))

@@ -197,7 +197,7 @@ def test_of_very_many_control_points_those_above_the_face_take_no_part_in_holdin
 ):
     face, recipe = face_at(), dataclasses.replace(ON, lattice=lattice)
     pairs = aim(face, recipe)
-    heads = heads_of([face], [pairs.center_px], recipe, Box(0, 0, 480, 360), Protection())
+    heads = heads_of([face], [pairs.center_px], [recipe], Box(0, 0, 480, 360), Protection())
     (problem,) = problems_of([pairs], [face.anchor], [recipe], heads=heads)
     assert (len(problem.moving_nodes) > len(problem.own_nodes)) == takes_part
     assert len(problem.moving_nodes) <= 2000
