@@ -20,7 +20,6 @@ from .features.errand import Errand
 from .features.experiments import Experiments
 from .features.faces import Faces
 from .features.feature import Context
-from .features.figure import Figure
 from .features.files import Files
 from .features.files.options import SaveOptions
 from .features.files.saver import Saver
@@ -29,21 +28,19 @@ from .features.help import Documentation
 from .features.history import History
 from .features.landmarks import Exchange, LandmarkSources
 from .features.manual import Manual
-from .features.marks import Marks
 from .features.modes import Modes
-from .features.overlays import Overlays
-from .features.points import Points
+from .features.overlays import Marks, Overlays
+from .features.points import Points, SoftSelection
 from .features.preferences import Preferences
 from .features.presets import Presets
 from .features.projects import Projects
 from .features.protect import Protect
 from .features.rating import Rating
-from .features.readings import Readings
+from .features.readings import Figure, Readings
 from .features.recent import Recent
 from .features.recipe import RecipeEditing
 from .features.recovery import Recovery
 from .features.screen import Hints, Screen
-from .features.soft import SoftSelection
 from .features.speech import Speech
 from .features.strip import Strip
 from .features.surroundings import Surroundings

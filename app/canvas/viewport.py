@@ -16,8 +16,8 @@ from ..i18n import tr
 from ..render.live import RenderedFrame, VisiblePart
 from ..render.pyramid import PicturePyramid
 from ..view_state import ViewState
-from . import overlays
 from .overlays.compare import Loupe
+from .overlays.unlisted import stack
 from .photo_layer import PhotoItem
 
 _LARGEST_ZOOM: Final = 32.0
@@ -57,7 +57,7 @@ class Viewport(pg.GraphicsView):
         )
         self.setCentralItem(self._box)
         self._box.addItem(self.photo, ignoreBounds=True)
-        for overlay in overlays.stack(view):
+        for overlay in stack(view):
             self._box.addItem(overlay, ignoreBounds=True)
         self._box.addItem(Loupe(view, self.photo), ignoreBounds=True)
         self._box.sigRangeChanged.connect(self.view_changed)

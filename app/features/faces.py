@@ -18,10 +18,10 @@ from kogao_core.geometry import Box
 from kogao_core.landmarks import template_face
 
 from ..actions import Spec
+from ..ahead import FaceSearch
 from ..document import State
 from ..i18n import reason, sentence, tr
 from ..render.pyramid import PicturePyramid
-from ..search import FaceSearch
 from ..widgets.controls import column_of, heading
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction

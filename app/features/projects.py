@@ -15,8 +15,7 @@ from ..widgets.dialogs import ask_path
 from ..widgets.messages import BarAction
 from .feature import Context, Feature
 from .files import Files
-from .files.opening import is_sample
-from .files.project_file import EarlierWork, is_project, to_keep_beside
+from .files.opening import EarlierWork, is_project, is_sample, to_keep_beside
 from .files.saver import Request, Saver, Then
 
 

@@ -26,7 +26,7 @@ ENDS = {
     "features/files/__init__._refuse": "try",
     "features/files/__init__._show": "open",
     "features/files/__init__._written": "time",
-    "features/figure.export": "try",
+    "features/readings.export": "try",
     "features/help.open": "try",
     "features/landmarks._tell_of_fallback": "open",
     "features/landmarks.export_file": "try",

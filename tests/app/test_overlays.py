@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pyqtgraph as pg
 from kogao_app.canvas import overlays
-from kogao_app.canvas.overlays import glyphs
+from kogao_app.canvas.overlays import glyphs, unlisted
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.canvas.overlays.overlay import Overlay
 from kogao_app.i18n import translated
@@ -41,7 +41,7 @@ def declared():
 def test_every_overlay_that_is_declared_is_drawn_at_a_height_of_its_own(empty):
     heights = {one.height: one for one in declared()}
     assert len(heights) == len(set(declared()))
-    drawn = {type(one) for one in overlays.stack(ViewState(empty.editor.document))}
+    drawn = {type(one) for one in unlisted.stack(ViewState(empty.editor.document))}
     assert drawn | {overlays.compare.Loupe} == set(heights.values())
     assert {one for one in drawn if one.key} == set(LISTED)
 

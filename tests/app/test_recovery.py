@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
-from kogao_app.features.files.project_file import project_of
+from kogao_app.features.files.opening import project_of
 from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
 from patience import LONGEST_S
@@ -304,7 +304,7 @@ def test_a_photo_that_goes_while_it_is_restored_is_to_be_looked_at(left, empty, 
         raise FileNotFoundError(2, "No such file", str(path))
 
     looked(empty)
-    monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", gone)
+    monkeypatch.setattr("kogao_app.features.files.opening.sha256_of", gone)
     empty.take_step("Restore")
     empty.settle()
     assert empty.state.recipe.percent == 5.0
@@ -326,7 +326,7 @@ def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypa
         assert gate.wait(LONGEST_S)
         return sha256_of(path)
 
-    monkeypatch.setattr("kogao_app.features.files.project_file.sha256_of", slow)
+    monkeypatch.setattr("kogao_app.features.files.opening.sha256_of", slow)
     for _ in range(8):
         opened.editor._pools[1].start(lambda: gate.wait(LONGEST_S))
     opened.change_something()

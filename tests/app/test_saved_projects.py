@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.canvas.handles import Handle
-from kogao_app.features.files import opening, project_file
+from kogao_app.features.files import opening
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
@@ -108,7 +108,7 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
         return lambda *args: (calls.append(name), call(*args))[1]
 
     monkeypatch.setattr(opening, "read", counted("read", opening.read))
-    monkeypatch.setattr(project_file, "sha256_of", counted("hash", project_file.sha256_of))
+    monkeypatch.setattr(opening, "sha256_of", counted("hash", opening.sha256_of))
     os.utime(photo, ns=(1, 1))  # another version than the one that was hashed before
     driver = start(photo)
     assert "back" in driver.say()

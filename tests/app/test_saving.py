@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.features import files
-from kogao_app.features.files import ahead
+from kogao_app.features.files import saver
 from kogao_app.features.files.options import SavingDialog
 from PIL import Image
 from PySide6.QtCore import Qt
@@ -98,7 +98,7 @@ def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path, reads):
 def test_blocks_of_a_huge_photo_are_read_for_its_copy_alone(
     empty, jpeg, tmp_path, reads, monkeypatch
 ):
-    monkeypatch.setattr(ahead, "MOST_BYTES", 1000)
+    monkeypatch.setattr(saver, "MOST_BYTES", 1000)
     empty.open(jpeg)
     save(empty, tmp_path / "copy.jpg")
     assert reads == [jpeg]

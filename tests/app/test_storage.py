@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from kogao_app.features import recent
-from kogao_app.features.files import told as saving
+from kogao_app.features.files.options import Told
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 
@@ -71,13 +71,13 @@ def test_our_own_settings_are_kept(tmp_path):
     storage = Storage.in_folder(tmp_path)
     kept = storage.settings()
     recent.add(kept, tmp_path / "@a,b;c=.png")
-    saving.Told(record=True, labelled=True, label="@ByteArray(x").remember(kept)
+    Told(record=True, labelled=True, label="@ByteArray(x").remember(kept)
     kept.setValue("window/docks", QByteArray(bytes(range(256))))
     kept.sync()
     del kept
     again = storage.settings()
     assert recent.paths(again) == [tmp_path / "@a,b;c=.png"]
-    assert saving.Told.remembered(again).disclosure.label == "@ByteArray(x"
+    assert Told.remembered(again).disclosure.label == "@ByteArray(x"
     assert again.value("window/docks") == QByteArray(bytes(range(256)))
     assert not (tmp_path / "kogao.ini.damaged").exists()
 

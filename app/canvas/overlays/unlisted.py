@@ -18,8 +18,10 @@ from ...view_state import ViewState
 from .. import handles
 from ..handles import Handle
 from . import glyphs
-from .listed import kinds
+from .compare import Divider
+from .listed import LISTED, kinds
 from .overlay import Overlay, Place
+from .protection import BrushRing
 
 FROM_ZOOM: Final = 8.0  # screen px per photo px
 # Grey half seen through darkens light pixels and lightens dark ones.
@@ -226,3 +228,14 @@ class FollowingBand(Overlay):
         if led is None or led.kind != "outline":
             return None
         return led if handles.exists(view.document.committed, led) else None
+
+
+_UNLISTED: Final[tuple[type[Overlay], ...]] = (
+    *(PixelGrid, FollowingBand, FaceNumbers, Draft),
+    *(Placement, Names, Divider, BrushRing),
+)
+
+
+def stack(view: ViewState) -> list[Overlay]:
+    """Return all overlays, listed or not, in the order in which they are drawn."""
+    return [kind(view) for kind in sorted((*LISTED, *_UNLISTED), key=lambda kind: kind.height)]

@@ -17,8 +17,7 @@ from ...i18n import sentence, tr
 from ...widgets.dialogs import question
 from .. import presets
 from ..feature import Context, Feature
-from ..files.options import SaveOptions
-from ..files.told import words
+from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
 from .dialog import BatchDialog
 from .order import BatchProgress, Order, carry_out

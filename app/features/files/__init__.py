@@ -24,20 +24,17 @@ from kogao_core.sidecar import SUFFIX
 from kogao_core.threads import beside
 
 from ...actions import Spec, call
-from ...ahead import Ahead
+from ...ahead import Ahead, FaceSearch
 from ...document import State
 from ...i18n import reason, sentence, tr, translated
-from ...search import FaceSearch
 from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
 from ..preferences import Preferences
-from .ahead import ReadAhead
-from .opening import Opened, PhotoNotBeside, is_sample, open_photo
+from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo
 from .options import SaveOptions
-from .project_file import EarlierWork
-from .saver import Request, Saver, Then
+from .saver import ReadAhead, Request, Saver, Then
 
 
 class Files(Feature):
