@@ -25,8 +25,8 @@ import rivals
 from clock import machine, ratio, take_turns
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.methods.mesh import PiecewiseAffine
-from kogao_core.experiments.methods.scattered import ThinPlate
+from kogao_core.experiments.methods.mesh import PIECEWISE_AFFINE
+from kogao_core.experiments.methods.scattered import THIN_PLATE
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Image
 from kogao_core.pipeline import Rendering, render
@@ -235,10 +235,10 @@ def beside_rivals(size: tuple[int, int], rounds: int) -> dict[str, object]:
     makers = {
         "SimpleITK BSpline": lambda: rivals.simpleitk(photo, field),
         "skimage PiecewiseAffine": lambda: rivals.fitted_and_warped(
-            PiecewiseAffine(), photo, bench.face
+            PIECEWISE_AFFINE, photo, bench.face
         ),
         "OpenCV TPS": lambda: rivals.opencv_tps(photo, bench.face),
-        "scipy RBF": lambda: rivals.fitted_and_warped(ThinPlate(), photo, bench.face),
+        "scipy RBF": lambda: rivals.fitted_and_warped(THIN_PLATE, photo, bench.face),
         "facetweak shift (cubic)": lambda: rivals.facetweak_shift(photo, pairs),
     }
     figures: dict[str, object] = {}

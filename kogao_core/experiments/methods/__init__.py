@@ -1,25 +1,25 @@
-"""The warps of the paper's references and of today's practice, behind one protocol."""
+"""The warps of the paper's references and of today's practice, behind one interface."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from kogao_core.experiments.methods.base import Method, Warp, WarpTask
-from kogao_core.experiments.methods.bsplines import BSpline
-from kogao_core.experiments.methods.liquify import Liquify
-from kogao_core.experiments.methods.mesh import PiecewiseAffine
-from kogao_core.experiments.methods.moving import MovingLeastSquares
-from kogao_core.experiments.methods.scattered import Radial, ThinPlate
+from kogao_core.experiments.methods.bsplines import bspline
+from kogao_core.experiments.methods.liquify import LIQUIFY
+from kogao_core.experiments.methods.mesh import PIECEWISE_AFFINE
+from kogao_core.experiments.methods.moving import MOVING_LEAST_SQUARES
+from kogao_core.experiments.methods.scattered import RADIAL, THIN_PLATE
 from kogao_core.language import Text
 from kogao_core.settings import FITS
 
 METHODS: Final[tuple[Method, ...]] = (
-    *(BSpline(fit.name, Text("B-spline, {fit}", fit=fit.word), fit.reference) for fit in FITS),
-    ThinPlate(),
-    Radial(),
-    PiecewiseAffine(),
-    MovingLeastSquares(),
-    Liquify(),
+    *(bspline(fit.name, Text("B-spline, {fit}", fit=fit.word), fit.reference) for fit in FITS),
+    THIN_PLATE,
+    RADIAL,
+    PIECEWISE_AFFINE,
+    MOVING_LEAST_SQUARES,
+    LIQUIFY,
 )
 
 __all__ = ["METHODS", "Method", "Warp", "WarpTask"]

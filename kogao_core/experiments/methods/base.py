@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -117,40 +117,27 @@ class Warp(ABC):
         return result
 
 
-class Method(Protocol):
-    """A way to warp a photo so that landmarks go to their targets."""
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A way to warp a photo so that landmarks go to their targets.
 
-    @property
-    def name(self) -> str:
-        """A short name for files."""
-        ...
+    Parameters
+    ----------
+    name, title : str
+        A short name for files, and what people read.
+    reference : str
+        Where it is described; numbers are those of the paper's list.
+    library : str
+        Who does the work.
+    fit : callable
+        Fits the method to a task; raises ImportError if `needs` is absent.
+    needs : str
+        The module that must be there, "" where none beyond this program's own.
+    """
 
-    @property
-    def title(self) -> str:
-        """What people read."""
-        ...
-
-    @property
-    def reference(self) -> str:
-        """Where it is described; numbers are those of the paper's list."""
-        ...
-
-    @property
-    def library(self) -> str:
-        """Who does the work."""
-        ...
-
-    @property
-    def needs(self) -> str:
-        """The module that must be there, "" where none beyond this program's own."""
-        ...
-
-    def fit(self, task: WarpTask) -> Warp:
-        """Fit the method to a task.
-
-        Raises
-        ------
-        ImportError
-            If `needs` is absent.
-        """
-        ...
+    name: str
+    title: str
+    reference: str
+    library: str
+    fit: Callable[[WarpTask], Warp]
+    needs: str = ""

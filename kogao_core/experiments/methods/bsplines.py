@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from kogao_core.domain import reduce
-from kogao_core.experiments.methods.base import Warp, WarpTask
+from kogao_core.experiments.methods.base import Method, Warp, WarpTask
 from kogao_core.field import Field
 from kogao_core.fit import fit
 from kogao_core.geometry import Array, Box, Image
@@ -37,18 +36,12 @@ class _FieldWarp(Warp):
         return canvas.pixels
 
 
-@dataclass(frozen=True, slots=True)
-class BSpline:
-    """One of the fits of the control lattice."""
+def bspline(name: Fit, title: str, reference: str) -> Method:
+    """Return one of the fits of the control lattice, as a method: one lattice to each face."""
 
-    name: Fit
-    title: str
-    reference: str
-    library: str = "Kogao"
-    needs: str = ""
-
-    def fit(self, task: WarpTask) -> Warp:
-        """Fit one lattice to each face."""
-        recipe = dataclasses.replace(task.recipe, fit=self.name)
+    def fitted(task: WarpTask) -> Warp:
         anchors = [face.anchor for face in task.faces]
+        recipe = dataclasses.replace(task.recipe, fit=name)
         return _FieldWarp(Field(fit(task.pairs, anchors, [recipe] * len(anchors))))
+
+    return Method(name, title, reference, "Kogao", fitted)

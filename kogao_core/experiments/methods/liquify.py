@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Warp, WarpTask
+from kogao_core.experiments.methods.base import Method, Warp, WarpTask
 from kogao_core.geometry import Array
 from kogao_core.language import Text
 
@@ -32,24 +31,19 @@ class _Pushed(Warp):
         return np.column_stack([x, y]) - points_px
 
 
-@dataclass(frozen=True, slots=True)
-class Liquify:
-    """One Gaussian stroke for each landmark, all composed before the photo is resampled once.
+def _fit(task: WarpTask) -> Warp:
+    """Choose the strength of the strokes, all composed before the photo is resampled once.
 
     Neighbouring strokes add up, so all are made weaker by one factor, such that landmarks move as
     far as they should on average: what a careful hand would do.
     """
+    width_px = BRUSH_SPACINGS * task.spacing_px
+    full = _Pushed(task.target_px, task.displacement_px, width_px).displacement(task.target_px)
+    asked = np.linalg.norm(task.displacement_px, axis=1).mean()
+    strength = asked / max(float(np.linalg.norm(full, axis=1).mean()), 1e-12)
+    return _Pushed(task.target_px, strength * task.displacement_px, width_px)
 
-    name: str = "liquify"
-    title: str = Text("Liquify, Gaussian brush")
-    reference: str = Text("today's practice")
-    library: str = Text("own (numpy)")
-    needs: str = ""
 
-    def fit(self, task: WarpTask) -> Warp:
-        """Choose the strength of the strokes."""
-        width_px = BRUSH_SPACINGS * task.spacing_px
-        full = _Pushed(task.target_px, task.displacement_px, width_px).displacement(task.target_px)
-        asked = np.linalg.norm(task.displacement_px, axis=1).mean()
-        strength = asked / max(float(np.linalg.norm(full, axis=1).mean()), 1e-12)
-        return _Pushed(task.target_px, strength * task.displacement_px, width_px)
+LIQUIFY: Final = Method(
+    "liquify", Text("Liquify, Gaussian brush"), Text("today's practice"), Text("own (numpy)"), _fit
+)

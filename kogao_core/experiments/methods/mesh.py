@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Warp, WarpTask
+from kogao_core.experiments.methods.base import Method, Warp, WarpTask
 from kogao_core.geometry import Array
 from kogao_core.language import Text
 
@@ -25,19 +24,14 @@ class _Piecewise(Warp):
         return np.where(outside[:, None], 0.0, shown - points_px)
 
 
-@dataclass(frozen=True, slots=True)
-class PiecewiseAffine:
-    """Delaunay triangles of landmarks and corners, each mapped affinely."""
+def _fit(task: WarpTask) -> Warp:
+    """Map each of the Delaunay triangles of landmarks and corners affinely."""
+    from skimage.transform import PiecewiseAffineTransform
 
-    name: str = "mesh"
-    title: str = Text("Piecewise-affine mesh")
-    reference: str = "[4]"
-    library: str = "scikit-image"
-    needs: str = "skimage"
+    target, displacement = task.anchored()
+    return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + displacement))
 
-    def fit(self, task: WarpTask) -> Warp:
-        """Triangulate the targets and find each triangle's map."""
-        from skimage.transform import PiecewiseAffineTransform
 
-        target, displacement = task.anchored()
-        return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + displacement))
+PIECEWISE_AFFINE: Final = Method(
+    "mesh", Text("Piecewise-affine mesh"), "[4]", "scikit-image", _fit, needs="skimage"
+)

@@ -5,12 +5,11 @@ Our own few lines: no library with the rigid form is kept up.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Warp, WarpTask
+from kogao_core.experiments.methods.base import Method, Warp
 from kogao_core.geometry import Array
 from kogao_core.language import Text
 
@@ -50,16 +49,11 @@ class _Moving(Warp):
         )
 
 
-@dataclass(frozen=True, slots=True)
-class MovingLeastSquares:
-    """Weights fall with the square of the distance; without an end, so corners are pinned."""
-
-    name: str = "moving"
-    title: str = Text("Moving least squares, rigid")
-    reference: str = Text("Schaefer et al. 2006")
-    library: str = Text("own (numpy)")
-    needs: str = ""
-
-    def fit(self, task: WarpTask) -> Warp:
-        """Keep the handles; all work is done at each pixel."""
-        return _Moving(*task.anchored())
+# Weights fall with the square of the distance, without an end, so corners are pinned.
+MOVING_LEAST_SQUARES: Final = Method(
+    "moving",
+    Text("Moving least squares, rigid"),
+    Text("Schaefer et al. 2006"),
+    Text("own (numpy)"),
+    lambda task: _Moving(*task.anchored()),
+)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
-from kogao_core.experiments.methods.base import Warp, WarpTask
+from kogao_core.experiments.methods.base import Method, Warp, WarpTask
 from kogao_core.geometry import Array
 from kogao_core.language import Text
 
@@ -23,44 +22,37 @@ class _Interpolated(Warp):
         return np.asarray(self._interpolator(points_px), np.float64)
 
 
-@dataclass(frozen=True, slots=True)
-class ThinPlate:
-    """The surface that bends least through all landmarks; it never ends, so corners are pinned."""
+def _thin_plate(task: WarpTask) -> Warp:
+    """Fit the surface that bends least through all landmarks; it never ends: corners are pinned."""
+    from scipy.interpolate import RBFInterpolator
 
-    name: str = "thin-plate"
-    title: str = Text("Thin-plate spline")
-    reference: str = "[6]"
-    library: str = "scipy"
-    needs: str = "scipy"
-
-    def fit(self, task: WarpTask) -> Warp:
-        """Fit a thin-plate spline to the displacement."""
-        from scipy.interpolate import RBFInterpolator
-
-        target, displacement = task.anchored()
-        return _Interpolated(RBFInterpolator(target, displacement, kernel="thin_plate_spline"))
+    target, displacement = task.anchored()
+    return _Interpolated(RBFInterpolator(target, displacement, kernel="thin_plate_spline"))
 
 
-@dataclass(frozen=True, slots=True)
-class Radial:
-    """A Gaussian on each landmark, together through all of them; ends by itself."""
+def _gaussians(task: WarpTask) -> Warp:
+    """Fit a Gaussian on each landmark, together through all of them; they end by themselves."""
+    from scipy.interpolate import RBFInterpolator
 
-    name: str = "radial"
-    title: str = Text("Radial basis functions, Gaussian")
-    reference: str = "[5]"
-    library: str = "scipy"
-    needs: str = "scipy"
+    width_px = GAUSSIAN_SPACINGS * task.spacing_px
+    gaussians = RBFInterpolator(
+        task.target_px,
+        task.displacement_px,
+        kernel="gaussian",
+        epsilon=1.0 / width_px,
+        degree=-1,
+    )
+    return _Interpolated(gaussians)
 
-    def fit(self, task: WarpTask) -> Warp:
-        """Fit Gaussians to the displacement."""
-        from scipy.interpolate import RBFInterpolator
 
-        width_px = GAUSSIAN_SPACINGS * task.spacing_px
-        gaussians = RBFInterpolator(
-            task.target_px,
-            task.displacement_px,
-            kernel="gaussian",
-            epsilon=1.0 / width_px,
-            degree=-1,
-        )
-        return _Interpolated(gaussians)
+THIN_PLATE: Final = Method(
+    "thin-plate", Text("Thin-plate spline"), "[6]", "scipy", _thin_plate, needs="scipy"
+)
+RADIAL: Final = Method(
+    "radial",
+    Text("Radial basis functions, Gaussian"),
+    "[5]",
+    "scipy",
+    _gaussians,
+    needs="scipy",
+)
