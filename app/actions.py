@@ -29,7 +29,7 @@ class Spec:
     toggled : callable, optional
         What happens when it is switched on or off, by whomever; it takes which.
     checked : bool, optional
-        Initial state of an action that toggles; None for one that doesn't.
+        Initial state of an action that toggles; None for one that doesn't, or is off at first.
     """
 
     name: str
@@ -109,9 +109,8 @@ def build(owner: QWidget, spec: Spec) -> QAction:
     action.setProperty(_FIRST_KEY, spec.key)
     action.setToolTip(f"{spec.tip} ({spec.key})" if spec.key else spec.tip)
     action.setStatusTip(spec.tip)
-    if spec.checked is not None:
-        action.setCheckable(True)
-        action.setChecked(spec.checked)
+    action.setCheckable(spec.checked is not None or spec.toggled is not None)
+    action.setChecked(bool(spec.checked))
     slot = spec.slot
     if slot is not None:
         action.triggered.connect(lambda: slot())

@@ -236,13 +236,7 @@ class Window(QMainWindow):
 
 
 class ToolBar(QToolBar):
-    """Tools in groups, behind what always stands first.
-
-    Parameters
-    ----------
-    title : str
-        What the bar is called.
-    """
+    """Tools in groups, behind what always stands first."""
 
     def __init__(self, title: str) -> None:
         super().__init__(title)

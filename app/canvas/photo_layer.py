@@ -31,13 +31,7 @@ _EPSILON: Final = 1e-3  # px; far below what can be seen, far above rounding
 
 
 class PhotoItem(pg.GraphicsObject):
-    """Shows the original, the newest result, or how they compare.
-
-    Parameters
-    ----------
-    view : ViewState
-        Whether the original is held, and how it is compared.
-    """
+    """Shows the original, the newest result, or how they compare."""
 
     def __init__(self, view: ViewState) -> None:
         super().__init__()

@@ -266,13 +266,7 @@ class SecondView(Viewport):
 
 
 class OriginalView(SecondView):
-    """The photo as it was.
-
-    Parameters
-    ----------
-    main : Viewport
-        Shows what becomes of it.
-    """
+    """The photo as it was."""
 
     alike = (
         *SecondView.alike,
@@ -286,13 +280,7 @@ class OriginalView(SecondView):
 
 
 class OtherModeView(SecondView):
-    """What the mode that isn't at work makes of the photo.
-
-    Parameters
-    ----------
-    main : Viewport
-        Shows the mode at work.
-    """
+    """What the mode that isn't at work makes of the photo."""
 
     def __init__(self, main: Viewport) -> None:
         shown = ViewState(main.shown.document, other_mode=True)

@@ -8,7 +8,6 @@ from typing import Final
 from PySide6.QtCore import QEvent, QObject, QSettings, QSysInfo, Qt, qVersion
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
-    QDialogButtonBox,
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
@@ -148,13 +147,11 @@ class ShortcutsDialog(Dialog):
         label.setBuddy(self.key)
         row = row_of(label, self.key, self.reset)
         row.setStretchFactor(self.key, 1)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
         column = column_of(self, margin=3 * GRID_PX, spacing=2 * GRID_PX)
         column.addWidget(self.table, 1)
         column.addLayout(row)
         column.addWidget(self.note)
-        column.addWidget(buttons)
+        column.addWidget(self.closing())
 
     def _table(self) -> QTableWidget:
         table = QTableWidget(len(self._names), 2)

@@ -53,13 +53,10 @@ class Compare(Feature):
                 "Z",
                 tr("Before and after magnified"),
                 toggled=self.use_loupe,
-                checked=False,
             ),
         )
-        group = QActionGroup(self)
-        group.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
-        for name in ("wipe", "side", "difference"):
-            group.addAction(self.actions[f"compare-{name}"])
+        kinds = self.one_of("compare-wipe", "compare-side", "compare-difference")
+        kinds.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
         self.window.canvas.wiped.connect(self.wipe_to)
         self.document.opened.connect(self._open)
 
@@ -67,7 +64,7 @@ class Compare(Feature):
         def toggle(on: bool) -> None:
             self.toggle(name, on)
 
-        return Spec(f"compare-{name}", text, key, tip, toggled=toggle, checked=False)
+        return Spec(f"compare-{name}", text, key, tip, toggled=toggle)
 
     def toggle(self, name: CompareName, on: bool) -> None:
         """Compare this way, or no longer."""

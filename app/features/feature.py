@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QWidget
 
 from ..actions import Spec
@@ -120,6 +120,13 @@ class Feature(QObject):
     def add_actions(self, *specs: Spec) -> None:
         """Add actions to the window."""
         self.window.add_actions(specs)
+
+    def one_of(self, *names: str) -> QActionGroup:
+        """Let only one of these actions be checked at a time."""
+        group = QActionGroup(self)
+        for name in names:
+            group.addAction(self.actions[name])
+        return group
 
     def say(
         self,

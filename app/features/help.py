@@ -28,13 +28,7 @@ _NOT_IN_ANCHORS: Final = re.compile(r"[^\w\- ]")
 
 
 class Pages(QTextBrowser):
-    """Pages of Markdown in a folder; links between them work, others open elsewhere.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the pages and their pictures lie.
-    """
+    """Pages of Markdown in a folder; links between them work, others open elsewhere."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -77,15 +71,7 @@ def _anchor(heading: str) -> str:
 
 
 class HelpDialog(Dialog):
-    """The pages, a list of them, the way back, and a line to find words.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the pages lie.
-    parent : QWidget
-        The window.
-    """
+    """The pages, a list of them, the way back, and a line to find words."""
 
     def __init__(self, folder: Path, parent: QWidget) -> None:
         super().__init__(tr("Documentation"), parent, _SIZE_PX)
@@ -165,6 +151,4 @@ class Documentation(Feature):
             self.say(sentence(problem))
             return
         dialog = self.window.findChild(HelpDialog) or HelpDialog(folder, self.window)
-        dialog.show()
-        dialog.raise_()
-        dialog.activateWindow()
+        dialog.present()

@@ -8,8 +8,6 @@ from itertools import chain, repeat
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtGui import QActionGroup
-
 from kogao_core import interchange
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.landmarks import (
@@ -65,9 +63,7 @@ class LandmarkSources(Feature):
             )
         )
         self.add_actions(*specs)
-        self._group = QActionGroup(self)
-        for spec in specs:
-            self._group.addAction(self.actions[spec.name])
+        self._group = self.one_of(*(spec.name for spec in specs))
         self._now = self.actions.get(f"landmarks-{first.name}", self.actions[specs[0].name])
         self._now.setChecked(True)
 

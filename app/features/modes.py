@@ -10,7 +10,6 @@ from typing import Final
 import cv2
 import numpy as np
 from PySide6.QtWidgets import (
-    QDialogButtonBox,
     QGridLayout,
     QLabel,
     QTableWidget,
@@ -176,15 +175,7 @@ def _round_faces(first: Sheet, second: Sheet, image: Box) -> Box:
 
 
 class ModesDialog(Dialog):
-    """Two pictures above the times of table 2 and a table of points.
-
-    Parameters
-    ----------
-    comparison : ModesCompared
-        What to show.
-    parent : QWidget
-        The window.
-    """
+    """Two pictures above the times of table 2 and a table of points."""
 
     def __init__(self, comparison: ModesCompared, parent: QWidget) -> None:
         width_px = 2 * _PICTURE_PX + 12 * GRID_PX
@@ -196,15 +187,13 @@ class ModesDialog(Dialog):
         for column, side in enumerate(comparison.sides):
             grid.addWidget(heading(_title(side)), 0, column)
             grid.addWidget(_picture(side, self.devicePixelRatioF()), 1, column)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
         rows = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
         rows.addLayout(grid)
         rows.addWidget(self.times)
         rows.addWidget(heading(tr("How far the points lie apart")))
         rows.addWidget(muted_label(summary(comparison.faces)))
         rows.addWidget(self.points, 1)
-        rows.addWidget(buttons)
+        rows.addWidget(self.closing())
 
 
 def summary(faces: Sequence[FaceCompared]) -> str:

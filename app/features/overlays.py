@@ -90,7 +90,6 @@ class Overlays(Feature):
                 "O",
                 tr("The photo without marks, or the same marks again"),
                 toggled=self._hide_all,
-                checked=False,
             ),
         )
         self.actions["hide-overlays"].setIconText(tr("Hide overlays"))
@@ -105,7 +104,7 @@ class Overlays(Feature):
             self.window.canvas.show_overlay(name, on)
 
         tip = tr("Show or hide: {what}", what=title)
-        return Spec(f"overlay-{name}", title, overlay.key, tip, toggled=show, checked=False)
+        return Spec(f"overlay-{name}", title, overlay.key, tip, toggled=show)
 
     def _hide_all(self, hidden: bool) -> None:
         self.panel.hide_all(hidden)

@@ -8,11 +8,9 @@ from typing import Final
 
 from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import (
-    QDialogButtonBox,
     QGridLayout,
     QLabel,
     QLineEdit,
-    QPushButton,
     QWidget,
 )
 
@@ -25,7 +23,7 @@ from ..i18n import bare, tr, translated
 from ..preferences import PREFERENCES, Preference
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, muted_label
-from ..widgets.dialogs import Dialog, ask_path
+from ..widgets.dialogs import Dialog, PathLine
 from . import presets
 from .feature import Context, Feature
 from .recipe import RecipeEditing
@@ -35,15 +33,6 @@ _SIZE_PX: Final = (520, 0)
 
 class PreferencesDialog(Dialog):
     """A row for each of `PREFERENCES`.
-
-    Parameters
-    ----------
-    settings : QSettings
-        Where they are kept.
-    recipes : mapping of str to Recipe
-        Presets, by name.
-    parent : QWidget
-        The window.
 
     Signals
     -------
@@ -63,29 +52,26 @@ class PreferencesDialog(Dialog):
         rows.setColumnStretch(1, 1)
         for row, what in enumerate(PREFERENCES):
             self._add(what, rows, row)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
         column = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
         column.addLayout(rows)
         column.addStretch()
-        column.addWidget(buttons)
+        column.addWidget(self.closing())
 
     def _add(self, what: Preference, rows: QGridLayout, row: int) -> None:
-        control = self._folder(what) if what.kind == "folder" else self._choice(what)
-        self.controls[what.name] = control
         words, tip = translated(what.title), translated(what.tip)
+        shown = self._folder(what) if what.kind == "folder" else self._choice(what)
+        control = shown.line if isinstance(shown, PathLine) else shown
+        self.controls[what.name] = control
         control.setToolTip(tip)
         control.setAccessibleName(bare(words))
         control.setAccessibleDescription(tip)
         title = QLabel(words)
         title.setBuddy(control)
         rows.addWidget(title, 2 * row, 0)
-        rows.addWidget(control, 2 * row, 1, 1, 1 if what.kind == "folder" else 2)
-        if isinstance(control, QLineEdit):
-            rows.addWidget(self._choosing(what, control), 2 * row, 2)
+        rows.addWidget(shown, 2 * row, 1)
         note = muted_label(tip)
         note.setWordWrap(True)
-        rows.addWidget(note, 2 * row + 1, 1, 1, 2)
+        rows.addWidget(note, 2 * row + 1, 1)
 
     def _choice(self, what: Preference) -> ChoiceBox:
         box = ChoiceBox()
@@ -97,24 +83,13 @@ class PreferencesDialog(Dialog):
         box.currentIndexChanged.connect(lambda: self._take(what, box.currentData()))
         return box
 
-    def _folder(self, what: Preference) -> QLineEdit:
-        line = QLineEdit(preferences.preferred(self._settings, what))
-        line.setPlaceholderText(tr("The folder of the open photo"))
-        line.setClearButtonEnabled(True)
-        line.textChanged.connect(lambda text: self._take(what, text.strip()))
-        return line
-
-    def _choosing(self, what: Preference, line: QLineEdit) -> QPushButton:
-        button = QPushButton(tr("Choose…"))
-        button.setAccessibleName(tr("{title}, choose", title=line.accessibleName()))
-        button.setAutoDefault(False)
-        at = preferences.folder(self._settings, what)
-        button.clicked.connect(
-            lambda: ask_path(
-                self, line.accessibleName(), lambda it: line.setText(str(it)), "folder", at=at
-            )
-        )
-        return button
+    def _folder(self, what: Preference) -> PathLine:
+        now = preferences.preferred(self._settings, what)
+        chosen = PathLine(bare(translated(what.title)), now, kind="folder")
+        chosen.line.setPlaceholderText(tr("The folder of the open photo"))
+        chosen.line.setClearButtonEnabled(True)
+        chosen.line.textChanged.connect(lambda: self._take(what, chosen.path))
+        return chosen
 
     def _take(self, what: Preference, text: str) -> None:
         preferences.prefer(self._settings, what, text)

@@ -10,7 +10,7 @@ from typing import Final, get_args
 import cv2
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from kogao_core.geometry import Array
@@ -70,7 +70,6 @@ class Protect(Feature):
                 "Shift+B",
                 tr("Not a pixel of it moves"),
                 toggled=self.set_hard,
-                checked=False,
             ),
             Spec(
                 "smaller",
@@ -94,14 +93,9 @@ class Protect(Feature):
                 self.clear,
             ),
         )
-        tools, group = (
-            [self.actions[f"tool-{name}"] for name in get_args(ToolName)],
-            QActionGroup(self),
-        )
-        for action in tools:
-            group.addAction(action)
+        tools = self.one_of(*(f"tool-{name}" for name in get_args(ToolName)))
         self.panel: ProtectPanel = ProtectPanel(
-            tools, self.actions["hard"], self.actions["unprotect"]
+            tools.actions(), self.actions["hard"], self.actions["unprotect"]
         )
         self.panel.size_px.edited.connect(self.set_radius)
         self.panel.size_px.reset.connect(self.fit_brush)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -104,7 +103,7 @@ class _Domains(QWidget):
         self._rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
         for row, domain in enumerate(DOMAINS):
             mark = QLabel()
-            draw = partial(_hatch, domain.name)
+            draw = glyphs.hatch_mark(domain.name)
             mark.setPixmap(glyphs.swatch(draw, self.devicePixelRatioF()))
             title = muted_label(translated(domain.title))
             title.setToolTip(fields.help_of(domain))
@@ -156,10 +155,6 @@ class _Bar(QWidget):
         painter.fillRect(
             QRectF(0, top, self.width() * self._share, _BAR_PX), self.palette().accent()
         )
-
-
-def _hatch(name: DomainName, painter: QPainter, box: QRectF) -> None:
-    glyphs.hatched(painter, box.adjusted(2, 2, -2, -2), name)
 
 
 def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:

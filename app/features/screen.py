@@ -44,7 +44,6 @@ class Screen(Feature):
                 "F8",
                 tr("The photo alone, or everything again"),
                 toggled=docks.hide_all,
-                checked=False,
             ),
             Spec(
                 "move-panels",
@@ -52,7 +51,6 @@ class Screen(Feature):
                 "F9",
                 tr("Give panels title bars to drag them by"),
                 toggled=lambda on: docks.fix(not on),
-                checked=False,
             ),
         )
         self.window.original_held.connect(canvas.show_original)

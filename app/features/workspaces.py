@@ -7,7 +7,6 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QByteArray
-from PySide6.QtGui import QActionGroup
 
 from ..actions import Spec
 from ..canvas.overlays.listed import LISTED
@@ -35,9 +34,7 @@ class Workspaces(Feature):
                 self.reset,
             ),
         )
-        group = QActionGroup(self)
-        for name in WORKSPACES:
-            group.addAction(self.actions[f"workspace-{name}"])
+        self.one_of(*(f"workspace-{name}" for name in WORKSPACES))
 
     def _spec(self, one: Workspace) -> Spec:
         show = partial(self.show, one.name)

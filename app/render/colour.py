@@ -82,15 +82,7 @@ def _known_colours(icc: bytes, mode: str) -> ScreenColours:
 
 
 class _Transform:
-    """Turns 8-bit pictures into sRGB; grey ones come as three equal channels, too.
-
-    Parameters
-    ----------
-    transform : ImageCmsTransform
-        To RGB.
-    mode : {"L", "RGB"}
-        What it takes.
-    """
+    """Turns 8-bit pictures into sRGB; grey ones come as three equal channels, too."""
 
     def __init__(self, transform: Any, mode: str) -> None:
         self._transform, self._grey = transform, mode == "L"

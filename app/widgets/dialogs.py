@@ -11,8 +11,10 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
+    QDialogButtonBox,
     QFileDialog,
     QHeaderView,
+    QLineEdit,
     QMessageBox,
     QPushButton,
     QTableWidget,
@@ -23,6 +25,7 @@ from PySide6.QtWidgets import (
 from kogao_core.photo import READABLE
 
 from ..i18n import tr
+from .controls import column_of, row_of
 
 _MARGIN_PX = 60  # what a title bar and a task bar take
 _LINE_PX = 18  # a line of text for which sizes are given
@@ -53,6 +56,18 @@ class Dialog(QDialog):
         self.setWindowTitle(title)
         grown = max(1.0, self.fontMetrics().height() / _LINE_PX)
         self.resize((QSize(*size_px) * grown).boundedTo(room(parent)))
+
+    def closing(self) -> QDialogButtonBox:
+        """Return the row of buttons of a dialog that is only closed."""
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        return buttons
+
+    def present(self) -> None:
+        """Show it, in front and with the focus."""
+        self.show()
+        self.raise_()
+        self.activateWindow()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Grow until no line is cut: Qt reckons with the lines that a wider dialog would have."""
@@ -156,6 +171,50 @@ def button(text: str, slot: Callable[[], object]) -> QPushButton:
     made.setAutoDefault(False)
     made.clicked.connect(slot)
     return made
+
+
+class PathLine(QWidget):
+    """A line for a path, and a button to look for one.
+
+    Parameters
+    ----------
+    title : str
+        What the path leads to.
+    path : str
+        Where that is so far.
+    filters : sequence of str
+        Kinds of files.
+    kind : {"file", "folder"}
+        What is looked for.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        path: str,
+        filters: Sequence[str] = (),
+        kind: Literal["file", "folder"] = "file",
+    ) -> None:
+        super().__init__()
+        self._title, self._filters, self._kind = title, filters, kind
+        self.line = QLineEdit(path)
+        self.line.setAccessibleName(title)
+        self.line.setPlaceholderText(title)
+        self.choose = button(tr("Choose…"), self._ask)
+        self.choose.setAccessibleName(tr("{title}, choose", title=title))
+        column_of(self).addLayout(row_of(self.line, self.choose))
+
+    @property
+    def path(self) -> str:
+        """What is in the line."""
+        return self.line.text().strip()
+
+    def _ask(self) -> None:
+        at = Path(self.path) if self.path and Path(self.path).exists() else None
+        put = self.line.setText
+        ask_path(
+            self, self._title, lambda it: put(str(it)), self._kind, filters=self._filters, at=at
+        )
 
 
 def room(window: QWidget) -> QSize:

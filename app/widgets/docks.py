@@ -44,13 +44,7 @@ class Dock:
 
 
 class Docks(QObject):
-    """Adds docks, moves them, and remembers where they are.
-
-    Parameters
-    ----------
-    window : QMainWindow
-        Whose docks these are.
-    """
+    """Adds docks, moves them, and remembers where they are."""
 
     def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)

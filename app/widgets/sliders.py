@@ -38,11 +38,6 @@ _COMPACT = (5, 4, 3)
 class GestureSlider(QSlider):
     """A slider that tells a gesture from its end.
 
-    Parameters
-    ----------
-    scale : SliderScale
-        Its steps and what they stand for.
-
     Signals
     -------
     edited

@@ -94,14 +94,13 @@ class People(Overlay):
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the tint from the last paint again, as long as it holds."""
-        people, photo = self.shown.people, self.shown.image
+        people = self.shown.people
         if people is None:
             return
         if people is not self._drawn:
             self._drawn, self._image = people, tinted(people)
-        area = place.rect(photo.left - 0.5, photo.top - 0.5, photo.right - 0.5, photo.bottom - 0.5)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        painter.drawImage(area, self._image)
+        painter.drawImage(place.box(self.shown.image), self._image)
 
 
 def tinted(people: Rgb8) -> QImage:

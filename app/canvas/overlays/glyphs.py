@@ -32,6 +32,7 @@ _FINE_PX: Final = 1.0
 _SHADOW_PX: Final = 0.9
 # Light enough for the same without a halo, which a thin line has no room for.
 _LIGHT: Final = 0.5
+PLATE: Final = QColor(0, 0, 0, 170)
 HALO: Final = QColor(255, 255, 255, 230)
 LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
@@ -213,14 +214,19 @@ def label(
     on_plate(painter, plate(painter.font(), at, text, bold=bold, within=within), text, bold=bold)
 
 
+def ground(painter: QPainter, box: QRectF, radius: float) -> None:
+    """Draw a dark plate."""
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(PLATE)
+    painter.drawRoundedRect(box, radius, radius)
+
+
 def on_plate(painter: QPainter, box: QRectF, text: str, *, bold: bool = False) -> None:
     """Write light text on a dark plate."""
     font = QFont(painter.font())
     font.setBold(bold)
     painter.setFont(font)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(0, 0, 0, 170))
-    painter.drawRoundedRect(box, 3, 3)
+    ground(painter, box, 3)
     painter.setPen(QColor(255, 255, 255))
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
@@ -256,6 +262,11 @@ def hatched(painter: QPainter, box: QRectF, name: str) -> None:
     edge = QPainterPath()
     edge.addRect(box)
     outlined(painter, edge, light(DOMAINS[name]))
+
+
+def hatch_mark(name: str) -> Callable[[QPainter, QRectF], None]:
+    """Return what draws the tint and hatch of a domain into a small square."""
+    return lambda painter, box: hatched(painter, box.adjusted(2, 2, -2, -2), name)
 
 
 def outlined(

@@ -118,8 +118,7 @@ class DomainRegions(FrameOverlay):
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Fill each domain up to the next smaller one, each with its own tint and hatch."""
-        image = self.shown.image
-        photo = place.rect(image.left - 0.5, image.top - 0.5, image.right - 0.5, image.bottom - 0.5)
+        photo = place.box(self.shown.image)
         screen = photo.intersected(place.viewport)
         regions = _regions(place, frame, screen, self.shown.state.recipe.threshold_px)
         whole = QPainterPath()

@@ -7,7 +7,7 @@ from collections.abc import Set as AbstractSet
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QPainter, QPen
 
 from kogao_core.language import Text
 from kogao_core.settings import DOMAINS
@@ -40,7 +40,7 @@ class Legend(Overlay):
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
         """Draw its mark."""
         painter.setPen(QPen(glyphs.HALO, 1.2))
-        painter.setBrush(QColor(0, 0, 0, 170))
+        painter.setBrush(glyphs.PLATE)
         painter.drawRoundedRect(box.adjusted(1.5, 2.5, -1.5, -2.5), 2, 2)
         for y in (6.5, 11.5):
             painter.drawLine(QPointF(box.left() + 5, y), QPointF(box.right() - 5, y))
@@ -56,9 +56,7 @@ class Legend(Overlay):
         width = text_at + max(metrics.horizontalAdvance(text) for _, text in rows)
         box = QRectF(0, 0, width + 2 * _PADDING_PX, len(rows) * line + 2 * _PADDING_PX)
         box.moveBottomRight(place.viewport.bottomRight() - QPointF(_MARGIN_PX, _MARGIN_PX))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(0, 0, 0, 170))
-        painter.drawRoundedRect(box, 4, 4)
+        glyphs.ground(painter, box, 4)
         for row, (swatch, text) in enumerate(rows):
             top = box.top() + _PADDING_PX + row * line
             mark = QRectF(0, 0, glyphs.SWATCH_PX, glyphs.SWATCH_PX)
@@ -87,14 +85,7 @@ class Legend(Overlay):
             share = 100 * counts[domain.name] / max(1, counts["image"])
             px = f"{counts[domain.name]:,}".replace(",", "\N{THIN SPACE}")
             text = tr("{title}: {px} px, {n:.1f} %", title=translated(domain.title), px=px, n=share)
-            yield _hatch(domain.name), text
-
-
-def _hatch(name: str) -> Swatch:
-    def draw(painter: QPainter, box: QRectF) -> None:
-        glyphs.hatched(painter, box.adjusted(2, 2, -2, -2), name)
-
-    return draw
+            yield glyphs.hatch_mark(domain.name), text
 
 
 LISTED: Final[tuple[type[Overlay], ...]] = (

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPen
+from PySide6.QtGui import QBrush, QImage, QPainter, QPen
 
 from kogao_core.geometry import Array
 from kogao_core.language import Text
@@ -42,9 +42,7 @@ class _Map(FrameOverlay):
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw the colours from the last paint again, as long as they hold."""
-        photo = self.shown.image
-        area = place.rect(photo.left - 0.5, photo.top - 0.5, photo.right - 0.5, photo.bottom - 0.5)
-        area = area.intersected(place.viewport)
+        area = place.box(self.shown.image).intersected(place.viewport)
         if area.isEmpty():
             return
         key = (frame, area.getRect(), place.zoom, place.to_screen.shift.tobytes())
@@ -75,9 +73,7 @@ class _Map(FrameOverlay):
         top = place.viewport.bottom() - _MARGIN_PX - (self.row + 1) * (height + 2.5 * line + 12.0)
         box = QRectF(place.viewport.left() + _MARGIN_PX, top + line + 8.0, width, height)
         plate = box.adjusted(-8.0, -line - 8.0, 8.0, line + 8.0)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(0, 0, 0, 170))
-        painter.drawRoundedRect(plate, 4, 4)
+        glyphs.ground(painter, plate, 4)
         scale = self.shades(self.ramp(self._top)[None], self._top)
         scale[..., 3] = 255
         count = scale.shape[1]

@@ -12,7 +12,7 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from kogao_core.geometry import Affine, Array
+from kogao_core.geometry import Affine, Array, Box
 from kogao_core.language import Text
 
 from ...render.live import RenderedFrame
@@ -51,6 +51,11 @@ class Place:
         first, last = self.points([(left, top), (right, bottom)])
         return QRectF(first, last)
 
+    def box(self, pixels: Box) -> QRectF:
+        """Return the pixels of a box on screen, to their outer edges."""
+        left, top, right, bottom = pixels.left, pixels.top, pixels.right, pixels.bottom
+        return self.rect(left - 0.5, top - 0.5, right - 0.5, bottom - 0.5)
+
     @property
     def seen(self) -> Array:
         """Corners of the viewport in px of the photo, shape (2, 2): top left, bottom right."""
@@ -65,11 +70,6 @@ class Overlay(pg.GraphicsObject):
     Those that can be switched on and off also have a key, a title and a swatch, and stand in
     `listed.LISTED`; panel, menu, screenshots and their test follow from that. Which of them are on
     at first is each workspace's to say.
-
-    Parameters
-    ----------
-    view : ViewState
-        What to draw.
 
     Attributes
     ----------

@@ -64,9 +64,7 @@ class Batch(Feature):
         if not self.busy:
             disclosure = words(self._options.current)
             self.dialog.form.offer(recipes, disclosure)
-        self.dialog.show()
-        self.dialog.raise_()
-        self.dialog.activateWindow()
+        self.dialog.present()
 
     def guard(self, then: Callable[[], object]) -> None:
         """Do `then` at once, or after a running batch was stopped with the user's consent."""

@@ -66,13 +66,6 @@ class Findings:
 class ExperimentDialog(Dialog):
     """Follows an experiment and shows what came of it.
 
-    Parameters
-    ----------
-    title : str
-        What it is called.
-    parent : QWidget
-        The window.
-
     Attributes
     ----------
     in_browser, to_file : QPushButton
@@ -126,13 +119,12 @@ class ExperimentDialog(Dialog):
         self.state.setText(sentence)
 
     def _buttons(self) -> QDialogButtonBox:
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons = self.closing()
         role = QDialogButtonBox.ButtonRole.ActionRole
         self.in_browser = buttons.addButton(tr("Open in a &browser"), role)
         self.to_file = buttons.addButton(tr("&Save the report…"), role)
         for button in (self.in_browser, self.to_file):
             button.setEnabled(False)
-        buttons.rejected.connect(self.reject)
         return buttons
 
     def _show_pictures(self, pictures: dict[str, list[tuple[str, Image]]]) -> None:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
 from PySide6.QtCore import QSettings, Signal
-from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QWidget
 
 from kogao_core.photo import CannotDisclose
 from kogao_core.photo.credentials import Signer, check_signer
@@ -21,58 +20,15 @@ from ...actions import Spec
 from ...i18n import sentence, tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
-from ...widgets.dialogs import Dialog, ask_path, photo_filter
+from ...widgets.dialogs import Dialog, PathLine, photo_filter
 from ..feature import Context, Feature
 
 _SIZE_PX: Final = (460, 0)
 _GROUP: Final = "saving"
 
 
-class FileLine(QWidget):
-    """A line for the path of a file, and a button to look for it.
-
-    Parameters
-    ----------
-    title : str
-        What the file is.
-    path : str
-        Where it is so far.
-    filters : tuple of str
-        Kinds of files.
-    """
-
-    def __init__(self, title: str, path: str, filters: tuple[str, ...]) -> None:
-        super().__init__()
-        self._title, self._filters = title, filters
-        self.line = QLineEdit(path)
-        self.line.setAccessibleName(title)
-        self.line.setPlaceholderText(title)
-        self.choose = QPushButton(tr("Choose…"))
-        self.choose.setAccessibleName(tr("{title}, choose", title=title))
-        self.choose.setAutoDefault(False)
-        self.choose.clicked.connect(self._ask)
-        column_of(self).addLayout(row_of(self.line, self.choose))
-
-    @property
-    def path(self) -> str:
-        """What is in the line."""
-        return self.line.text().strip()
-
-    def _ask(self) -> None:
-        at = Path(self.path) if self.path and Path(self.path).exists() else None
-        put = self.line.setText
-        ask_path(self, self._title, lambda it: put(str(it)), filters=self._filters, at=at)
-
-
 class SavingDialog(Dialog):
     """Choices that are off at first: an edit record, labels, and signed content credentials.
-
-    Parameters
-    ----------
-    now : Told
-        What is told at present.
-    parent : QWidget
-        The window.
 
     Signals
     -------
@@ -101,7 +57,7 @@ class SavingDialog(Dialog):
     def _add_picture(self, now: Told) -> None:
         self.pictured = QCheckBox(tr("Lay a &picture over a corner"))
         self.pictured.setToolTip(tr("Such as the mark that Norway prescribes for advertisements"))
-        self.picture = FileLine(tr("File of the picture"), now.picture, (photo_filter(),))
+        self.picture = PathLine(tr("File of the picture"), now.picture, [photo_filter()])
         self.corner = ChoiceBox()
         for name, title in CORNERS.items():
             self.corner.addItem(translated(title), name)
@@ -118,9 +74,12 @@ class SavingDialog(Dialog):
             tr("Si&gn content credentials (C2PA) that name the photo as source")
         )
         self.signed.setToolTip(tr("It takes a certificate of your own, and its key"))
-        pem = tr("PEM files ({patterns})", patterns="*.pem *.crt *.cer *.key"), tr("All files (*)")
-        self.certificate = FileLine(tr("Certificate"), now.certificate, pem)
-        self.key = FileLine(tr("Private key"), now.key, pem)
+        pem = [
+            tr("PEM files ({patterns})", patterns="*.pem *.crt *.cer *.key"),
+            tr("All files (*)"),
+        ]
+        self.certificate = PathLine(tr("Certificate"), now.certificate, pem)
+        self.key = PathLine(tr("Private key"), now.key, pem)
         self._bind(self.signed, now.signed, self.certificate, self.key)
 
     def _bind(self, box: QCheckBox, on: bool, *inside: QWidget) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QActionGroup
 
 from kogao_core.project import Mode
 
@@ -128,9 +127,7 @@ class Manual(Feature):
                 self.apply,
             ),
         )
-        group = QActionGroup(self)
-        for mode in ("automatic", "manual"):
-            group.addAction(self.actions[f"mode-{mode}"])
+        self.one_of("mode-automatic", "mode-manual")
 
     def _join_canvas(self) -> None:
         canvas = self.window.canvas

@@ -15,13 +15,7 @@ _TICK_MS = 100
 
 
 class ManualPanel(QWidget):
-    """Shown in manual mode only.
-
-    Parameters
-    ----------
-    back : QAction
-        Leads to automatic mode.
-    """
+    """Shown in manual mode only."""
 
     def __init__(self, back: QAction) -> None:
         super().__init__()
