@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -47,6 +47,14 @@ class Labels:
         object.__setattr__(self, "eyes", frozen(self.eyes, (4, 2)))
         object.__setattr__(self, "mouth", frozen(self.mouth, (2, 2)))
         object.__setattr__(self, "jaw", frozen(self.jaw, (None, 2)))
+
+    @classmethod
+    def of(cls, one: Mapping[str, Any], corner: npt.ArrayLike = (0.0, 0.0)) -> Labels:
+        """Return one pass of a face of ``tests/labels/faces.json``; its crop begins at `corner`."""
+        names, hidden = ("eyes", "mouth", "outline"), one.get("hidden", {})
+        seen = [~np.isin(range(len(one[name])), hidden.get(name, ())) for name in names]
+        eyes, mouth, jaw = (np.add(one[name], corner) for name in names)
+        return cls(eyes, mouth, jaw, np.concatenate(seen))
 
     @cached_property
     def unit_px(self) -> float:
@@ -94,28 +102,23 @@ def distance_to_line(points: Array, line: Array) -> Array:
 
 def errors(face: Face, labels: Labels) -> Errors:
     """Return a face's errors: corner to corner, and labelled jaw points to the open outline."""
-    return labels.in_percent(
-        [
-            np.linalg.norm(face.eyes - labels.eyes, axis=1),
-            np.linalg.norm(face.mouth - labels.mouth, axis=1),
-            distance_to_line(labels.jaw, face.outline),
-        ]
-    )
+    return _apart(labels, face, face.outline)
 
 
 def repeatability(first: Labels, second: Labels) -> Errors:
     """Return how far two passes of labels differ, both ways: the floor for `errors`."""
-    ways = [
-        one.in_percent(
-            [
-                np.linalg.norm(one.eyes - other.eyes, axis=1),
-                np.linalg.norm(one.mouth - other.mouth, axis=1),
-                distance_to_line(one.jaw, other.jaw),
-            ]
-        )
-        for one, other in ((first, second), (second, first))
-    ]
+    ways = [_apart(first, second, second.jaw), _apart(second, first, first.jaw)]
     return Errors(*(float(value) for value in np.mean(ways, axis=0)))
+
+
+def _apart(labels: Labels, other: Face | Labels, line: Array) -> Errors:
+    return labels.in_percent(
+        [
+            np.linalg.norm(other.eyes - labels.eyes, axis=1),
+            np.linalg.norm(other.mouth - labels.mouth, axis=1),
+            distance_to_line(labels.jaw, line),
+        ]
+    )
 
 
 def nearest(faces: Sequence[Face], labels: Labels) -> Face | None:
@@ -143,6 +146,13 @@ def share_below(values: npt.ArrayLike, limits: npt.ArrayLike) -> Array:
     ordered = np.sort(np.asarray(values, np.float64))
     ordered = ordered[~np.isnan(ordered)]
     return np.searchsorted(ordered, np.asarray(limits), side="right") / max(1, len(ordered))
+
+
+def area_under_curve(low: Array, high: Array) -> float:
+    """Return how often one of `low` lies below one of `high`; 0.5 is chance, NaN without either."""
+    if not len(low) or not len(high):
+        return float("nan")
+    return float((low[:, None] < high).mean() + 0.5 * (low[:, None] == high).mean())
 
 
 def _mean(values: Array) -> float:

@@ -8,7 +8,6 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -100,16 +99,7 @@ def _wild(data: Path) -> Iterator[Sample]:
             sets=("wild", f"wild {view}"),
             groups=(*face["tags"], *opposites),
             picture=picture,
-            labels=labels_of(face["first"]),
+            labels=Labels.of(face["first"]),
             crop=tuple(face["crop"]) if "crop" in face else None,
-            again=labels_of(face["second"]),
+            again=Labels.of(face["second"]),
         )
-
-
-def labels_of(marks: dict[str, Any]) -> Labels:
-    """Return one pass of `tests/labels/faces.json`."""
-    groups: list[Array] = [np.array(marks[name]) for name in ("eyes", "mouth", "outline")]
-    seen = [np.ones(len(points), bool) for points in groups]
-    for mask, name in zip(seen, ("eyes", "mouth", "outline"), strict=True):
-        mask[marks.get("hidden", {}).get(name, [])] = False
-    return Labels(*groups, seen=np.concatenate(seen))

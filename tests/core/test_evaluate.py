@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from benchmarks.labelled import OURS, labels_of
+from benchmarks.labelled import OURS
 from kogao_resources.training import evaluate
 from kogao_resources.training.evaluate import Labels
 
@@ -115,7 +115,7 @@ def test_our_labels_cover_turned_heads_and_repeat_within_a_percent_or_so() -> No
     faces = json.loads(OURS.read_text(encoding="utf-8"))["faces"]
     assert len({one["id"] for one in faces}) == len(faces) >= 36
     assert sum("turned" in one["tags"] for one in faces) >= len(faces) / 3
-    passes = [(labels_of(one["first"]), labels_of(one["second"])) for one in faces]
+    passes = [(Labels.of(one["first"]), Labels.of(one["second"])) for one in faces]
     apart = [evaluate.repeatability(first, second) for first, second in passes]
     assert np.nanmean(apart, axis=0)[2] < 1.2
     assert np.nanmax(apart) < 6.0

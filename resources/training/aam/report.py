@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -71,20 +71,9 @@ def _person_tags(face: Photographed) -> tuple[str, ...]:
 def hand_labelled(file: Path, data: Path) -> Iterator[Truth]:
     """Yield the faces of a file of hand labels such as ``tests/labels/faces.json``."""
     for entry in json.loads(file.read_text(encoding="utf-8"))["faces"]:
-        first = entry["first"]
-        corner = np.array(entry.get("crop", (0.0, 0.0))[:2])
-        eyes, mouth, jaw = (np.array(first[part]) + corner for part in ("eyes", "mouth", "outline"))
-        labels = Labels(eyes, mouth, jaw, _seen(first))
+        labels = Labels.of(entry["first"], entry.get("crop", (0.0, 0.0))[:2])
         tags = ("in the wild, labelled by hand", *(f"by hand, {tag}" for tag in entry["tags"]))
         yield Truth(data / entry["file"], labels, tags)
-
-
-def _seen(labels: dict[str, Any]) -> np.ndarray:
-    seen = []
-    for part in ("eyes", "mouth", "outline"):
-        hidden = labels.get("hidden", {}).get(part, [])
-        seen += [index not in hidden for index in range(len(labels[part]))]
-    return np.array(seen)
 
 
 def results(model: Path, known: Sequence[Truth]) -> list[FaceErrors]:
@@ -126,6 +115,4 @@ def area_under_curve(found: Sequence[FaceErrors], far_percent: float) -> float:
     error = np.array([one.errors[3] for one in found])
     score = np.array([one.score for one in found])
     bad, good = score[(error > far_percent) & np.isfinite(error)], score[error <= far_percent]
-    if not len(bad) or not len(good):
-        return float("nan")
-    return float((bad[:, None] < good).mean() + 0.5 * (bad[:, None] == good).mean())
+    return evaluate.area_under_curve(bad, good)

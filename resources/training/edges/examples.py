@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import cv2
 import numpy as np
 
 from kogao_core.geometry import Array, Image
@@ -16,6 +15,7 @@ from kogao_core.landmarks.edges.strips import smooth
 from kogao_core.landmarks.mesh import MeshSource
 from kogao_core.landmarks.pixels import Pyramid
 
+from ..aam.detected import read
 from ..evaluate import Labels, nearest
 from .learn import LabelledCut, labelled_cut
 
@@ -36,7 +36,7 @@ def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
                 labels = Labels(points[list(EYE_LABELS)], points[_MOUTH], points[_JAW])
                 line = smooth(smooth(points[list(OUTLINE_LABELS)]))
                 yield from _example(
-                    source, picture, _read(picture), labels, line, 1.0, (folder, "studio")
+                    source, picture, read(picture), labels, line, 1.0, (folder, "studio")
                 )
 
 
@@ -44,7 +44,7 @@ def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
     """Yield the hand-labelled faces of a table, each pass of each face for itself."""
     source = MeshSource(refined=False)
     for face in json.loads(table.read_text(encoding="utf-8"))["faces"]:
-        image = _read(data / face["file"])
+        image = read(data / face["file"])
         if "crop" in face:
             left, top, width, height = face["crop"]
             image = np.ascontiguousarray(image[top : top + height, left : left + width])
@@ -54,19 +54,8 @@ def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
         name = data / face["file"] / face["id"]
         tags = (face["file"].split("/")[0], "wild", "beard" if bearded else "no beard")
         for one in passes:
-            labels = _labels(one)
+            labels = Labels.of(one)
             yield from _example(source, name, image, labels, labels.jaw, weight, tags)
-
-
-def _labels(one: dict[str, Any]) -> Labels:
-    hidden = one.get("hidden", {})
-    seen = [
-        index not in hidden.get(group, ())
-        for group in ("eyes", "mouth", "outline")
-        for index in range(len(one[group]))
-    ]
-    eyes, mouth, jaw = (np.array(one[group], float) for group in ("eyes", "mouth", "outline"))
-    return Labels(eyes, mouth, jaw, np.array(seen))
 
 
 def _example(
@@ -84,10 +73,3 @@ def _example(
         hidden = np.flatnonzero(~seen[6:]).tolist()
         cut = labelled_cut(str(name), Pyramid(image), face, line, hidden, weight, tags)
         yield cut, labels
-
-
-def _read(picture: Path) -> Image:
-    image = cv2.imread(str(picture))
-    if image is None:
-        raise ValueError(f"{picture} isn't a picture")
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))

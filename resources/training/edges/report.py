@@ -16,7 +16,7 @@ from kogao_core.landmarks.edges.network import Floats
 from kogao_core.landmarks.edges.strips import planes
 from kogao_core.landmarks.outline import resampled
 
-from ..evaluate import Labels, distance_to_line
+from ..evaluate import Labels, area_under_curve, distance_to_line
 from .learn import LabelledCut
 
 _OUTLINE: Final = 21
@@ -92,11 +92,5 @@ def reliability(faces: Sequence[Unseen], tag: str) -> Iterator[str]:
             off += within.mean() * abs(sure - right)
             yield f"{tag} {low:.1f} to {high:.1f}: {within.sum()} say {sure:.2f}, {right:.2f} are"
     hidden = ~np.concatenate([one.seen for one in group])
-    yield f"{tag}: off by {off:.3f} on average; {_area(said[hidden], said[~hidden])} for hidden"
-
-
-def _area(low: Array, high: Array) -> str:
-    if not len(low) or not len(high):
-        return "no area under the curve"
-    area = (low[:, None] < high).mean() + 0.5 * (low[:, None] == high).mean()
-    return f"area under the curve {area:.2f}"
+    area = area_under_curve(said[hidden], said[~hidden])
+    yield f"{tag}: off by {off:.3f} on average; area under the curve {area:.2f} for hidden"

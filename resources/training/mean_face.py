@@ -1,6 +1,6 @@
-"""Make ``mean189.csv`` again: the mean of hand-labelled frontal faces of 189 points.
+"""Make the template of 189 points again: the mean of hand-labelled frontal faces.
 
-``python -m kogao_core.interchange.averaged DATA`` reads the labels of ``frll/`` and ``canada/``:
+``python -m resources.training.mean_face DATA FILE`` reads the labels of ``frll/`` and ``canada/``:
 Face Research Lab London Set (DeBruine & Jones 2017, figshare 5047666) and Young Adult White Faces
 (the same, figshare 4220517), both CC BY 4.0. No single face can be told from the mean.
 """
@@ -23,17 +23,9 @@ _LEFT_EYE, _RIGHT_EYE = 18, 27
 
 
 def mean_face(shapes: list[Array]) -> Array:
-    """Return the mean of shapes (N, 2) laid over each other; unit: outer inter-ocular distance.
+    """Return the mean of shapes (N, 2) laid over each other, round the middle of its points.
 
-    Parameters
-    ----------
-    shapes : list of array of shape (N, 2)
-        At least one; a row is the same point in each.
-
-    Returns
-    -------
-    array of shape (N, 2)
-        Round the middle of its points.
+    Its unit is the outer inter-ocular distance.
     """
     mean = shapes[0]
     for _ in range(_ROUNDS):
@@ -43,17 +35,11 @@ def mean_face(shapes: list[Array]) -> Array:
 
 
 def main(arguments: list[str]) -> None:
-    """Write the file beside this module.
-
-    Parameters
-    ----------
-    arguments : list of str
-        The folder with the sets of labelled faces.
-    """
-    files = [path for name in _SETS for path in sorted(Path(arguments[0], name).glob("[0-9]*.csv"))]
+    """Write the file (2nd argument) from the folder with the sets of labelled faces (1st)."""
+    data, target = map(Path, arguments)
+    files = [path for name in _SETS for path in sorted((data / name).glob("[0-9]*.csv"))]
     shapes = [np.loadtxt(path, delimiter=",", skiprows=1) for path in files]
     rows = [f"{x:.4f},{y:.4f}" for x, y in mean_face(shapes).tolist()]
-    target = Path(__file__).with_name("mean189.csv")
     put(("\n".join(["x,y", *rows]) + "\n").encode("ascii"), target)
     print(f"{target}: mean of {len(shapes)} faces")
 
