@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import Final
 
@@ -110,7 +111,7 @@ class EmptyState(QFrame):
         self._title.setVisible(bool(paths))
 
     def _link(self, path: Path, title: str) -> QLabel:
-        link = QLabel(f'<a href="#">{_escaped(title)}</a>')
+        link = QLabel(f'<a href="#">{escape(title, quote=False)}</a>')
         link.setToolTip(str(path))
         link.setAccessibleName(tr("Open {name}", name=title))
         link.setTextInteractionFlags(
@@ -126,10 +127,6 @@ def _button(action: QAction) -> QPushButton:
     button.setToolTip(action.toolTip())
     button.clicked.connect(action.trigger)
     return button
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 class Recent(Feature):

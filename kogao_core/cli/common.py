@@ -286,6 +286,14 @@ def find_faces(
     return faces
 
 
+def selected(faces: Sequence[Face], which: str) -> list[Face]:
+    """Return the faces that ``--face`` names, or stop where it names none of them."""
+    from kogao_core.face import select
+
+    with stopping(ValueError, USAGE):
+        return select(faces, which)
+
+
 def count_of_faces(count: int) -> Text:
     """Return ``1 face`` or ``2 faces``."""
     return Text.counted(count, "{n} face", "{n} faces")

@@ -87,11 +87,9 @@ def _drawings(
 ) -> list[Drawing]:
     from kogao_core.experiments.figures import figures
     from kogao_core.experiments.subjects import Subject
-    from kogao_core.face import select
 
     read = common.read_photo(photo, max_megapixels)
-    with common.stopping(ValueError, common.USAGE):
-        faces = select(common.find_faces(read, landmarks), which)
+    faces = common.selected(common.find_faces(read, landmarks), which)
     return figures(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
 
 

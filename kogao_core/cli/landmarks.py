@@ -62,8 +62,8 @@ def export(
     code = 0
     for photo, target in zip(photos, targets, strict=True):
         try:
-            faces = _faces(photo, which, landmarks, max_megapixels)
-            _write(photo, faces, target, template, force)
+            found = common.find_faces(common.read_photo(photo, max_megapixels), landmarks)
+            _write(photo, common.selected(found, which), target, template, force)
         except common.Stop as stop:
             if len(photos) == 1:
                 raise
@@ -84,14 +84,6 @@ def _targets(photos: Sequence[Path], folder: Path, form: str) -> list[Path]:
             common.USAGE,
         )
     return targets
-
-
-def _faces(photo: Path, which: str, landmarks: str | None, max_megapixels: float) -> Sequence[Face]:
-    from kogao_core.face import select
-
-    faces = common.find_faces(common.read_photo(photo, max_megapixels), landmarks)
-    with common.stopping(ValueError, common.USAGE):
-        return select(faces, which)
 
 
 def _write(

@@ -104,7 +104,6 @@ class Work:
     def _subject(self, path: Path, source: LandmarkSource) -> Subject:
         from kogao_core.assets import AssetMissing
         from kogao_core.experiments.subjects import Subject
-        from kogao_core.face import select
         from kogao_core.landmarks import ModelRefused
 
         photo = common.read_photo(path, self._given["max_megapixels"])
@@ -117,8 +116,7 @@ class Work:
             raise common.Stop(
                 Text("no face in {path}; leave it out or crop closer", path=path), common.NO_FACE
             )
-        with common.stopping(ValueError, common.USAGE):
-            chosen = select(faces, self._given["which"])
+        chosen = common.selected(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]
         return Subject(path.name if len(namesakes) == 1 else str(path), photo.pixels, tuple(chosen))
 

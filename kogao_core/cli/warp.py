@@ -139,7 +139,7 @@ def command(
         else:
             protection = _protection(photo, lines, width_px, feather_px)
             found = points.faces(photo, points_file, points_map, landmarks, loaded)
-            chosen = _chosen(found, which)
+            chosen = common.selected(found, which)
             done = Applied(chosen, recipe, protection, others=_rest(found, chosen))
         finder = BackgroundFinder()
         rendering = _render(photo, done, finder)
@@ -202,13 +202,6 @@ def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
             check_in_place(photo)
         else:
             check_holds(output, photo.pixels)
-
-
-def _chosen(faces: Sequence[Face], which: str) -> list[Face]:
-    from kogao_core.face import select
-
-    with common.stopping(ValueError, common.USAGE):
-        return select(faces, which)
 
 
 def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:

@@ -66,23 +66,7 @@ def silhouette(mesh: Array, eyes: Array) -> Array:
 def forehead(mesh: Array, eyes: Array) -> Array:
     """Return the visible edge of a face from the eye line over the forehead to the eye line.
 
-    Parameters
-    ----------
-    mesh : array of shape (468 or more, 2)
-        Points of the MediaPipe face mesh, px.
-    eyes : array of shape (4, 2)
-        Its eye corners, left to right of the upright face, px.
-
-    Returns
-    -------
-    array of shape (15, 2)
-        Both ends and `FOREHEAD_POINTS` between them at equal steps of arc length, left to right,
-        px.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has collapsed, so that no part of it lies above the eyes.
+    The `silhouette` above the eyes, of shape (15, 2): both ends and `FOREHEAD_POINTS` between them.
     """
     # Seen upside down, what lies above the eyes lies below them.
     return resampled(_arc(mesh, eyes[::-1])[::-1], FOREHEAD_POINTS + 2)

@@ -63,29 +63,10 @@ class AamSource:
         return HaarFaces()
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, `in_reading_order`.
+        """Return the faces of an upright image, `in_reading_order`; see `MeshSource.find`.
 
-        Parameters
-        ----------
-        rgb : array of shape (H, W) or (H, W, C)
-            Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
-        on_face : callable
-            Gets each face as it is found.
-
-        Returns
-        -------
-        list of Face
-            Empty when there is none. `Face.score` is the detector's probability times the trust in
-            the fit; below 0.5 the residual is larger than that of faces that fit well.
-
-        Raises
-        ------
-        AssetMissing
-            If this installation has no model.
-        ModelRefused
-            If the model's file is damaged or none.
-        ValueError
-            If `rgb` isn't an image.
+        `Face.score` is the detector's probability times the trust in the fit; below 0.5 the
+        residual is larger than that of faces that fit well.
         """
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
