@@ -129,7 +129,6 @@ class BackgroundFinder:
         self.people = people or PersonFinder()
         self._lock = threading.Lock()
         self._photo: Callable[[], Image | None] = lambda: None
-        self._lines = np.zeros((0, 2, 2))
         self._faces: tuple[tuple[bytes, ...], ...] = ()
         self._newest: Background | None = None
 
@@ -154,21 +153,19 @@ class BackgroundFinder:
         """
         with self._lock:
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
-            same = self._photo() is photo
-            if same and self._newest is not None and keys == self._faces:
-                return self._newest
-            pyramid = None
-            if not same:
-                pyramid = Pyramid(photo)  # halved for lines and people together
-                self._lines, self._photo = straight_lines(photo, pyramid), weakref.ref(photo)
-            self._newest, self._faces = self._look(photo, pyramid, faces, others), keys
+            if self._newest is None or self._photo() is not photo or keys != self._faces:
+                self._newest = self._look(photo, faces, others)
+                self._photo, self._faces = weakref.ref(photo), keys
             return self._newest
 
-    def _look(
-        self, photo: Image, pyramid: Pyramid | None, faces: Sequence[Face], others: Sequence[Face]
-    ) -> Background:
-        lines = beside(self._lines, [face.outline for face in faces])
+    def _look(self, photo: Image, faces: Sequence[Face], others: Sequence[Face]) -> Background:
+        pyramid = Pyramid(photo)  # halved for lines and people together
         shortest = shortest_px(photo)
+
+        def lines(people: PersonMask | None = None) -> Array:
+            found = straight_lines(photo, pyramid, people)
+            return beside(found, [face.outline for face in faces])
+
         try:
             people = self.people.find(photo, faces, pyramid)
         except (AssetMissing, ModelRefused):
@@ -176,14 +173,14 @@ class BackgroundFinder:
                 "the network that tells people apart is missing or damaged (see kogao-cli doctor)"
             )
             note = Text("{why}, so {hair_counts}", why=why, hair_counts=_HAIR_COUNTS)
-            return Background(lines, (), shortest, note, told=False)
+            return Background(lines(), (), shortest, note, told=False)
         if not people.looks:
             note = Text(
                 "people couldn't be told from the background, so {hair_counts}",
                 hair_counts=_HAIR_COUNTS,
             )
-            return Background(lines, (), shortest, note, told=False)
-        found = _cut(lines, people.grown(_APART), shortest)
+            return Background(lines(), (), shortest, note, told=False)
+        found = _cut(lines(people), people.grown(_APART), shortest)
         return Background(found, people.neighbours(faces, others), shortest, _missed(people.missed))
 
 

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 
 from kogao_core.field import Field, shown_at
-from kogao_core.geometry import Array, Image
+from kogao_core.geometry import Affine, Array, Image
 from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.person import PersonMask
 
 HoldingName = Literal["held", "gave way", "let go", ""]
 # Half a pixel is where a bend in a straight edge begins to be seen.
@@ -24,6 +25,7 @@ _ASIDE_PX: Final = 3  # an edge is sought so far on both sides of its line, px o
 _STEPS: Final = 4  # a px, there
 _SMOOTH: Final = 7  # samples along the line over which noise is averaged away
 _MEAN: Final = np.full((1, 3), 1.0 / 3.0)  # of red, green and blue
+_PLAIN: Final = np.uint8(128)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,9 @@ class BentLine:
     holding: HoldingName = ""
 
 
-def straight_lines(photo: Image, pyramid: Pyramid | None = None) -> Array:
+def straight_lines(
+    photo: Image, pyramid: Pyramid | None = None, people: PersonMask | None = None
+) -> Array:
     """Find straight lines of the photo.
 
     Parameters
@@ -64,6 +68,8 @@ def straight_lines(photo: Image, pyramid: Pyramid | None = None) -> Array:
         The photo before the warp.
     pyramid : Pyramid, optional
         The same, if its halvings are wanted elsewhere, too.
+    people : PersonMask, optional
+        Where to look: not at people, whose hair takes longer than a wall, nor beyond its looks.
 
     Returns
     -------
@@ -84,10 +90,13 @@ def straight_lines(photo: Image, pyramid: Pyramid | None = None) -> Array:
         return np.zeros((0, 2, 2))
     shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))
     detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
-    found: Any = detector.detect(cv2.transform(small, _MEAN))  # None when there is no line
-    if found is None:
-        return np.zeros((0, 2, 2))
-    return np.asarray((found.reshape(-1, 2, 2).astype(np.float64) + 0.5) * 2**halved - 0.5)
+    grey, to_small = cv2.transform(small, _MEAN), Affine.resize(0.5**halved, 0.5**halved)
+    if people is not None:
+        free = people.mapped(to_small).free(*grey.shape[::-1])
+        # The edge of what is painted over lies beyond a look's, where no line counts.
+        grey = np.where(cv2.dilate(free, np.ones((3, 3), np.uint8)) > 0, grey, _PLAIN)
+    found: Any = detector.detect(grey)  # None when there is no line
+    return np.zeros((0, 2, 2)) if found is None else to_small.inverse(found.reshape(-1, 2, 2))
 
 
 def shortest_px(photo: Image) -> float:

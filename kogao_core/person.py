@@ -31,6 +31,7 @@ _EDGE: Final = 2.5
 # A look is believed that finds the face itself to be a person.
 _LEAST_SURE: Final = 0.8
 _HALF: Final = 0.5
+_FREE, _TAKEN = np.uint8(1), np.uint8(2)  # what a look sees; 0 where nobody looked
 _LEAST_OTHER: Final = 0.1  # sides of a face: what is smaller isn't another person
 _EVERY_PX: Final = 4  # points in a neighbour are so far apart, px of the network's
 
@@ -52,6 +53,14 @@ class PersonLook:
     opacity: Opacity
     to_image: Affine
     sure: float
+
+    @property
+    def box(self) -> Box:
+        """What it sees of the photo, and what the photo's edges may cut off, px."""
+        side = len(self.opacity) - 0.5
+        corners = self.to_image([(-0.5, -0.5), (side, -0.5), (side, side), (-0.5, side)])
+        low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0)) + 1
+        return Box(*low.astype(int).tolist(), *high.astype(int).tolist())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,6 +149,32 @@ class PersonMask:
         looks = (replace(look, to_image=transform.after(look.to_image)) for look in self.looks)
         return replace(self, looks=tuple(looks))
 
+    def free(self, width: int, height: int) -> npt.NDArray[np.uint8]:
+        """Return where somebody looked and nobody is.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the photo, px.
+
+        Returns
+        -------
+        uint8 array of shape (H, W)
+            1 there, 0 elsewhere.
+        """
+        shown = np.zeros((height, width), np.uint8)
+        for look in self.looks:
+            box = look.box.clipped(Box.of(shown))
+            if box.area == 0:
+                continue
+            to_box = Affine(look.to_image.matrix, look.to_image.shift - (box.left, box.top))
+            kinds = np.where(look.opacity < _HALF, _FREE, _TAKEN)
+            seen = cv2.warpAffine(
+                kinds, to_box.opencv, (box.width, box.height), flags=cv2.INTER_NEAREST
+            )
+            np.maximum(shown[box.slices], seen, out=shown[box.slices])
+        return np.asarray(shown == _FREE, np.uint8)
+
     def picture(self, width: int, height: int) -> Rgb8:
         """Return the mask as a picture of the photo's size.
 
@@ -155,10 +190,7 @@ class PersonMask:
         """
         picture = np.zeros((height, width), np.uint8)
         for look in self.looks:
-            side = len(look.opacity) - 0.5
-            corners = look.to_image([(-0.5, -0.5), (side, -0.5), (side, side), (-0.5, side)])
-            low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0)) + 1
-            box = Box(*low.astype(int), *high.astype(int)).clipped(Box.of(picture))
+            box = look.box.clipped(Box.of(picture))
             if box.area == 0:
                 continue
             x, y = np.meshgrid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))

@@ -38,6 +38,8 @@ DRAWN = Path(__file__).resolve().parents[1] / "labels" / "people.json"
 NEAR = 0.35  # of the inter-ocular distance: so near to the outline the edge is "at the face"
 CLOSE = 5.0  # an edge found within so many % counts as right
 ROUNDS = 9
+MILLIONS = 12.0
+BUSY = tuple(f"portraits/p{n}.jpg" for n in ("002", "034", "064"))  # bricks, checks, boards
 FOLDERS = ("portraits", "headshots", "large", "groups")
 
 
@@ -133,18 +135,29 @@ def table(agreements: Sequence[Agreement]) -> Iterator[str]:
 
 
 def cost(photo: Image, faces: Sequence[Face]) -> str:
-    """Time of the processor for the first mask of a photo, one thread."""
-    finder, threads, took = PersonFinder(), cv2.getNumThreads(), []
+    """Time of the processor for the first mask of a photo, and with its lines, one thread."""
+    people, background, threads = PersonFinder(), BackgroundFinder(), cv2.getNumThreads()
+    took: dict[str, list[float]] = {"mask": [], "mask and lines": []}
     cv2.setNumThreads(1)
     for _ in range(ROUNDS + 1):  # the first reads the network
-        again = photo.copy()  # or it would remember
-        begin = time.process_time()
-        finder.find(again, faces)
-        took.append(1e3 * (time.process_time() - begin))
+        for what, find in zip(took, (people.find, background.find), strict=True):
+            again = photo.copy()  # or it would remember
+            begin = time.process_time()
+            find(again, faces)
+            took[what].append(1e3 * (time.process_time() - begin))
     cv2.setNumThreads(threads)
-    low, middle, high = np.percentile(took[1:], (25, 50, 75))
     millions = photo.shape[0] * photo.shape[1] / 1e6
-    return f"{millions:.1f} MP, {len(faces)} faces: {middle:.0f} ms ({low:.0f} to {high:.0f})"
+    told = (
+        "{} {:.0f} ms ({:.0f} to {:.0f})".format(what, *np.percentile(times[1:], (50, 25, 75)))
+        for what, times in took.items()
+    )
+    return f"{millions:.1f} MP, {len(faces)} faces: {', '.join(told)}"
+
+
+def enlarged(photo: Image, millions: float) -> Image:
+    """Return a photo of so many million pixels."""
+    scale = float(np.sqrt(1e6 * millions / (photo.shape[0] * photo.shape[1])))
+    return np.asarray(cv2.resize(photo, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
 
 
 def counted(
@@ -189,6 +202,9 @@ def main() -> None:
     for name in ("portraits/p064.jpg", "large/p03.jpg", "groups/g2.jpg"):
         photo = kogao.read(options.data / name).pixels
         print(f"{name}: {cost(photo, kogao.find(photo))}")
+    for name in BUSY:
+        photo = enlarged(kogao.read(options.data / name).pixels, MILLIONS)
+        print(f"{name} enlarged: {cost(photo, kogao.find(photo))}")
     finder = BackgroundFinder()
     for folder in FOLDERS:
         before, lines = 0, 0

@@ -127,3 +127,17 @@ def test_the_mask_of_a_smaller_photo_is_the_smaller_mask():
     half = people.mapped(Affine.resize(0.5, 0.5)).picture(32, 32)
     assert (half == people.picture(64, 64)[::2, ::2]).mean() > 0.9
     assert half[:, 20:].sum() == pytest.approx(255 * 16 * 12, rel=0.05)
+
+
+def test_free_is_where_somebody_looked_and_nobody_is():
+    turned = Affine.similarity(2.0, 90.0, (40.0, 10.0))
+    somebody = np.zeros((10, 10), np.float32)
+    somebody[:, :4] = 0.7
+    alone = PersonMask((PersonLook(somebody, turned, 1.0),))
+    nobody = PersonLook(np.zeros((10, 10), np.float32), Affine.resize(2.0, 2.0), 1.0)
+    both = PersonMask((*alone.looks, nobody))
+    y, x = np.indices((40, 60))
+    for people in (alone, both, PersonMask()):
+        known = people.at(np.stack([x, y], axis=-1).astype(float))
+        assert (people.free(60, 40) == (known < 0.5)).mean() > 0.98
+    assert 0 < alone.free(60, 40).sum() < both.free(60, 40).sum()
