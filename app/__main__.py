@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import atexit
-import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -14,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from kogao_core.language import languages, system_languages, tr, translated, use_language
+from kogao_core.memory import end_at_once
 from kogao_core.stderr import open_standard_streams
-from kogao_core.threads import take_short_turns
+from kogao_core.threads import take_short_turns, without_blas_threads
 from kogao_core.wording import shown
 
 from .workspaces import WORKSPACES
@@ -50,12 +49,9 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         read or written and 4 for no face; with ``--edit`` 6 when nothing was saved.
     """
     open_standard_streams()
-    # The tiles' matrix products are small and spread over threads already: OpenBLAS with threads
-    # of its own makes them up to a hundred times slower. It reads this when numpy is imported.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    without_blas_threads()
     take_short_turns()
-    # All that there was is looked through once more at the end, which takes 0.15 s for nothing.
-    atexit.register(gc.freeze)
+    end_at_once()
     use_language(*([asked] if (asked := _language(argv)) else system_languages()))
     options = _options(argv)
     if options.screenshot is not None and not options.photos:

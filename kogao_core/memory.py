@@ -1,8 +1,10 @@
-"""How memory is asked for by a program that works through photos and ends."""
+"""How memory is asked for, and left behind, by a program that works through photos and ends."""
 
 from __future__ import annotations
 
+import atexit
 import ctypes
+import gc
 import sys
 from typing import Final
 
@@ -25,3 +27,8 @@ def keep_freed() -> bool:
         return False
     wanted = ((_TRIM_THRESHOLD, _MOST_BYTES), (_MMAP_THRESHOLD, _MOST_BYTES), (_ARENA_MAX, 1))
     return all(mallopt(number, value) == 1 for number, value in wanted)
+
+
+def end_at_once() -> None:
+    """Spare the end of the program a last look through all there is, 0.1 s for nothing."""
+    atexit.register(gc.freeze)

@@ -208,6 +208,14 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="kogao-warp")
 
 
+def without_blas_threads() -> None:
+    """Let OpenBLAS start no threads, in a program that hasn't imported numpy yet.
+
+    They wait for work at full speed, on the processors that others need.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def one_blas_thread() -> AbstractContextManager[object]:
     """Keep BLAS to one thread inside the ``with`` block.
 

@@ -27,8 +27,9 @@ from kogao_core.cli import (
 )
 from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
 from kogao_core.language import Text, system_languages, tr, translated, use_language
-from kogao_core.memory import keep_freed
+from kogao_core.memory import end_at_once, keep_freed
 from kogao_core.stderr import open_standard_streams
+from kogao_core.threads import without_blas_threads
 from kogao_core.wording import system_reason
 
 PROGRAM = "kogao-cli"
@@ -88,6 +89,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str] | None) -> int:
     open_standard_streams()
     keep_freed()
+    end_at_once()
+    without_blas_threads()
     use_language(*system_languages())
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes

@@ -158,3 +158,23 @@ def test_looking_for_blas_holds_up_nobody_who_loads_a_library():
     """The loader's lock was held for a callback in Python, which waited for whoever loads."""
     program = [sys.executable, "-c", textwrap.dedent(LOADING)]
     subprocess.run(program, check=True, timeout=LONGEST_S)
+
+
+COMMAND = """
+    import os
+    os.environ.pop("OPENBLAS_NUM_THREADS", None)
+    from kogao_core.cli import main
+    try:
+        main(["--version"])
+    except SystemExit:
+        import numpy
+        from threadpoolctl import threadpool_info
+        counts = [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+        print(max(counts, default=1))
+"""
+
+
+def test_a_command_has_no_blas_threads_that_wait_at_full_speed():
+    program = [sys.executable, "-c", textwrap.dedent(COMMAND)]
+    done = subprocess.run(program, capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("\n1\n")
