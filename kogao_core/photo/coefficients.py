@@ -7,6 +7,7 @@ the file and the arrays.
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import io
 import os
 from collections.abc import Iterable
@@ -21,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.language import Text
+from kogao_core.photo import bands
 from kogao_core.photo.segments import segments
 
 _BLOCK_PX: Final = 8
@@ -165,7 +167,24 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
     OSError
         If it can't be written.
     """
-    frame, file = coefficients.frame, folder / "written"
+    planes, factors = coefficients.planes, coefficients.frame.factors
+    at = bands.cuts(planes, factors) if coefficients.has_usual_codes else []
+    if len(at) <= 2:
+        return _written(coefficients, folder / "written")
+    unit, height = coefficients.frame.unit_px[0], coefficients.frame.height
+
+    def write_band(parts: list[Plane], first: int, end: int) -> bytes:
+        frame = dataclasses.replace(
+            coefficients.frame, height=min(height, end * unit) - first * unit
+        )
+        band = dataclasses.replace(coefficients, frame=frame, planes=tuple(parts))
+        return _written(band, folder / f"written{first}")
+
+    return bands.with_height(bands.written(planes, factors, at, write_band), height)
+
+
+def _written(coefficients: Coefficients, file: Path) -> bytes:
+    frame = coefficients.frame
     layout = ((frame.height, frame.width), frame.blocks, frame.factors)
     sizes = [np.array(one, np.intc) for one in layout]
     tables, numbers = coefficients.tables, coefficients.numbers
