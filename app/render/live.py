@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.background import Background, BackgroundFinder
 from kogao_core.face import Face
-from kogao_core.geometry import Affine, Box
+from kogao_core.geometry import Affine, Box, Image
 from kogao_core.holding import NOTHING_HELD, Held
 from kogao_core.pipeline import Rendering, render
 from kogao_core.protection import NOTHING
@@ -102,6 +102,7 @@ class Surface:
         self._front: tuple[Canvas, PicturePyramid] | None = None
         self._back: tuple[Canvas, PicturePyramid] | None = None
         self._protection = self._mapped = NOTHING
+        self._is_lent = False
 
     def render(self, revision: int, state: State, part: VisiblePart | None = None) -> RenderedFrame:
         """Return a frame in the buffer off screen.
@@ -157,7 +158,13 @@ class Surface:
 
     def shown(self) -> None:
         """Note that the last frame has gone on screen."""
-        self._front, self._back = self._back, self._front
+        self._front, self._back = self._back, None if self._is_lent else self._front
+        self._is_lent = False
+
+    def lent(self) -> Image | None:
+        """Return the pixels of the frame on screen, which are given up instead of rendered to."""
+        self._is_lent = self._front is not None
+        return None if self._front is None else self._front[0].pixels
 
     def _buffer(self) -> tuple[Canvas, PicturePyramid]:
         part = self._part
@@ -234,6 +241,19 @@ class Live(QObject):
     def is_final(self, frame: RenderedFrame | None) -> bool:
         """Return whether a picture stays as it is unless the document changes."""
         return frame is not None and frame.whole and frame.revision == self._revision
+
+    def lent(self) -> Image | None:
+        """Return the photo as the document's state makes it, where just that is on screen.
+
+        It stays as it is, whatever is drawn later. Pictures of deep or grey photos are none.
+        """
+        document = self._document
+        photo, pyramid = document.photo, document.pyramid
+        is_own = photo is not None and pyramid is not None and pyramid.levels[0] is photo.pixels
+        is_newest = not document.in_gesture and document.state is self._followed
+        if self._whole is None or not (is_own and is_newest and self.is_final(self._view.frame)):
+            return None
+        return self._whole.lent()
 
     def hold(self) -> None:
         """Draw marks only, until `go_on`: more faces are sought, which needs the processors."""

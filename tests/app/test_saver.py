@@ -6,6 +6,7 @@ import dataclasses
 import threading
 
 import cv2
+import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
 from kogao_app.features import files
@@ -15,6 +16,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
 
 from kogao_core.photo import read
+from kogao_core.pipeline import render
 from kogao_core.project import load, save
 from kogao_core.sidecar import sidecar_of
 
@@ -312,3 +314,29 @@ def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
     assert not opened.window.isWindowModified()
     opened.editor.manual.switch("automatic")
     assert not opened.window.isWindowModified()
+
+
+def test_a_picture_on_screen_is_saved_without_rendering_it_again(opened, monkeypatch, tmp_path):
+    step(opened, 7.0)
+    opened.settle()
+    with monkeypatch.context() as patched:
+        patched.setattr(files, "render", None)
+        opened.editor.files.save(tmp_path / "drawn.png")
+        opened.settle()
+    monkeypatch.setattr(opened.editor.live, "lent", lambda: None)
+    opened.editor.files.save(tmp_path / "rendered.png")
+    opened.settle()
+    assert (tmp_path / "drawn.png").read_bytes() == (tmp_path / "rendered.png").read_bytes()
+
+
+def test_what_is_drawn_while_a_copy_waits_is_not_in_it(opened, disk, pixels, tmp_path):
+    step(opened, 7.0)
+    opened.qtbot.waitUntil(lambda: not opened.editor.live.busy)
+    expected = render(pixels, opened.state.active, opened.state.recipe).pixels
+    opened.editor.files.save(tmp_path / "copy.png")
+    for percent in (8.0, 9.0, 10.0):  # more than there are buffers
+        step(opened, percent)
+        opened.qtbot.waitUntil(lambda: not opened.editor.live.busy)
+    disk.set()
+    opened.settle()
+    np.testing.assert_array_equal(read(tmp_path / "copy.png").pixels, expected)

@@ -8,6 +8,7 @@ from PySide6.QtCore import Signal
 
 from kogao_core import assets
 from kogao_core.background import BackgroundFinder, held_of
+from kogao_core.geometry import Image
 from kogao_core.originals import Originals
 from kogao_core.photo import (
     FORMATS,
@@ -20,7 +21,7 @@ from kogao_core.photo import (
 )
 from kogao_core.photo.disclosure import Disclosure, disclose, signing, undisclosed
 from kogao_core.pipeline import render
-from kogao_core.sidecar import SUFFIX
+from kogao_core.sidecar import SUFFIX, Applied
 from kogao_core.threads import beside
 
 from ...actions import Spec, call
@@ -314,10 +315,11 @@ class Files(Feature):
     def _write(self, path: Path, then: Then | None, originals: Originals | None = None) -> None:
         finder, options = self.live.finder, self._options
         disclosure = options.current if originals is None else options.in_place
+        drawn = self.live.lent()
 
         def write_copy(photo: Photo, state: State) -> str:
             known = self._ahead.of(photo)
-            return save_copy(photo, state, disclosure, path, finder, known, originals)
+            return save_copy(photo, state, disclosure, path, finder, drawn, known, originals)
 
         self._saver.save(path, write_copy, self._written, self._not_written, then)
 
@@ -343,25 +345,28 @@ def save_copy(
     disclosure: Disclosure,
     path: Path,
     finder: BackgroundFinder,
+    drawn: Image | None,
     known: object | None,
     originals: Originals | None = None,
 ) -> str:
     """Write a copy and return what is worth knowing of it, in sentences.
 
-    What `read_ahead` returned of the photo may be `known` already. With `originals` the photo
-    itself is written over, and kept there.
+    The result may be `drawn` already, and what `read_ahead` returned of the photo `known`. With
+    `originals` the photo itself is written over, and kept there.
     """
     done = state.done
     with beside(lambda: read_ahead(photo, path) if known is None else known) as ahead:
-        held = held_of(photo.pixels, done, finder)
-        rendering = render(
-            photo.pixels, done.faces, done.recipe, protection=done.protection, held=held
-        )
-        left_out = undisclosed(photo, rendering.pixels, disclosure)
-        copy, pixels = disclose(photo, rendering.pixels, disclosure, what=done.what)
+        result = _rendered(photo.pixels, done, finder) if drawn is None else drawn
+        left_out = undisclosed(photo, result, disclosure)
+        copy, pixels = disclose(photo, result, disclosure, what=done.what)
         sign = signing(disclosure, done.what)
         if originals is not None:
             kept = write_in_place(copy, pixels, originals, ahead, sign)
         else:  # the dialog has asked before replacing a file
             kept = write(copy, pixels, path, force=True, ahead=ahead, sign=sign)
     return " ".join(sentence(note) for note in (kept, left_out) if note)
+
+
+def _rendered(photo: Image, done: Applied, finder: BackgroundFinder) -> Image:
+    held = held_of(photo, done, finder)
+    return render(photo, done.faces, done.recipe, protection=done.protection, held=held).pixels
