@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -140,7 +141,8 @@ def measure(
     """Time all four procedures on one photo, in turns.
 
     Manual procedures get the subject's faces with all targets set; how long people take for that is
-    their setting clock's to say. Automatic procedures find the faces anew in every run.
+    their setting clock's to say. Automatic procedures search the photo anew in every run, and of
+    what they find warp the same faces.
 
     Parameters
     ----------
@@ -169,10 +171,10 @@ def measure(
     for number, size in enumerate(sizes):
         here = at_size[size]
         procedures: tuple[Procedure, ...] = PROCEDURES
-        if not source.find(here.pixels):
+        if len(_again(here.faces, source.find(here.pixels))) < len(here.faces):
             notes.append(
                 Text(
-                    "{name} at {size}: no face was found, so nothing is automatic",
+                    "{name} at {size}: not every face was found again, so nothing is automatic",
                     name=subject.name,
                     size=size,
                 )
@@ -212,8 +214,9 @@ class _Timer:
         if not procedure.automatic:
             return self.by_hand, 0.0
         start = time.perf_counter()
-        faces = self.source.find(self.subject.pixels)
-        return faces, (time.perf_counter() - start) * 1e3
+        found = self.source.find(self.subject.pixels)
+        setting_ms = (time.perf_counter() - start) * 1e3
+        return _again(self.subject.faces, found), setting_ms
 
     def timing(self, size: Size, procedure: Procedure) -> Timing:
         field, laps = self.fields[procedure.name], self.laps_ms[procedure.name]
@@ -226,3 +229,14 @@ class _Timer:
             tuple(self.setting_ms[procedure.name]),
             {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
         )  # fmt: skip
+
+
+def _again(faces: Sequence[Face], found: Sequence[Face]) -> list[Face]:
+    """Return those of the faces found that are nearest to `faces`, without what lies elsewhere."""
+    near: dict[int, Face] = {}
+    for face in faces:
+        apart_px = [math.dist(face.anchor.origin_px, o.anchor.origin_px) for o in found]
+        place = min(range(len(found)), key=apart_px.__getitem__, default=None)
+        if place is not None and apart_px[place] < face.interocular_px:
+            near[place] = found[place]
+    return list(near.values())

@@ -8,17 +8,28 @@ from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
+from scenes import oval_face
 from test_manual import manual, mark_face  # noqa: F401
 
 from kogao_core.cli import program
 from kogao_core.experiments import setting_times
 from kogao_core.experiments.methods import METHODS
+from kogao_core.face import ignored
+
+
+class KnownFace:
+    """Finds the made-up face at every size of its photo."""
+
+    name = "known"
+
+    def find(self, rgb, on_face=ignored):  # noqa: ARG002
+        return [oval_face(rgb.shape[1], rgb.shape[0])]
 
 
 @pytest.fixture(autouse=True)
-def _known_faces(source, monkeypatch):
+def _known_face(monkeypatch):
     """Find the made-up face automatically, too."""
-    monkeypatch.setattr("kogao_app.features.experiments.source", lambda _: source)
+    monkeypatch.setattr("kogao_app.features.experiments.source", lambda _: KnownFace())
 
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier

@@ -11,6 +11,7 @@ from kogao_core.experiments import timing, timing_report
 from kogao_core.experiments.setting_times import SettingTime
 from kogao_core.experiments.spread import Spread, in_turns, rounded
 from kogao_core.experiments.subjects import Subject, at_paper_size, set_by_hand
+from kogao_core.landmarks.template import template_face
 from kogao_core.pipeline import render
 from kogao_core.recipe import PAPER
 
@@ -119,6 +120,34 @@ def test_automatic_ways_search_in_every_run():
 def test_where_no_face_is_found_nothing_is_automatic():
     found, missing = timing.measure(
         subject(), SameFace(finds=False), PAPER, sizes=["own"], repeats=1, warm_up=0
+    )
+    assert [one.procedure for one in found] == ["conventional", "wdr"]
+    assert "made.png at own" in missing[0]
+
+
+class TwoFaces(SameFace):
+    """Finds another face, too."""
+
+    def find(self, rgb):
+        return [template_face((60, 60), 80), *super().find(rgb)]
+
+
+def test_automatic_ways_warp_the_faces_that_were_asked_for():
+    found, missing = timing.measure(
+        subject(), TwoFaces(), PAPER, sizes=["own"], repeats=1, warm_up=0
+    )
+    assert missing == []
+    assert {one.procedure: one.faces for one in found} == {
+        procedure.name: 1 for procedure in timing.PROCEDURES
+    }
+    shares = {one.procedure: one.domain_share for one in found}
+    assert shares["dual"] == shares["wdr"]
+
+
+def test_where_another_face_is_found_nothing_is_automatic():
+    elsewhere = Subject("made.png", textured_photo(), (template_face((60, 60), 80),))
+    found, missing = timing.measure(
+        elsewhere, SameFace(), PAPER, sizes=["own"], repeats=1, warm_up=0
     )
     assert [one.procedure for one in found] == ["conventional", "wdr"]
     assert "made.png at own" in missing[0]
