@@ -173,9 +173,11 @@ def _area(outline: Array) -> float:
 
 def _local_area(rendering: Rendering) -> float:
     box = rendering.domain.bounds
+    if not box.area:
+        return 0.0
     xs = np.linspace(box.left, box.right - 1, _LOCAL_STEPS)
     ys = np.linspace(box.top, box.bottom - 1, _LOCAL_STEPS)
     displacement = rendering.field.on_grid(xs, ys)
     moves = np.hypot(displacement[0], displacement[1]) > rendering.threshold_px
     change = rendering.field.det_jacobian(xs, ys)[moves] - 1.0
-    return float(np.sqrt(np.square(change).mean()))
+    return float(np.sqrt(np.square(change).mean())) if change.size else 0.0

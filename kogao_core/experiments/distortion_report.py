@@ -170,9 +170,9 @@ def _harms(result: DistortionResult, measure: Measure) -> list[list[float]]:
 
 
 def _relative(rows: Sequence[Sequence[float]]) -> list[float]:
-    """Return means over centres, in % of the last."""
+    """Return means over centres, in % of the last; NaN where that is nothing."""
     means = np.mean(np.asarray(rows, np.float64), axis=0)
-    return [float(value) for value in 100.0 * means / means[-1]]
+    return [float(value) for value in 100.0 * means / (means[-1] or np.nan)]
 
 
 def _growth(result: DistortionResult) -> Table:
@@ -219,7 +219,7 @@ def _lattices(result: DistortionResult) -> Table:
         (Text("lattice spacing, px"), *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
         (
             Text("lattice spacing / warp distance"),
-            *(f"{_median(one, 'spacing_px') / _median(one, 'warp_px'):.2f}" for one in found),
+            *(_in_warps(one) for one in found),
         ),
         (
             Text("photos that fold"),
@@ -239,6 +239,11 @@ def _lattices(result: DistortionResult) -> Table:
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
+
+
+def _in_warps(found: Sequence[Distortion]) -> str:
+    warp_px = _median(found, "warp_px")
+    return f"{_median(found, 'spacing_px') / warp_px:.2f}" if warp_px > 0.0 else NONE
 
 
 def _median(found: Sequence[Distortion], name: str) -> float:

@@ -1,5 +1,6 @@
 """Distortion grows with the distance, is 24 variants a photo, and stands beside table 1."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -68,6 +69,26 @@ def test_a_photo_without_lines_has_no_bent_ones():
     tables = distortion_report.report(distortion.DistortionResult(tuple(found), PAPER)).tables
     (growth,) = [table for table in tables if "grows" in table.caption]
     (row,) = [row for row in growth.rows if "in the photo" in row[0]]
+    assert set(row[1:]) == {"\N{EN DASH}"}
+
+
+@pytest.mark.parametrize(
+    "base",
+    [
+        dataclasses.replace(PAPER, cheeks=0, jaw=0, chin=0),
+        dataclasses.replace(PAPER, threshold_px=16.0),
+    ],
+    ids=["no zone moves", "all below the threshold"],
+)
+def test_a_recipe_that_moves_nothing_has_a_report(base):
+    still = Subject("still.png", np.full((360, 480, 3), 90, np.uint8), (oval_face(),))
+    found = tuple(distortion.measure(still, base))
+    assert {one.local_area for one in found} == {0.0}
+    report = distortion_report.report(distortion.DistortionResult(found, base))
+    assert page(report, Made.now("kogao-cli"))
+    report.json(Made.now("kogao-cli"))  # which refuses NaN
+    (growth,) = [table for table in report.tables if "grows" in table.caption]
+    (row,) = [row for row in growth.rows if "local change" in row[0]]
     assert set(row[1:]) == {"\N{EN DASH}"}
 
 
