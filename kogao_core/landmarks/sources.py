@@ -128,14 +128,14 @@ def find(image: Image, landmarks: str | None = None) -> list[Face]:
     Parameters
     ----------
     image : array of shape (H, W) or (H, W, C)
-        Grey, RGB or RGBA, upright, such as `Photo.pixels`.
+        Grey, RGB or RGBA, upright, such as `Photo.pixels`; float32 is 0 to 1.
     landmarks : str, optional
         Which source to ask, see `source`.
 
     Returns
     -------
     list of Face
-        Largest first, px of `image`; empty when there is none.
+        `in_reading_order`, px of `image`; empty when there is none.
 
     Raises
     ------
