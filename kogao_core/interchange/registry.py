@@ -162,7 +162,7 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
     template = TEMPLATES[name]
     if form.several:
         points = [template.points(face).points for face in faces]
-        names = OWN_NAMES if name == "27" else [str(k) for k in range(len(points[0]))]
+        names = OWN_NAMES if name == "27" else tables.numbered(len(points[0]))
         put(tables.csv_text(points, names).encode(), path)
         return [Written(path, _note(template, faces))]
     return [

@@ -24,6 +24,7 @@ from kogao_core.interchange.points import (
     number,
     text_of,
 )
+from kogao_core.interchange.templates import OWN_NAMES
 from kogao_core.language import Text
 from kogao_core.limits import MOST_LANDMARKS
 from kogao_core.strict import BadFile, Node
@@ -35,7 +36,8 @@ _MOST_FACES: Final = 1000
 def parse_csv(data: bytes) -> list[PointSet]:
     """Read a table with the columns x and y, and face where it holds several; others are left out.
 
-    Columns may be parted by semicolons, and numbers then have a decimal comma.
+    Columns may be parted by semicolons, and numbers then have a decimal comma. Rows may be in any
+    order where a column point names them as `csv_text` does.
 
     Parameters
     ----------
@@ -65,14 +67,42 @@ def parse_csv(data: bytes) -> list[PointSet]:
         raise BadFile(
             Text("every row must have {count} columns, like the first", count=len(header))
         )
-    place, x, y = (header.index(name) if name in header else -1 for name in ("face", "x", "y"))
-    faces: dict[str, list[list[str]]] = {}
+    face, point, x, y = (
+        header.index(name) if name in header else -1 for name in ("face", "point", "x", "y")
+    )
+    faces: dict[str, list[tuple[str, list[str]]]] = {}
     for row in rows[1:]:
         pair = [row[x], row[y]] if sign == "," else [row[k].replace(",", ".") for k in (x, y)]
-        faces.setdefault(row[place].strip() if place >= 0 else "", []).append(pair)
+        name = row[point].strip() if point >= 0 else ""
+        faces.setdefault(row[face].strip() if face >= 0 else "", []).append((name, pair))
     if not faces or len(faces) > _MOST_FACES:
         raise BadFile(Text("the file holds {count} faces", count=len(faces)))
-    return [PointSet(coordinates(points)) for points in faces.values()]
+    return [PointSet(coordinates(_in_order(points))) for points in faces.values()]
+
+
+def _in_order(named: list[tuple[str, list[str]]]) -> list[list[str]]:
+    """Return pairs in the order that their names tell, if these are ours; else as they are."""
+    by_name = dict(named)
+    for names in (OWN_NAMES, numbered(len(named))):
+        if len(by_name) == len(named) and by_name.keys() == set(names):
+            return [by_name[name] for name in names]
+    return [pair for _, pair in named]
+
+
+def numbered(count: int) -> list[str]:
+    """Return the names of points that have none of their own: how many precede each.
+
+    Parameters
+    ----------
+    count : int
+        Of points.
+
+    Returns
+    -------
+    list of str
+        From 0.
+    """
+    return [str(k) for k in range(count)]
 
 
 def csv_text(faces: Sequence[Array], names: Sequence[str]) -> str:

@@ -175,6 +175,19 @@ def test_tables_need_only_x_and_y_in_any_order(tmp_path):
     np.testing.assert_array_equal(read(path)[0].points, oval_face().points)
 
 
+@pytest.mark.parametrize("wanted", ["27", "68"])
+def test_a_table_that_was_sorted_is_read_by_its_names(tmp_path, wanted):
+    path = tmp_path / "face.csv"
+    write([oval_face(), turned_face()], path, wanted)
+    before = read(path)
+    first, *rows = path.read_text().splitlines()
+    path.write_text("\n".join([first, *sorted(rows, key=lambda row: float(row.split(",")[3]))]))
+    after = read(path)
+    assert len(after) == 2
+    places = {face.points.tobytes() for face in before}
+    assert {face.points.tobytes() for face in after} == places
+
+
 def test_a_table_of_a_european_spreadsheet_is_read(tmp_path):
     rows = ["x;y", *(f"{x:.3f};{y:.3f}".replace(".", ",") for x, y in oval_face().points.tolist())]
     (tmp_path / "table.csv").write_text("\n".join(rows))
