@@ -98,6 +98,11 @@ class Field:
         -------
         array of shape (2, M, N)
             x and y component, px.
+
+        Raises
+        ------
+        ValueError
+            If they don't ascend.
         """
         displacement = self._spline(xs_px, ys_px)
         if self.is_plain:
@@ -118,6 +123,11 @@ class Field:
         Returns
         -------
         array of shape (M, N)
+
+        Raises
+        ------
+        ValueError
+            If they don't ascend.
         """
         return det_of(*self.slopes(xs_px, ys_px))
 
@@ -156,6 +166,8 @@ class Field:
         self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
     ) -> Array:
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+        if any((axis[1:] < axis[:-1]).any() for axis in (xs, ys)):
+            raise ValueError("the coordinates of a grid must ascend; ask for places by Field.at")
         total: Array = np.zeros((2, len(ys), len(xs)))
         for lattice in self.lattices:
             left, top, right, bottom = lattice.reach_px

@@ -44,6 +44,15 @@ def test_points_and_grid_agree():
     np.testing.assert_allclose(field.on_grid(xs, ys).reshape(2, -1).T, field.at(points), atol=1e-12)
 
 
+def test_a_grid_that_does_not_ascend_is_refused():
+    field, ascending = field_of(Recipe()), np.arange(0.0, 480.0, 7.0)
+    mixed = np.random.default_rng(0).permutation(ascending)
+    for ask in (field.on_grid, field.det_jacobian):
+        for places in ((mixed, ascending), (ascending, mixed), (ascending[::-1], ascending)):
+            with pytest.raises(ValueError, match="must ascend"):
+                ask(*places)
+
+
 @pytest.mark.parametrize("seed", [7, 22, 30])
 def test_every_point_is_found_however_near_the_warp_comes_to_a_fold(seed):
     rng, face = np.random.default_rng(seed), oval_face()
