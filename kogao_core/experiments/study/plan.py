@@ -169,7 +169,7 @@ def load_study(folder: Path) -> Study:
     BadFile
         If the folder holds no study.
     """
-    top = _parsed(folder / STUDY_FILE, f"{folder} holds no study")
+    top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
     _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"), VERSION)
     identity = top.field("study").text(64)
     ratings, grades = names(top.field("ratings")), names(top.field("satisfaction"))
@@ -186,7 +186,7 @@ def load_key(path: Path) -> Key:
     BadFile
         If it can't be read or isn't a key.
     """
-    top = _parsed(path, f"the key {path} can't be read")
+    top = _parsed(path, Text("the key {path} can't be read", path=path))
     version = top.field("version").whole(1, KEY_VERSION)
     first = version == 1
     fields = ("study", "seed", "recipe", "subjects", "pictures")

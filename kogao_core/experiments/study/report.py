@@ -46,7 +46,8 @@ def table_1(tally: Tally) -> Table:
     for center, printed in enumerate(UNNATURAL, start=1):
         shares = [_share(tally, "table1", percent, center) for percent in DISTANCES]
         came = [_achieved(tally, percent, center) for percent in DISTANCES]
-        rows.append([f"candidate\N{NO-BREAK SPACE}{center}", *map(_percent, shares)])
+        candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
+        rows.append([candidate, *map(_percent, shares)])
         rows.append([Text("achieved, % of D"), *came])
         rows.append([Text("the paper"), *(f"{value:.3f} %" for value in printed)])
     return Table(
@@ -58,8 +59,8 @@ def table_1(tally: Tally) -> Table:
         rows,
         Text(
             "{basis} {achieved} The paper: {subjects} faces, {students} students; "
-            "each of its figures is a multiple of 1/160, so about 160 answers stand "
-            "behind each. {independence}",
+            "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
+            "about 160 answers stand behind each. {independence}",
             basis=_basis(tally),
             achieved=_ACHIEVED,
             subjects=SUBJECTS,
@@ -106,7 +107,7 @@ def satisfaction(tally: Tally) -> Table:
     row = [str(grades.count), _number(grades.mean), _number(grades.deviation), str(tally.skipped)]
     return Table(
         Text("Satisfaction, 0 to 100 (section 5)"),
-        ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("skipped")),
+        ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("not graded")),
         [[Text("this study"), *row], [Text("the paper"), str(PUBLISHED_USERS), "92", NONE, NONE]],
         Text("The paper's users graded the picture of themselves; it prints no deviation."),
     )
@@ -119,7 +120,7 @@ def report(tally: Tally) -> Report:
     parts += [Heading(Text("Lattice size")), figure_11(tally)]
     if _of(tally, "figure11"):
         parts.append(_lattice_chart(tally))
-    parts += [Heading("Satisfaction"), satisfaction(tally)]
+    parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
     parts += [Heading(Text("Where it comes from")), studies(tally)]
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     return Report(_TITLE, _LEAD, parts, _records(tally), _document(tally))

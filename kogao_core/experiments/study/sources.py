@@ -21,7 +21,7 @@ def studies(tally: Tally) -> Table:
     ]
     recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
     return Table(
-        "Studies",
+        Text("Studies"),
         (
             Text("study"),
             Text("photo"),
@@ -35,7 +35,7 @@ def studies(tally: Tally) -> Table:
         Text(
             "{names}; distance, centre and lattice as the tables say. Keys hold "
             "whole digests, and the landmarks.",
-            names="; ".join(recipes),
+            names=Text.joined("; ", list(recipes)),
         ),
     )
 
