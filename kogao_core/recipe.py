@@ -115,9 +115,11 @@ class Recipe:
     even_out: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse values outside the documented ranges."""
+        """Refuse values outside the documented ranges; numpy's numbers become Python's."""
         for setting in SETTINGS.values():
-            setting.check(getattr(self, setting.name))
+            value = getattr(self, setting.name)
+            setting.check(value)
+            object.__setattr__(self, setting.name, setting.plain(value))
 
     @property
     def amount(self) -> Text:

@@ -6,6 +6,7 @@ The words are for people, who read them translated.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, Final, Generic, Literal, TypeVar
 
 from kogao_core.language import Text
@@ -174,12 +175,30 @@ class Setting:
                 )
             )
 
+    def plain(self, value: Any) -> Any:
+        """Return a value that passed `check` as files hold it.
+
+        Parameters
+        ----------
+        value : object
+            Numbers may be numpy's.
+
+        Returns
+        -------
+        object
+            Python's own number; what is none, as it is.
+        """
+        if self.is_whole:
+            return int(value)
+        return value if self.within is None or type(value) in (int, float) else float(value)
+
     def _check_number(self, value: object, low: float, high: float) -> None:
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        if isinstance(value, bool) or not isinstance(value, Real):
             raise ValueError(
                 Text("{name} must be a number, got {value}", name=self.name, value=shown(value))
             )
-        if not low <= value <= high:
+        number: Any = value  # comparing isn't among what Real has for mypy
+        if not low <= number <= high:
             raise ValueError(
                 Text(
                     "{name} must be within {low:g}..{high:g}, got {value}",
@@ -189,7 +208,7 @@ class Setting:
                     value=shown(value),
                 )
             )
-        if self.is_whole and value != int(value):
+        if self.is_whole and number != int(number):
             raise ValueError(
                 Text(
                     "{name} must be a whole number {low:g}..{high:g}, got {value}",

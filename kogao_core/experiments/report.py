@@ -200,16 +200,14 @@ def _tables(parts: Sequence[Part]) -> Iterator[Table]:
 
 
 def recipe_in_words(recipe: Recipe) -> Text:
-    """Return what decides a warp, such as "4 % of D towards centre 2, exact fit, ..."."""
+    """Return what decides a warp, such as "4 % towards centre 2, chin 50 %, exact fit, ..."."""
     chosen = ("fit", "lattice_unit", "interpolation")
     fit, unit, interpolation = (
         SETTINGS[one].alternative(getattr(recipe, one)).word for one in chosen
     )
     return Text(
-        "{percent:g} % of D towards centre {center:g}, {fit} fit, lattice R = "
-        "{lattice:g} {unit}, {interpolation}",
-        percent=recipe.percent,
-        center=recipe.center,
+        "{amount}, {fit} fit, lattice R = {lattice:g} {unit}, {interpolation}",
+        amount=recipe.amount,
         fit=fit,
         lattice=recipe.lattice,
         unit=unit,

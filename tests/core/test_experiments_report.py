@@ -13,7 +13,16 @@ import pytest
 
 from kogao_core.experiments.charts import HEIGHT, WIDTH, Chart, Series, svg
 from kogao_core.experiments.page import page as page_of
-from kogao_core.experiments.report import Heading, Made, Picture, Report, Row, Table
+from kogao_core.experiments.report import (
+    Heading,
+    Made,
+    Picture,
+    Report,
+    Row,
+    Table,
+    recipe_in_words,
+)
+from kogao_core.recipe import PAPER
 from kogao_core.wording import columns
 
 NASTY = "<script>alert('1')</script> & \"quotes\""
@@ -170,3 +179,11 @@ def test_a_report_is_text_records_and_data():
     assert report.text() == "\n\n".join([str(table)] * 2)
     assert report.csv() == "a,b\n1,\n"
     assert json.loads(report.json(MADE)) == {"c": 2, "made": MADE.to_dict()}
+
+
+def test_a_recipe_in_words_tells_all_that_decides_where_a_face_goes():
+    plain = recipe_in_words(PAPER)
+    assert plain.startswith("4 % towards centre 2, approximation fit, lattice R = 1")
+    zones = {"chin": 50.0, "left": 80.0, "even_out": 30.0, "whole_head": True}
+    for name, value in zones.items():
+        assert recipe_in_words(dataclasses.replace(PAPER, **{name: value})) != plain

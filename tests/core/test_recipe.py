@@ -6,6 +6,7 @@ import math
 from typing import Literal, get_args, get_origin, get_type_hints
 
 import click
+import numpy as np
 import pytest
 
 from kogao_core import recipe as recipes
@@ -43,6 +44,18 @@ def test_a_bad_value_is_refused_by_name(field, value):
 @pytest.mark.parametrize("recipe", [Recipe(), PAPER, Recipe(percent=7.25, center=4, lattice=0.5)])
 def test_json_round_trip(recipe):
     assert Recipe.from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
+
+
+def test_numbers_of_numpy_become_plain_ones():
+    made = Recipe(percent=np.float32(6.5), center=np.int64(3), lattice=np.int16(2), chin=50)
+    assert made == Recipe(percent=6.5, center=3, lattice=2.0, chin=50)
+    numbers = {type(value) for value in made.to_dict().values() if not isinstance(value, str)}
+    assert numbers == {int, float, bool}
+    assert Recipe.from_dict(json.loads(json.dumps(made.to_dict()))) == made
+
+
+def test_a_centre_is_a_whole_number_however_it_was_written():
+    assert Recipe.from_dict({"center": 2.0}).amount == Recipe(center=2).amount
 
 
 def test_unknown_fields_and_newer_versions_are_refused():

@@ -38,11 +38,7 @@ _KINDS: Final = {
 def report(result: MethodsResult) -> Report:
     """Return what each method costs and does, over all photos, then photo by photo."""
     recipe, several = result.recipe, len(result.photos) > 1
-    what = Text(
-        "{percent:g} % of D towards centre {center:g}; B-splines with lattice ",
-        percent=recipe.percent,
-        center=recipe.center,
-    )
+    what = Text("{amount}; B-splines with lattice ", amount=recipe.amount)
     parts: list[Part] = [
         Row(_bars(result.photos), wide=True),
         Text(
