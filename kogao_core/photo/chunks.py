@@ -12,9 +12,9 @@ from kogao_core.language import Text
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra, Kind
 
-IHDR_END: Final = 33
+SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
+_IHDR_END: Final = 33
 _OVERHEAD: Final = 12
-_SIGNATURE_BYTES: Final = 8
 _DEPTH_AT: Final = 24
 _COLOUR: Final = (b"gAMA", b"cHRM", b"sRGB", b"cICP", b"mDCV", b"cLLI")
 _TEXT: Final = (b"tEXt", b"zTXt", b"iTXt")
@@ -42,7 +42,7 @@ _MOST_BYTES: Final = 1 << 24
 
 def chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
     """Yield name and bytes of each sound chunk but those of pixels; a damaged file ends early."""
-    file.seek(_SIGNATURE_BYTES)
+    file.seek(len(SIGNATURE))
     while len(head := file.read(8)) == 8:
         size, name = int.from_bytes(head[:4], "big"), head[4:]
         if name == b"IDAT" or size > _MOST_BYTES:
@@ -89,7 +89,7 @@ def found(file: IO[bytes], channels: int) -> Iterator[Extra]:
 
 def end(data: bytes) -> int:
     """Return where a PNG file ends by its last chunk."""
-    at = _SIGNATURE_BYTES
+    at = len(SIGNATURE)
     while at + _OVERHEAD <= len(data):
         name, at = data[at + 4 : at + 8], at + _OVERHEAD + int.from_bytes(data[at : at + 4], "big")
         if name == b"IEND":
@@ -130,18 +130,18 @@ def _says_srgb(name: bytes, chunk: bytes) -> bool:
 
 def shape(aspect: tuple[int, int]) -> bytes:
     """Return a `pHYs` chunk with the shape of pixels: so many along x and y in the same length."""
-    body = b"pHYs" + struct.pack(">IIB", *aspect, 0)
-    return struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
+    return made(b"pHYs", struct.pack(">IIB", *aspect, 0))
+
+
+def made(name: bytes, body: bytes) -> bytes:
+    """Return a chunk as a file holds it."""
+    checksum = zlib.crc32(body, zlib.crc32(name))
+    return b"".join([struct.pack(">I", len(body)), name, body, struct.pack(">I", checksum)])
 
 
 def before_pixels(png: bytes) -> bytes:
     """Return the chunks between the header and the pixels of a file that an encoder wrote."""
-    end = IHDR_END
+    end = _IHDR_END
     while png[end + 4 : end + 8] != b"IDAT":
         end += _OVERHEAD + int.from_bytes(png[end : end + 4], "big")
-    return png[IHDR_END:end]
-
-
-def taken_apart(png: bytes) -> tuple[bytes, memoryview]:
-    """Return the header of a PNG file and all that follows."""
-    return png[:IHDR_END], memoryview(png)[IHDR_END:]
+    return png[_IHDR_END:end]

@@ -75,15 +75,13 @@ def _silent_opencv() -> Iterator[None]:
             logging.setLogLevel(_levels.pop())
 
 
-def encode(pixels: Image, suffix: str, how: Sequence[int] = ()) -> bytes:
-    """Encode grey, RGB or RGBA pixels at full depth.
+def encode(pixels: Image, how: Sequence[int] = ()) -> bytes:
+    """Encode grey, RGB or RGBA pixels at full depth as TIFF.
 
     Parameters
     ----------
     pixels : array of shape (H, W) or (H, W, 3..4)
         What to encode.
-    suffix : str
-        The usual ending of the format.
     how : sequence of int
         OpenCV's numbers of choices, each with its value.
 
@@ -97,7 +95,7 @@ def encode(pixels: Image, suffix: str, how: Sequence[int] = ()) -> bytes:
         flip = cv2.COLOR_RGB2BGR if pixels.shape[2] == 3 else cv2.COLOR_RGBA2BGRA
         stored = np.asarray(cv2.cvtColor(pixels, flip))
     with _silent_opencv():
-        done, data = cv2.imencode(suffix, stored, how)
+        done, data = cv2.imencode(".tiff", stored, how)
     if not done:
         raise ValueError(Text("OpenCV can't encode it"))
     return data.tobytes()

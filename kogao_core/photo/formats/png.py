@@ -6,35 +6,30 @@ import textwrap
 from collections.abc import Iterator
 from typing import IO, Final
 
-import cv2
 import numpy as np
 from PIL import PngImagePlugin
 
 from kogao_core.atomic import Pieces
-from kogao_core.photo import chunks, deep, kinds, trailers
+from kogao_core.photo import chunks, kinds, png_pixels, trailers
 from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
-
-_GREY_WITH_ALPHA: Final = 2
-# Pillow's own level takes eight times as long and saves a tenth (docs/fidelity.md).
-_LEVEL: Final = 1
-_FAST: Final = (
-    *(cv2.IMWRITE_PNG_COMPRESSION, _LEVEL),
-    *(cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_DEFAULT),
-    *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP),
-)
 
 
 def _encode(content: Content) -> Pieces:
     aspect = content.photo.aspect
     shape = () if aspect is None else (chunks.shape(aspect),)
-    header, *rest = _plain(content)
-    return [header, *shape, *content.carried, *rest]
+    return [
+        png_pixels.header(content.pixels),
+        *shape,
+        *content.carried,
+        _metadata(content),
+        *png_pixels.packed(content.pixels),
+    ]
 
 
-def _plain(content: Content) -> Pieces:
-    """Return the header, and in other pieces the rest."""
+def _metadata(content: Content) -> bytes:
+    """Return the chunks that Pillow makes of the blocks."""
     xmp, resources = content.blocks.pop("xmp"), content.resources
     text = PngImagePlugin.PngInfo()
     if resources:
@@ -43,15 +38,8 @@ def _plain(content: Content) -> Pieces:
         text.add_text("Raw profile type iptc", f"\niptc\n{len(resources):8}\n{lines}\n", zip=True)
     if xmp is not None:
         text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
-    if content.pixels.ndim == 3 and content.pixels.shape[2] == _GREY_WITH_ALPHA:
-        saved = content.saved("PNG", pnginfo=text, compress_level=_LEVEL)  # OpenCV knows none
-        return chunks.taken_apart(saved)
-    # Pillow can't write 16-bit colour and takes longer for the rest: OpenCV writes the pixels,
-    # Pillow the chunks around them.
     empty = Content(content.photo, np.zeros((1, 1), np.uint8), content.blocks)
-    carrier = empty.saved("PNG", pnginfo=text)
-    header, pixels = chunks.taken_apart(deep.encode(content.pixels, ".png", _FAST))
-    return [header, chunks.before_pixels(carrier), pixels]
+    return chunks.before_pixels(empty.saved("PNG", pnginfo=text))
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:

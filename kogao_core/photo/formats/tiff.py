@@ -77,7 +77,7 @@ def _encode(content: Content) -> Pieces:
         directory, stored = tiff_pixels.laid_out(content.pixels)
     else:
         how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
-        directory, stored = tiff.taken_apart(deep.encode(content.pixels, ".tiff", how))
+        directory, stored = tiff.taken_apart(deep.encode(content.pixels, how))
     return tiff.with_metadata(
         directory,
         stored,
