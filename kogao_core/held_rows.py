@@ -64,7 +64,7 @@ class HeldRows:
     def rigid(self) -> Array:
         """What each line's shift and turn do to the rows, shape (S, two for each line)."""
         columns = []
-        for line in np.unique(self.line[self.line != _NOWHERE]):
+        for line in sorted({*self.line.tolist()} - {_NOWHERE}):
             own = self.line == line
             places, across = self.places_px[own], self.across[own]
             along = np.array([across[0, 1], -across[0, 0]])
