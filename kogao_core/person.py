@@ -218,7 +218,7 @@ class PersonNetwork:
         to_image = view.to_image.after(Affine.resize(_FINE, _FINE).inverse)
         picture = image.sample(to_image, fine_px, cv2.BORDER_REPLICATE)
         coarse = cv2.resize(picture, (INPUT_PX, INPUT_PX), interpolation=cv2.INTER_AREA)
-        self._net.setInput(planes(coarse.astype(np.float32) / 255.0))
+        self._net.setInput(planes(np.asarray(coarse, np.uint8)) / 255.0)
         rough = cv2.resize(self._net.forward()[0, 0], (fine_px, fine_px))
         opacity = _refined(rough, picture)
         return PersonLook(opacity, to_image, _of_the_face(opacity, to_image.inverse(face.points)))

@@ -121,9 +121,8 @@ class BlazeFace:
         spread = cv2.meanStdDev(np.ascontiguousarray(sampled[::2, ::2]))[1]
         if float(spread.max()) < _FLAT:
             return []
-        pixels = sampled.astype(np.float32) / 127.5 - 1.0
         with self._nets.one() as net:
-            net.setInput(planes(pixels))
+            net.setInput(planes(sampled) / 127.5 - 1.0)
             regressors, logits = net.forward(["regressors", "classificators"])
         scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
         likely = scores > least_score

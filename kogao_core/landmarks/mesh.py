@@ -137,7 +137,7 @@ class MeshNetwork:
 
     def _points(self, pixels: Image) -> tuple[Array, float]:
         with self._nets.one() as net:
-            net.setInput(planes(pixels.astype(np.float32) / 255.0))
+            net.setInput(planes(pixels) / 255.0)
             flat, presence = net.forward(["Identity", "Identity_1"])
         # The network counts from the edge of its first pixel, we from its centre. The half pixel is
         # measured, too: it takes the bias of the eye corners from 0.4 to 0.1 % of their distance.
