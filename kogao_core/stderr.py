@@ -37,7 +37,7 @@ _NOISE: Final = re.compile(
     r"|Insufficient memory \(case |Fractional sampling|CCIR601 sampling|IDCT output block"
     r"|Maximum supported image dimension "
     r"|DCT coefficient |Didn't expect more than|JPEG datastream contains no |Cannot transcode "
-    r"|Sorry, |Requested feature was omitted|Not implemented yet|Image too wide for )"
+    r"|Sorry, |Caution: |Requested feature was omitted|Not implemented yet|Image too wide for )"
 )
 # Without a handler of the user's, Python's own prints what Pillow logs.
 logging.getLogger("PIL").addHandler(logging.NullHandler())

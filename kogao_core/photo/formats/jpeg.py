@@ -18,6 +18,7 @@ from kogao_core.photo import jpeg_extras, kinds, segments, trailers
 from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo
+from kogao_core.stderr import hushed
 
 if TYPE_CHECKING:
     from kogao_core.photo.blocks import Blocks
@@ -115,9 +116,9 @@ def _keep(
             more = Text(", in one scan instead of progressive ones") if is_progressive else ""
             damage = [Text("the file is slightly damaged: {one}", one=one) for one in kept.damage]
             return [kept.data], Text.joined("; ", [Text.joined("", [note, more]), *damage])
-    return encode(None), Text(
-        "every block of the JPEG was compressed again: {reason}", reason=reason
-    )
+    with hushed():  # libjpeg cautions of coarse tables
+        whole = encode(None)
+    return whole, Text("every block of the JPEG was compressed again: {reason}", reason=reason)
 
 
 JPEG: Final = FileFormat(
