@@ -53,7 +53,18 @@ def sentence(text: str) -> str:
     """
     if len(text) > _LONGEST_SENTENCE:
         text = f"{text[: _LONGEST_SENTENCE - _END]} … {text[-_END:]}"
-    return "".join(letter if letter.isprintable() else "?" for letter in text)
+    return printable(text)
+
+
+def printable(text: str) -> str:
+    """Return a line with '?' for whatever a terminal doesn't print but may obey.
+
+    Python takes spaces of other widths, as in names of macOS and in Japanese, for unprintable.
+    """
+    return "".join(
+        letter if letter.isprintable() or unicodedata.category(letter) == "Zs" else "?"
+        for letter in text
+    )
 
 
 def columns(text: str) -> int:

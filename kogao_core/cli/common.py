@@ -12,7 +12,7 @@ import click
 
 from kogao_core.cli import words
 from kogao_core.language import Text, translated
-from kogao_core.wording import sentence, system_reason
+from kogao_core.wording import printable, sentence, system_reason
 
 if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
@@ -101,6 +101,11 @@ def writing(path: Path) -> Iterator[None]:
             Text("{path} can't be written ({reason})", path=path, reason=system_reason(error)),
             UNREADABLE,
         ) from error
+
+
+def print_text(text: str) -> None:
+    """Print lines on stdout; whatever in a file's name gives orders to a terminal becomes '?'."""
+    click.echo("\n".join(map(printable, text.split("\n"))))
 
 
 def print_message(message: str) -> None:

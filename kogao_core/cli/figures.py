@@ -73,7 +73,7 @@ def command(
             common.print_message(stop.message)
             code = common.SOME_FAILED
         else:
-            click.echo(f"{photo}: {', '.join(path.name for path in written)}")
+            common.print_text(f"{photo}: {', '.join(path.name for path in written)}")
     return code
 
 

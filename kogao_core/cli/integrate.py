@@ -138,7 +138,7 @@ def command(host: str, remove: bool, settings: Path | None) -> None:
             ),
             common.UNREADABLE,
         ) from error
-    click.echo("\n".join(map(translated, done)))
+    common.print_text("\n".join(map(translated, done)))
 
 
 def _change_desktop(share: Path | None, remove: bool) -> list[Text]:

@@ -87,7 +87,7 @@ def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None
     if file == STDOUT:
         click.echo(json.dumps(found()))
         return
-    click.echo(text())
+    common.print_text(text())
     if file is not None:
         with common.writing(file):
             put((json.dumps(found()) + "\n").encode(), file)

@@ -98,4 +98,4 @@ def _write(
         written = interchange.write(faces, target, template)
     for one in written:
         note = f" ({translated(one.note)})" if one.note else ""
-        click.echo(f"{photo}: {one.path}{note}")
+        common.print_text(f"{photo}: {one.path}{note}")

@@ -107,7 +107,7 @@ class Outputs:
 
         text_of = files(report, made)
         if STDOUT not in self._files.values():
-            click.echo(translated_report(report).text())
+            common.print_text(translated_report(report).text())
         if self._folder is not None:
             with _writing(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)

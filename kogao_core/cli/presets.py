@@ -87,7 +87,7 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
     for one, recipe in named:
         with common.writing(presets.file_of(folder, one)):
             presets.add(folder, one, recipe)
-        click.echo(one)
+        common.print_text(one)
 
 
 def _all() -> dict[str, Recipe]:

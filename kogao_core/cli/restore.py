@@ -35,6 +35,6 @@ def command(file: Path, force: bool) -> None:
                 common.UNREADABLE,
             ) from error
     if there_was:
-        click.echo(tr("{file} is as it was again", file=file))
+        common.print_text(tr("{file} is as it was again", file=file))
     else:
-        click.echo(tr("{file} is as it was", file=file))
+        common.print_text(tr("{file} is as it was", file=file))

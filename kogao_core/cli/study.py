@@ -89,7 +89,7 @@ def make(
         choices = making.Choices(PAPER, kinds, seed, source.name)
     with common.stopping(making.RefusedFolder, common.USAGE), common.writing(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
-    click.echo(
+    common.print_text(
         tr(
             "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
             "about them",
@@ -99,7 +99,7 @@ def make(
         )
     )
     key_file = plan.key_path(folder)
-    click.echo(tr("{file}: what each picture is; keep it from the raters", file=key_file))
+    common.print_text(tr("{file}: what each picture is; keep it from the raters", file=key_file))
 
 
 def _subjects(

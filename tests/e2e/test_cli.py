@@ -350,6 +350,24 @@ def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
     assert len(err) < 700
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs any names")
+def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    name = tmp_path / "a\x1b]0;title\a\u3000b\u202fc.jpg"
+    shutil.copy(ROOT / "resources" / "samples" / "average.jpg", name)
+    for arguments in (
+        ["detect", name],
+        ["warp", name, "-o", name.with_suffix(".png"), "--save-project"],
+        ["landmarks", "export", name, "--format", "csv", "-o", tmp_path],
+        ["warp", "--in-place", name],
+        ["restore", name],
+    ):
+        code, out, _ = cli(*arguments)
+        assert (code, out[-1]) == (0, "\n")
+        assert "a?]0;title?\u3000b\u202fc" in out
+        assert not set("\x1b\a") & set(out)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
