@@ -13,6 +13,7 @@ from kogao_core.geometry import Image
 from kogao_core.language import Text
 
 _ROWS: Final = 64
+_BITS, _WHITE = 8, 255
 CONVERTED: Final = "converted from"
 """How the note begins on a photo whose colour model isn't that of its file."""
 _PLAIN: Final = ("L", "LA", "RGB", "RGBA")
@@ -24,8 +25,15 @@ _WIDENED: Final = {
 }
 
 
-def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]:
+def to_array(image: Pillow.Image, bits: int = _BITS) -> tuple[Image, bytes | None, tuple[str, ...]]:
     """Return uint8 pixels of shape (H, W) or (H, W, 2..4), their ICC profile, and notes.
+
+    Parameters
+    ----------
+    image : PIL.Image.Image
+        Decoded.
+    bits : int
+        How deep a channel, or an index, is in its file, 1 to 8.
 
     Raises
     ------
@@ -33,6 +41,10 @@ def to_array(image: Pillow.Image) -> tuple[Image, bytes | None, tuple[str, ...]]
         If Pillow has no way from this colour model to RGB.
     """
     profile = image.info.get("icc_profile") or None
+    if image.mode == "L" and bits < _BITS:
+        _scale_transparency(image, bits)
+        note = Text("converted from {bits} bits to 8-bit grey", bits=bits)
+        return _pixels(_plain(image)), profile, (note,)
     if image.mode in _PLAIN or image.mode in _WIDER:
         notes = (_WIDENED[image.mode],) if image.mode in _WIDENED else ()
         return _pixels(_plain(image)), profile, notes
@@ -62,6 +74,13 @@ def _pixels(image: Pillow.Image) -> Image:
         bottom = min(image.height, top + _ROWS)
         pixels[top:bottom] = np.asarray(image.crop((0, top, image.width, bottom)))
     return pixels
+
+
+def _scale_transparency(image: Pillow.Image, bits: int) -> None:
+    """Scale the grey that is transparent as Pillow has scaled the pixels."""
+    grey = image.info.get("transparency")
+    if isinstance(grey, int):
+        image.info["transparency"] = grey * _WHITE // (2**bits - 1)
 
 
 def _plain(image: Pillow.Image) -> Pillow.Image:

@@ -16,17 +16,22 @@ from kogao_core.language import Text
 
 _LOCK: Final = threading.Lock()
 _levels: Final[list[int]] = []
+_OPAQUE: Final = 0xFFFF
+_GREYS: Final = (0, 4)  # PNG's numbers: without alpha, and with
 
 
-def is_16_bit_png(image: Pillow.Image, file: IO[bytes]) -> bool:
-    """Tell by the depth in the file's IHDR chunk."""
+def png_layout(image: Pillow.Image, file: IO[bytes]) -> tuple[int, bool] | None:
+    """Return bits of a channel, and whether it is grey, from the IHDR chunk of an open PNG file.
+
+    None for other formats.
+    """
     if image.format != "PNG":
-        return False
+        return None
     position = file.tell()
     file.seek(24)
-    depth = file.read(1)
+    bits, colour_type = file.read(2)
     file.seek(position)
-    return depth == b"\x10"
+    return bits, colour_type in _GREYS
 
 
 def verify_png(file: IO[bytes]) -> None:
@@ -60,6 +65,15 @@ def decode(data: bytes) -> Image:
         flip = cv2.COLOR_BGR2RGB if stored.shape[2] == 3 else cv2.COLOR_BGRA2RGBA
         return np.asarray(cv2.cvtColor(stored, flip))
     return np.asarray(stored)
+
+
+def with_alpha(grey: Image, transparent: int) -> Image:
+    """Return 16-bit grey as RGBA that can be seen through where it is of one value.
+
+    OpenCV does so with colours alone.
+    """
+    alpha = np.where(grey == transparent, 0, _OPAQUE).astype(np.uint16)
+    return np.dstack([grey, grey, grey, alpha])
 
 
 @contextmanager

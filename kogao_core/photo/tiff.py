@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 import numpy as np
+from PIL import ExifTags, TiffImagePlugin
 from PIL import Image as Pillow
-from PIL import TiffImagePlugin
 
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
@@ -23,19 +23,21 @@ from kogao_core.stderr import hushed
 HEADS: Final = (b"II*\0", b"MM\0*")
 _BIG_HEADS: Final = (b"II+\0", b"MM\0+")
 _WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC, _ORIENTATION = 256, 257, 258, 259, 262, 274
+_SUBFILE, _IS_REDUCED, _SUB_DIRECTORIES = 254, 1, 330
 _SAMPLES, _PLANES, _EXTRA, _SAMPLE_FORMAT = 277, 284, 338, 339
 _X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT, _XMP, _ICC = 282, 283, 296, 700, 34675
 _DENSITY: Final = (_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT)
-_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB = 0, 1, 2
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
-_PREMULTIPLIED, _STRAIGHT = 1, 2
+_UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
 _NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
 _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
+_JPEGS: Final = (6, 7)
 _COMPRESSIONS: Final = {
     **dict.fromkeys((2, 3, 4), "CCITT"),
-    **dict.fromkeys((6, 7), "JPEG"),
+    **dict.fromkeys(_JPEGS, "JPEG"),
     **dict.fromkeys((33003, 33005, 34712), "JPEG 2000"),
     34887: "LERC",
     34925: "LZMA",
@@ -143,14 +145,47 @@ class TiffTags:
         return self._first(_HEIGHT, 0)
 
     @property
+    def bits(self) -> int:
+        """How deep a channel is."""
+        return self._first(_BITS, 1)
+
+    @property
     def is_deep(self) -> bool:
         """Whether a channel has more than 8 bits."""
-        return self._first(_BITS, 1) > 8
+        return self.bits > 8
+
+    @property
+    def converted(self) -> tuple[str, ...]:
+        """What Pillow converts by the way, in a note."""
+        if self._first(_EXTRA, 0) == _PREMULTIPLIED:
+            return (Text("converted from premultiplied to straight alpha"),)
+        # A JPEG's pixels are RGB for everybody.
+        if self._first(_PHOTOMETRIC, _RGB) == _YCBCR and self.compression not in _JPEGS:
+            return (Text("converted from {mode} to RGB", mode="YCbCr"),)
+        return ()
 
     @property
     def compression(self) -> int:
         """How the pixels are compressed, by TIFF's number."""
         return self._first(_COMPRESSION, 1)
+
+    def check_first(self, path: Path) -> None:
+        """Refuse a file whose first picture is a small copy of another one.
+
+        Raises
+        ------
+        UnreadablePhoto
+            If so; renamed raw photos are such files.
+        """
+        is_copy = self._first(_SUBFILE, 0) & _IS_REDUCED
+        if is_copy and (_SUB_DIRECTORIES in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
+            raise UnreadablePhoto(
+                Text(
+                    "{path} is a TIFF that begins with a small copy of its picture; save it as an "
+                    "ordinary TIFF first, or give a raw photo its own ending again",
+                    path=path,
+                )
+            )
 
     def check_compression(self, path: Path) -> None:
         """Refuse what the libtiff of neither decoder is built for.
@@ -208,6 +243,8 @@ class TiffTags:
             pixels = deep.decode(file.read())
         if self._first(_PHOTOMETRIC, _RGB) == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
+        if pixels.ndim == 3 and self._first(_EXTRA, _STRAIGHT) == _UNSPECIFIED:
+            return pixels[..., :3]  # a fourth channel is a selection, or anything
         return pixels
 
     @property

@@ -274,3 +274,101 @@ def test_deep_grey_with_alpha_keeps_its_depth(tmp_path):
     again = photo.read(tmp_path / "out.png").pixels
     np.testing.assert_array_equal(again[..., 0], deep[..., 0] // 2)
     np.testing.assert_array_equal(again[..., -1], deep[..., 3] // 2)
+
+
+def grey_png(grey, bits, *more, alpha=None):
+    """Return a PNG file of grey samples of some bits."""
+    planes = grey if alpha is None else np.stack([grey, alpha], axis=-1)
+    rows = planes.reshape(len(grey), -1).astype(">u2" if bits == 16 else np.uint8)
+    if bits < 8:
+        rows = np.unpackbits(rows[..., None], axis=-1)[..., -bits:].reshape(len(grey), -1)
+        rows = np.packbits(rows, axis=-1)
+    colour_type = 0 if alpha is None else 4
+    header = struct.pack(">IIBBBBB", *grey.shape[::-1], bits, colour_type, 0, 0, 0)
+    body = zlib.compress(b"".join(b"\0" + row.tobytes() for row in rows))
+    chunks = [(b"IHDR", header), *more, (b"IDAT", body), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(files.chunk(*one) for one in chunks)
+
+
+@pytest.mark.parametrize("bits", [1, 2, 4, 8, 16])
+def test_a_grey_that_is_transparent_is_so_at_any_depth(tmp_path, bits):
+    most = 2**bits - 1
+    grey = (np.arange(5 * 16).reshape(5, 16) * 37) % (most + 1)
+    transparent = int(grey[2, 3])
+    chunk = (b"tRNS", struct.pack(">H", transparent))
+    (tmp_path / "in.png").write_bytes(grey_png(grey, bits, chunk))
+    source = photo.read(tmp_path / "in.png")
+    white = np.iinfo(source.pixels.dtype).max
+    expected = [grey * (white // most), np.where(grey == transparent, 0, white)]
+    np.testing.assert_array_equal(source.pixels[..., [0, -1]], np.stack(expected, axis=-1))
+    words = {1: "1 bit", 2: "2 bits", 4: "4 bits"}
+    assert source.notes == ((f"converted from {words[bits]} to 8-bit grey",) if bits < 8 else ())
+
+
+def test_deep_grey_that_becomes_colour_leaves_its_grey_profile_behind(tmp_path):
+    deep = upright(16, 4)
+    profile = (b"iCCP", b"grey\0\0" + zlib.compress(files.GREY))
+    (tmp_path / "in.png").write_bytes(grey_png(deep[..., 0], 16, profile, alpha=deep[..., 3]))
+    source = photo.read(tmp_path / "in.png")
+    assert (source.pixels.shape[2], source.icc_profile) == (4, None)
+    assert source.notes == ("converted from grey to RGB, without its colour profile",)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_a_fourth_channel_that_is_not_said_to_be_alpha_is_an_extra_one(tmp_path, dtype):
+    """Such as a selection that was kept with the photo."""
+    pixels = upright(8, 4).astype(dtype)
+    alpha, selection = (struct.pack("<HHIHH", 338, 3, 1, kind, 0) for kind in (2, 0))
+    stored = files.tiff(pixels)
+    assert stored.count(alpha) == 1
+    (tmp_path / "in.tif").write_bytes(stored.replace(alpha, selection))
+    source = photo.read(tmp_path / "in.tif")
+    np.testing.assert_array_equal(source.pixels, pixels[..., :3])
+    assert "1 extra channel" in photo.write(source, source.pixels // 2, tmp_path / "out.tif")
+
+
+def test_premultiplied_alpha_becomes_straight_with_a_word(tmp_path):
+    pixels = upright(8, 4)
+    pixels[..., 3] = 128
+    stored = pixels.copy()
+    stored[..., :3] = pixels[..., :3] // 2
+    alpha, premultiplied = (struct.pack("<HHIHH", 338, 3, 1, kind, 0) for kind in (2, 1))
+    (tmp_path / "in.tif").write_bytes(files.tiff(stored).replace(alpha, premultiplied))
+    source = photo.read(tmp_path / "in.tif")
+    np.testing.assert_allclose(source.pixels, pixels, atol=2)
+    assert source.notes == ("converted from premultiplied to straight alpha",)
+    with pytest.raises(photo.RefusedOutput, match="wouldn't come back as it is"):
+        photo.check_in_place(source)
+
+
+def test_compressed_ycbcr_is_converted_with_a_word(tmp_path):
+    picture = Image.fromarray(upright(8, 3))
+    picture.convert("YCbCr").save(tmp_path / "in.tif", compression="tiff_deflate")
+    source = photo.read(tmp_path / "in.tif")
+    np.testing.assert_allclose(source.pixels, np.asarray(picture), atol=4)
+    assert source.notes == ("converted from YCbCr to RGB",)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_a_tiff_that_begins_with_a_small_copy_is_refused(tmp_path, kind):
+    """A raw photo renamed is one: its preview isn't the photo."""
+    small, whole = Image.fromarray(upright(8, 3)[::4, ::4]), Image.fromarray(upright(8, 3))
+    small.save(tmp_path / "in.tif", save_all=True, append_images=[whole], tiffinfo={254: kind})
+    if kind == 0:
+        assert photo.read(tmp_path / "in.tif").width == WIDTH // 4
+        return
+    with pytest.raises(photo.UnreadablePhoto, match="begins with a small copy of its picture"):
+        photo.read(tmp_path / "in.tif")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+def test_a_file_with_damaged_headers_is_damaged(tmp_path, suffix):
+    data = bytearray(files.MAKERS[suffix](upright(8, 3)))
+    if suffix == ".png":
+        data[data.index(b"tEXt") + 5] ^= 1  # its checksum is another one now
+    else:
+        frame = data.index(b"\xff\xc0")
+        data[frame + 5 : frame + 7] = b"\0\0"  # the height
+    (tmp_path / f"in{suffix}").write_bytes(data)
+    with pytest.raises(photo.UnreadablePhoto, match="damaged or incomplete"):
+        photo.read(tmp_path / f"in{suffix}")

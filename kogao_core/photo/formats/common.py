@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
+from kogao_core.geometry import Image
 from kogao_core.language import Text
 from kogao_core.photo import colour, contents, deep, jpeg_data, metadata, riff
 from kogao_core.photo.errors import UnreadablePhoto
@@ -17,6 +18,9 @@ from kogao_core.photo.turning import turn_upright
 
 if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
+
+_USUAL, _DEEP = 8, 16  # bits of a channel
+_HEAD_BYTES = 16  # by which Pillow recognises a format
 
 
 def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
@@ -28,6 +32,8 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
         If it is a JPEG of a kind that libjpeg doesn't know.
     UnidentifiedImageError
         If it is none of them.
+    ValueError
+        If it begins as one of them and is damaged.
     """
     file = source.file
     try:
@@ -35,22 +41,23 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
     except UnidentifiedImageError:
         if contents.is_rare_jpeg(file):
             raise _rare(source) from None
+        _check_damage(file, names)
         raise
     with opened as image:
         source.check(*image.size)
         jpeg = contents.jpeg_coding(image)
-        deep_png = deep.is_16_bit_png(image, file)
-        if deep_png:
+        bits, is_grey = deep.png_layout(image, file) or (_USUAL, False)
+        if bits == _DEEP:
             deep.verify_png(file)
         elif jpeg is not None:
             jpeg_data.check(file, source.path)
         decoded, damage = _decoded(image, source)
         contents.settle_profile(decoded, file)
         notes: tuple[str, ...] = ()
-        if deep_png:
-            pixels = deep.decode(source.data())
+        if bits == _DEEP:
+            pixels, notes = _deep_png(image, source, is_grey=is_grey)
         else:
-            pixels, image.info["icc_profile"], notes = colour.to_array(decoded)
+            pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
         blocks = contents.blocks(image, file, 1 if pixels.ndim == 2 else pixels.shape[2])
         turn = metadata.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
@@ -67,6 +74,15 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
         )
 
 
+def _check_damage(file: IO[bytes], names: tuple[SourceFormat, ...]) -> None:
+    """Raise ValueError where a file that Pillow can't identify begins as one of the formats."""
+    file.seek(0)
+    head = file.read(_HEAD_BYTES)
+    accepts = (Pillow.OPEN[name][1] for name in names)
+    if any(accept is not None and accept(head) is True for accept in accepts):
+        raise ValueError(Text("its headers are damaged"))
+
+
 def _rare(source: Source) -> UnreadablePhoto:
     return UnreadablePhoto(
         Text(
@@ -75,6 +91,19 @@ def _rare(source: Source) -> UnreadablePhoto:
             path=source.path,
         )
     )
+
+
+def _deep_png(
+    image: Pillow.Image, source: Source, *, is_grey: bool
+) -> tuple[Image, tuple[str, ...]]:
+    """Return the pixels of a 16-bit PNG file, and notes; grey with alpha becomes RGBA."""
+    pixels = deep.decode(source.data())
+    if pixels.ndim == 2 and "transparency" in image.info:
+        pixels = deep.with_alpha(pixels, image.info["transparency"])
+    if pixels.ndim == 2 or not is_grey or not image.info.get("icc_profile"):
+        return pixels, ()
+    image.info["icc_profile"] = None
+    return pixels, (Text("converted from grey to RGB, without its colour profile"),)
 
 
 def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[str, ...]]:

@@ -46,6 +46,7 @@ def _decode(source: Source) -> Photo:
     profile = tags.icc_profile
     # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
     # good, so Pillow's is asked where it can.
+    tags.check_first(path)
     tags.check_compression(path)
     if tags.is_deep:
         tags.check_layout(path)
@@ -54,7 +55,8 @@ def _decode(source: Source) -> Photo:
         file.seek(0)
         with Pillow.open(file, formats=["TIFF"]) as image:
             image.load()
-            pixels, profile, notes = colour.to_array(image)
+            pixels, profile, notes = colour.to_array(image, tags.bits)
+        notes = notes or tags.converted
     return Photo(
         np.ascontiguousarray(pixels),
         path,
