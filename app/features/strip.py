@@ -50,6 +50,7 @@ class Strip(Feature):
         self.panel.wanted.connect(self.open)
         self.window.dropped.connect(self.show_places)
         self.document.opened.connect(self._follow)
+        files.began.connect(self._pass_over)
         files.unreadable.connect(self._pass_over)
         self.add_actions(
             Spec(
@@ -95,17 +96,17 @@ class Strip(Feature):
 
     def open(self, path: Path) -> None:
         """Open another photo; until it is open, and should the user keep this, this is marked."""
+        self.panel.mark(self.document.path)
         if path != self.document.path:
             self._wanted = path
             self._files.open(path)
-        self.panel.mark(self.document.path)
 
     def _follow(self) -> None:
         self._wanted = None
         self.panel.mark(self.document.path)
 
     def _pass_over(self) -> None:
-        """Go on along the strip after a photo that couldn't be opened, or from the beginning."""
+        """Go on along the strip from a photo that is being opened, or couldn't be."""
         self.panel.pass_over(self._wanted)
 
     def show(self, places: Sequence[Path]) -> None:
@@ -248,7 +249,7 @@ class FilmStrip(QListWidget):
             self.setCurrentRow(-1 if row is None else row)
 
     def pass_over(self, path: Path | None) -> None:
-        """Let the next step begin at a photo that couldn't be opened."""
+        """Let the next step begin at a photo that isn't open."""
         self._passed = self._row_of(path)
 
     def path(self, row: int) -> Path:

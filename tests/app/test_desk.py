@@ -296,6 +296,16 @@ def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
     assert empty.editor.document.path == folder / "last.png"
 
 
+def test_steps_count_from_the_photo_that_is_being_opened(empty, folder):
+    """Two presses lead two photos on, however long the first takes."""
+    drop(empty, folder)
+    for _ in range(2):
+        empty.panel("strip").step(1)
+    empty.settle()
+    assert empty.editor.document.path == folder / "2.png"
+    assert empty.panel("strip").currentRow() == 2
+
+
 @pytest.mark.usefixtures("storage")
 @pytest.mark.parametrize(
     ("names", "photos", "said"),
