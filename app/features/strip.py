@@ -10,7 +10,8 @@ from PySide6.QtCore import QFileSystemWatcher, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QColorSpace, QIcon, QImage, QImageReader, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
-from kogao_core.photo import READABLE
+from kogao_core.display import preview
+from kogao_core.photo import READABLE, UnreadablePhoto, read
 
 from ..actions import Spec
 from ..i18n import reason, tr
@@ -23,6 +24,7 @@ from .files import Files
 _MOST = 2000
 _SETTLE_MS = 300
 THUMBNAIL_PX: Final = 72
+_RAW: Final = "RAW"  # takes seconds to develop
 _PATH: Final = Qt.ItemDataRole.UserRole
 
 
@@ -184,7 +186,7 @@ def photos_in(places: Sequence[Path]) -> list[Path]:
 
 
 def thumbnail(path: Path) -> QImage:
-    """Return a small upright picture of a photo; a null one where Qt can't read it."""
+    """Return a small upright picture of a photo; a null one of raw and damaged files."""
     reader = QImageReader(str(path))
     reader.setAutoTransform(True)
     size = reader.size()
@@ -192,8 +194,22 @@ def thumbnail(path: Path) -> QImage:
         room = QSize(2 * THUMBNAIL_PX, 2 * THUMBNAIL_PX)
         reader.setScaledSize(size.scaled(room, Qt.AspectRatioMode.KeepAspectRatio))
     picture = reader.read()
+    if picture.isNull() and READABLE.get(path.suffix.lower()) != _RAW:
+        picture = _decoded(path)
     if picture.colorSpace().isValid():
         picture.convertToColorSpace(QColorSpace(QColorSpace.NamedColorSpace.SRgb))
+    return picture
+
+
+def _decoded(path: Path) -> QImage:
+    """Return a small picture of what the core reads and Qt doesn't, such as HEIC."""
+    try:
+        photo = read(path, bits=8)
+    except UnreadablePhoto:
+        return QImage()
+    picture = QImage.fromData(preview(photo.pixels, 2 * THUMBNAIL_PX))
+    if photo.icc_profile is not None:
+        picture.setColorSpace(QColorSpace.fromIccProfile(photo.icc_profile))
     return picture
 
 

@@ -14,6 +14,7 @@ from kogao_app.features.commands import Palette, ShortcutsDialog
 from kogao_app.features.recent import EmptyState
 from kogao_app.features.strip import FilmStrip, photos_in, thumbnail
 from kogao_app.window import Window
+from PIL import Image as PillowImage
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
@@ -384,6 +385,13 @@ def test_a_folder_can_be_chosen_by_key(empty, folder):
     empty.choose_path(folder)
     empty.settle()
     empty.qtbot.waitUntil(lambda: empty.editor.document.path == folder / "0.png")
+
+
+def test_what_qt_cannot_read_has_a_thumbnail(tmp_path):
+    picture, turned = PillowImage.fromarray(textured_photo(300, 200)), 6
+    picture.save(tmp_path / "a.tif", compression="jpeg", tiffinfo={274: turned})
+    image = thumbnail(tmp_path / "a.tif")
+    assert (image.width(), image.height()) == (96, 144)
 
 
 def test_thumbnails_are_small_and_a_broken_file_has_none(folder):
