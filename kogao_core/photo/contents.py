@@ -15,7 +15,11 @@ from kogao_core.photo.model import JpegCoding
 
 _FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
 _X_RESOLUTION, _UNIT = 0x011A, 0x0128
-_FRAMES: Final = (*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))
+_JPEG_LS: Final = 0xF7
+_FRAMES: Final = (
+    *(*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0)),
+    _JPEG_LS,
+)
 # Baseline, extended, progressive, lossless; then the first and third coded arithmetically.
 _KNOWN_FRAMES: Final = (*range(0xC0, 0xC4), 0xC9, 0xCA)
 _KNOWN_DEPTH: Final = 8
