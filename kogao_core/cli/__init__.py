@@ -5,9 +5,12 @@ from __future__ import annotations
 import io
 import os
 import shlex
+import signal
 import sys
+import threading
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import click
 
@@ -37,6 +40,7 @@ INTERRUPTED = 130
 DEBUG = "KOGAO_DEBUG"
 """Name of the environment variable that makes tracebacks visible."""
 _LONGEST_ERROR = 200
+_ENDING = ("SIGTERM", "SIGHUP")
 
 EPILOG = Text("""\
 Exit codes:
@@ -83,7 +87,28 @@ for command in (program, *program.commands.values(), *experiment.command.command
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the program and exit; `arguments` default to the process's own."""
-    sys.exit(_run(arguments))
+    with _told_to_end():
+        code = _run(arguments)
+    sys.exit(code)
+
+
+@contextmanager
+def _told_to_end() -> Iterator[None]:
+    """Let what ends a program from outside do so as Ctrl-C does: in a word, nothing left aside.
+
+    Whoever has it ignored, as nohup has, is let alone.
+    """
+    numbers = [getattr(signal, name) for name in _ENDING if hasattr(signal, name)]
+    mine = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    if threading.current_thread() is not threading.main_thread():
+        mine = []  # Python refuses
+    for number in mine:
+        signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number in mine:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _run(arguments: Sequence[str] | None) -> int:

@@ -136,7 +136,8 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
     assert list(tmp_path.iterdir()) == []
 
 
-def test_rate_serves_the_page_until_it_is_interrupted(cli, portrait, tmp_path):
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_rate_serves_the_page_until_it_is_interrupted(cli, portrait, tmp_path, ending):
     cli("make", portrait, "-o", tmp_path / "new", "--lattices", "1")
     # Whoever starts a program in the background may have it ignore Ctrl-C.
     start = (
@@ -153,7 +154,7 @@ def test_rate_serves_the_page_until_it_is_interrupted(cli, portrait, tmp_path):
         with urllib.request.urlopen(address) as page:
             assert b"Natural or unnatural?" in page.read()
         assert "Ctrl-C" in program.stdout.readline()
-        program.send_signal(signal.SIGINT)
+        program.send_signal(ending)
         assert program.communicate(timeout=LONGEST_S) == ("", "")
         assert program.returncode == 0
     finally:
