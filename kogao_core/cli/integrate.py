@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Callable, Mapping
@@ -31,7 +32,7 @@ _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """A program that can hand pictures to this one.
+    """A program, or a version of it, that can hand pictures to this one.
 
     Parameters
     ----------
@@ -42,9 +43,10 @@ class Host:
     in_sandbox : str
         The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
     files : mapping of str to str
-        Our files among the resources, and where each goes within that folder; the first is told.
-    quoted : callable
-        Writes a path as its language does, where the file has ``@KOGAO@``.
+        Our files among the resources, and where each goes within that folder; the first is started,
+        and told.
+    is_filled_once : bool
+        Whether it fills that folder only where there is none yet, so that it must have been there.
     mark : str
         File of the settings that must name ours; empty where all of a folder are taken.
     then : Text, optional
@@ -55,7 +57,7 @@ class Host:
     sandbox: str
     in_sandbox: str
     files: Mapping[str, str]
-    quoted: Callable[[Path], str]
+    is_filled_once: bool = False
     mark: str = ""
     then: Text | None = None
 
@@ -75,36 +77,51 @@ def _in_lua(path: Path) -> str:
     return f"{quote}{text}{quote}".replace("\\", "\\\\").replace('"', '\\"')
 
 
-def _in_python(path: Path) -> str:
-    return json.dumps(str(path))[1:-1]
+# How the languages of our files write a path, where these have ``@KOGAO@``.
+_QUOTED: Final[Mapping[str, Callable[[Path], str]]] = {
+    ".lua": _in_lua,
+    ".py": lambda path: json.dumps(str(path))[1:-1],
+    ".sh": lambda path: shlex.quote(str(path)),
+}
 
 
-HOSTS: Final[Mapping[str, Host]] = {
-    "darktable": Host(
-        lambda: _settings("LOCALAPPDATA", ".config", ".config", "darktable"),
-        "org.darktable.Darktable",
-        "config/darktable",
-        {"darktable/kogao.lua": "lua/kogao.lua"},
-        _in_lua,
-        "luarc",
-    ),
-    "gimp": Host(
-        lambda: _settings("APPDATA", "Library/Application Support", ".config", "GIMP/3.0"),
+def _gimp(version: str, files: Mapping[str, str]) -> Host:
+    files = {**files, "common.py": "common.py"}
+    return Host(
+        lambda: _settings("APPDATA", "Library/Application Support", ".config", f"GIMP/{version}"),
         "org.gimp.GIMP",
         "",
-        {"gimp/kogao.py": "plug-ins/kogao/kogao.py"},
-        _in_python,
+        {f"gimp/{ours}": f"plug-ins/kogao/{theirs}" for ours, theirs in files.items()},
+        is_filled_once=True,
+    )
+
+
+_GIMP_3: Final = _gimp("3.0", {"kogao.py": "kogao.py"})
+_GIMP_2_10: Final = _gimp("2.10", {"kogao.sh": "kogao", "gimp_2_10.py": "gimp_2_10.py"})
+
+HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
+    "darktable": (
+        Host(
+            lambda: _settings("LOCALAPPDATA", ".config", ".config", "darktable"),
+            "org.darktable.Darktable",
+            "config/darktable",
+            {"darktable/kogao.lua": "lua/kogao.lua"},
+            mark="luarc",
+        ),
     ),
-    "krita": Host(
-        lambda: _settings("APPDATA", "Library/Application Support", ".local/share", "krita"),
-        "org.kde.krita",
-        "data/krita",
-        {
-            "krita/kogao.py": "pykrita/kogao/__init__.py",
-            "krita/kogao.desktop": "pykrita/kogao.desktop",
-        },
-        _in_python,
-        then=Text("then tick Kogao in Settings > Configure Krita > Python Plugin Manager"),
+    # Elsewhere GIMP 2.10 starts no scripts, or brings its library where only it finds it.
+    "gimp": (_GIMP_3,) if sys.platform in ("win32", "darwin") else (_GIMP_3, _GIMP_2_10),
+    "krita": (
+        Host(
+            lambda: _settings("APPDATA", "Library/Application Support", ".local/share", "krita"),
+            "org.kde.krita",
+            "data/krita",
+            {
+                "krita/kogao.py": "pykrita/kogao/__init__.py",
+                "krita/kogao.desktop": "pykrita/kogao.desktop",
+            },
+            then=Text("then tick Kogao in Settings > Configure Krita > Python Plugin Manager"),
+        ),
     ),
 }
 
@@ -117,7 +134,7 @@ HOSTS: Final[Mapping[str, Host]] = {
     help="Where the program has its settings, a desktop its menus [where the system has them].",
 )  # fmt: skip
 def command(host: str, remove: bool, settings: Path | None) -> None:
-    """Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP 3 or Krita.
+    """Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or Krita.
 
     Other programs know it when they start next.
     """
@@ -153,11 +170,8 @@ def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
 
 
 def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
-    host = HOSTS[name]
-    sandboxed = Path.home() / ".var/app" / host.sandbox
-    folders = [settings] if settings else _folders(host, sandboxed)
     said = []
-    for folder in folders:
+    for host, folder in _places(name, settings, remove):
         place = folder / next(iter(host.files.values()))
         if remove:
             _remove(host, folder)
@@ -165,9 +179,10 @@ def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
         else:
             _install(host, folder)
             said.append(Text("{place} is there; start {host} again", place=place, host=name))
+    host = HOSTS[name][0]
     if not remove and host.then is not None:
         said.append(host.then)
-    if not remove and settings is None and sandboxed.is_dir():
+    if not remove and settings is None and _sandboxed(host).is_dir():
         said.append(
             Text(
                 "{host} is a Flatpak here, which can start Kogao once it may leave its sandbox: "
@@ -179,10 +194,34 @@ def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
     return said
 
 
-def _folders(host: Host, sandboxed: Path) -> list[Path]:
+def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, Path]]:
+    """Return the versions of a program that are here, each with a folder of its settings."""
+    hosts = HOSTS[name]
+    if settings is not None:
+        named = [host for host in hosts if host.settings().name == settings.name]
+        return [((named or hosts)[0], settings)]
+    places = [
+        (host, folder)
+        for host in hosts
+        for folder in _folders(host)
+        if remove or folder.is_dir() or not host.is_filled_once
+    ]
+    if not places:
+        raise common.Stop(
+            Text("{host} has no settings here yet; start it once, and then this again", host=name),
+            common.UNREADABLE,
+        )
+    return places
+
+
+def _sandboxed(host: Host) -> Path:
+    return Path.home() / ".var/app" / host.sandbox
+
+
+def _folders(host: Host) -> list[Path]:
     """Return the folders of settings that there are; the system's own if there is none yet."""
     own = host.settings()
-    inner = sandboxed / host.in_sandbox
+    inner = _sandboxed(host) / host.in_sandbox
     if not host.in_sandbox or not inner.is_dir():
         return [own]
     return [own, inner] if own.is_dir() else [inner]
@@ -194,12 +233,14 @@ def _install(host: Host, folder: Path) -> None:
 
     for resource, within in host.files.items():
         text = assets.path(f"integrations/{resource}").read_text(encoding="utf-8")
-        for word, name in (("@KOGAO@", "kogao"), ("@KOGAO_CLI@", "kogao-cli")):
-            text = text.replace(word, host.quoted(_program(name)))
+        for word, program in _PROGRAMS.items():
+            if word in text:
+                text = text.replace(word, _QUOTED[Path(resource).suffix](program()))
         place = folder / within
         place.parent.mkdir(parents=True, exist_ok=True)
         put(text.encode(), place)
-        place.chmod(0o755)
+        # GIMP would start whatever can be started.
+        place.chmod(0o755 if within == next(iter(host.files.values())) else 0o644)
     if host.mark:
         _mark(folder / host.mark, wanted=True)
 
@@ -221,6 +262,24 @@ def _program(name: str) -> Path:
             Text("{program} isn't installed here; pip install kogao", program=name), common.BROKEN
         )
     return found
+
+
+def _python() -> Path:
+    """Return the Python at work; where a bundle has it within, the system's."""
+    found = shutil.which("python3") if installed.is_bundle() else sys.executable
+    if found is None:
+        raise common.Stop(
+            Text("GIMP 2.10 starts Kogao by a Python 3, and none is on the path here"),
+            common.BROKEN,
+        )
+    return Path(found)
+
+
+_PROGRAMS: Final[Mapping[str, Callable[[], Path]]] = {
+    "@KOGAO@": lambda: _program("kogao"),
+    "@KOGAO_CLI@": lambda: _program("kogao-cli"),
+    "@PYTHON@": _python,
+}
 
 
 def _mark(file: Path, *, wanted: bool) -> None:

@@ -1,4 +1,4 @@
-"""Other programs get their pictures back: darktable itself, and a stand-in for GIMP 3."""
+"""Other programs get their pictures back: darktable, GIMP 2.10, Krita, a stand-in for GIMP 3."""
 
 import os
 import re
@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import colours
 import files
 import numpy as np
 import pytest
@@ -79,6 +80,22 @@ class Hands(Extension):
 
 Krita.instance().addExtension(Hands(Krita.instance()))
 """
+# What a user of GIMP 2.10 would do: open two photos, choose entries for them, look what is there.
+GIMP_2_10 = """
+(let* ((opened (lambda (file) (car (gimp-file-load RUN-NONINTERACTIVE file ""))))
+       (layers (lambda (image) (vector->list (cadr (gimp-image-get-layers image)))))
+       (names (lambda (image) (map (lambda (one) (car (gimp-item-get-name one))) (layers image))))
+       (mine (opened "{mine}"))
+       (nobody (opened "{nobody}"))
+       (cancelled (catch #f (kogao-edit RUN-NONINTERACTIVE mine (car (layers mine)))))
+       (after-cancelling (names mine)))
+  (catch #f (kogao-by-itself RUN-NONINTERACTIVE nobody (car (layers nobody))))
+  (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)))
+  (file-png-save RUN-NONINTERACTIVE mine (car (layers mine)) "{shown}" "" 0 9 0 0 0 0 0)
+  (call-with-output-file "{told}" (lambda (file)
+    (write (list after-cancelling (names nobody) (names mine)) file)
+    (write (cons (car (gimp-image-get-precision mine)) (cadr (gimp-plugins-query "Kogao"))) file))))
+"""
 # What the plug-in calls of GIMP 3's library, on pictures of Pillow.
 STAND_IN = """
 import shutil, sys
@@ -92,6 +109,8 @@ class PlugIn:
 
 class Picture:
     layers = []
+    def get_file(self): return Names(get_basename=lambda: "mine.xcf")
+    def is_valid(self): return True
     def duplicate(self): return Picture()
     def merge_visible_layers(self, kind): assert kind == "clip"
     def delete(self): pass
@@ -115,6 +134,7 @@ def main(kind, arguments):
 
 Gimp = Names(
     PlugIn=PlugIn, main=main, file_save=save, file_load_layer=load, displays_flush=lambda: None,
+    progress_init=lambda text: None,
     RunMode=Names(NONINTERACTIVE="n"), MergeType=Names(CLIP_TO_IMAGE="clip"),
     PDBStatusType=Names(SUCCESS="done", CANCEL="cancelled", EXECUTION_ERROR="failed"),
 )
@@ -175,14 +195,51 @@ def test_darktable_as_a_flatpak_gets_the_script_and_its_user_the_command(
     assert list(tmp_path.rglob("kogao.lua")) == []
 
 
-def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(cli, tmp_path):
-    assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
-    plug_in = tmp_path / "plug-ins" / "kogao" / "kogao.py"
-    assert os.access(plug_in, os.X_OK)
-    compile(plug_in.read_text(), plug_in, "exec")
-    assert cli("integrate", "gimp", "--settings", tmp_path, "--remove")[0] == 0
-    assert not plug_in.parent.exists()
-    assert cli("integrate", "gimp", "--settings", tmp_path, "--remove")[0] == 0
+@pytest.mark.parametrize(("version", "started"), [("3.0", "kogao.py"), ("2.10", "kogao")])
+def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(cli, tmp_path, version, started):
+    settings = tmp_path / version
+    assert cli("integrate", "gimp", "--settings", settings)[0] == 0
+    folder = settings / "plug-ins" / "kogao"
+    assert [file.name for file in folder.iterdir() if os.access(file, os.X_OK)] == [started]
+    for file in folder.iterdir():
+        assert "@KOGAO" not in file.read_text()
+        if file.suffix == ".py":
+            compile(file.read_text(), file, "exec")
+    assert cli("integrate", "gimp", "--settings", settings, "--remove")[0] == 0
+    assert not folder.exists()
+    assert cli("integrate", "gimp", "--settings", settings, "--remove")[0] == 0
+
+
+@pytest.mark.parametrize("started", [{"2.10"}, {"3.0"}, {"2.10", "3.0"}, set()])
+def test_each_gimp_that_has_been_started_gets_its_plug_in(cli, tmp_path, monkeypatch, started):
+    # One that finds a folder of settings when it first starts doesn't fill it.
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    for version in started:
+        (tmp_path / "GIMP" / version).mkdir(parents=True)
+    code, _, complaint = cli("integrate", "gimp")
+    assert {path.parents[2].name for path in tmp_path.rglob("plug-ins/kogao/common.py")} == started
+    assert (code == 0) == bool(started)
+    assert ("start it once" in complaint) == (not started)
+    assert cli("integrate", "gimp", "--remove")[0] == 0
+    assert list(tmp_path.rglob("plug-ins/kogao")) == []
+
+
+@pytest.mark.parametrize("has_python", [True, False])
+def test_a_bundle_has_gimp_start_kogao_by_the_systems_python(
+    cli, tmp_path, monkeypatch, has_python
+):
+    monkeypatch.setattr(installed, "is_bundle", lambda: True)
+    monkeypatch.setattr(installed, "program", Path("/opt/kogao").joinpath)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    if has_python:
+        (tmp_path / "python3").touch(0o755)
+    code, _, complaint = cli("integrate", "gimp", "--settings", tmp_path / "2.10")
+    assert (code == 0) == has_python
+    assert ("a Python 3" in complaint) == (not has_python)
+    starting = tmp_path / "2.10" / "plug-ins" / "kogao" / "kogao"
+    assert starting.exists() == has_python
+    if has_python:
+        assert f"in {tmp_path}/python3 " in starting.read_text()
 
 
 @pytest.fixture
@@ -220,8 +277,47 @@ def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face
         assert done.stdout == "done None 1\n"
         assert (photo.read(back).pixels != photo.read(sent).pixels).any()
     else:
-        assert done.stdout.startswith("failed kogao-cli: no face in")
+        assert done.stdout.startswith("failed kogao-cli: no face in mine.tif")
         assert done.stdout.endswith(" 0\n")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("gimp-console-2.10"), reason="needs GIMP 2.10")
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_gimp_2_10_gets_a_layer_back(cli, faceless, small_portrait, tmp_path, monkeypatch, depth):
+    monkeypatch.setattr(files, "profile_for", lambda _: colours.profile("Display P3"))
+    mine, told, shown = (tmp_path / name for name in ("小 顔's.png", "told", "shown.png"))
+    pixels = photo.read(small_portrait).pixels.astype(depth)
+    pixels *= np.iinfo(depth).max // 255
+    mine.write_bytes(files.png(pixels))
+    programs = {"kogao": tmp_path / "cancels", "kogao-cli": installed.program("kogao-cli")}
+    programs["kogao"].write_text("#!/bin/sh\nexit 6")
+    programs["kogao"].chmod(0o755)
+    monkeypatch.setattr(installed, "program", programs.get)
+    config = tmp_path / "its settings"
+    assert cli("integrate", "gimp", "--settings", config / "GIMP" / "2.10")[0] == 0
+    folders = {"XDG_CONFIG_HOME": config, "XDG_DATA_HOME": tmp_path / "data",
+               "XDG_CACHE_HOME": tmp_path / "cache", "TMPDIR": tmp_path}  # fmt: skip
+    script = GIMP_2_10.format(mine=mine, nobody=faceless, shown=shown, told=told)
+    done = subprocess.run(
+        ["gimp-console-2.10", "-b", script, "-b", "(gimp-quit 1)"],
+        env=os.environ | {name: str(folder) for name, folder in folders.items()},
+        capture_output=True, encoding="utf-8", timeout=4 * LONGEST_S,
+    )  # fmt: skip
+    assert told.exists(), done.stderr
+    assert told.read_text().startswith('(("Background") ("Background") ("Kogao" "Background"))')
+    assert f"({ {np.uint8: 150, np.uint16: 250}[depth] } " in told.read_text()
+    for entry in ("edit…", "smaller faces"):
+        assert f'"<Image>/Filters/Distorts/Kogao: {entry}"' in told.read_text()
+    assert "'kogao-by-itself':\nkogao-cli: no face in faceless.tif" in done.stderr
+    assert "'kogao-edit'" not in done.stderr
+    by_itself = tmp_path / "by itself.png"
+    assert cli("warp", mine, "-o", by_itself)[0] == 0
+    result, was = photo.read(shown), photo.read(by_itself)
+    assert result.pixels.dtype == depth
+    assert (result.pixels[..., :3] == was.pixels).all()
+    assert (result.pixels[..., :3] != pixels).any()
+    assert list(tmp_path.glob("kogao-*")) == []
 
 
 @pytest.fixture

@@ -1,0 +1,79 @@
+"""What the plug-ins for GIMP 3 and GIMP 2.10 say and do alike: entries, and a file's way and back.
+
+`kogao-cli integrate gimp` fills in where the programs lie. Kogao runs as a program of its own, on a
+file that it writes over.
+"""
+
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
+# Within a Flatpak: out of its sandbox, whose /tmp others may not see; its cache is a usual folder.
+SANDBOXED = "FLATPAK_ID" in os.environ
+OUT = ["flatpak-spawn", "--host"] if SANDBOXED else []
+SHARED = os.environ.get("XDG_CACHE_HOME") if SANDBOXED else None
+EDITOR = [*OUT, "@KOGAO@", "--edit"]
+BY_ITSELF = [*OUT, "@KOGAO_CLI@", "warp", "--in-place"]
+CANCELLED = 6
+COMMANDS = {
+    "kogao-edit": ("_Kogao: edit…", EDITOR),
+    "kogao-by-itself": ("Kogao: _smaller faces", BY_ITSELF),
+}
+MENU = "<Image>/Filters/Distorts/"
+IMAGE_TYPES = "RGB*, GRAY*"
+DOCUMENTATION = "Make faces smaller", "The result is a new layer."
+ATTRIBUTION = "Kogao", "Kogao", "2026"
+LAYER = "Kogao"
+CLOSED = "The picture was closed meanwhile."
+# What packages of GIMP set for their own Python and libraries would lead other programs astray.
+THEIRS = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH")
+
+
+class Cancelled(Exception):
+    """Nothing was saved."""
+
+
+class Failed(Exception):
+    """There is no result; the text says why."""
+
+
+def send(name, file, save, lay):
+    """Have a picture worked on.
+
+    Parameters
+    ----------
+    name : str
+        Which of `COMMANDS`.
+    file : str or None
+        Where the picture was read, if anywhere: the editor shows and messages tell its name.
+    save, lay : callable
+        Write the picture to a path; take the result from there.
+
+    Raises
+    ------
+    Cancelled, Failed
+        Nothing was laid.
+    """
+    if os.name == "posix":
+        os.setpgid(0, 0)  # GIMP's Cancel ends a plug-in, with all of its group if it has one
+    with tempfile.TemporaryDirectory(prefix="kogao-", dir=SHARED) as folder:
+        path = str(Path(folder, f"{Path(file or 'picture').stem}.tif"))
+        save(path)
+        command = COMMANDS[name][1]
+        surroundings = {key: value for key, value in os.environ.items() if key not in THEIRS}
+        try:
+            done = subprocess.run(
+                [*command, path], env=surroundings, capture_output=True, encoding="utf-8",
+                errors="replace",
+            )  # fmt: skip
+        except OSError as problem:
+            raise Failed(
+                f"{command[0]} can't be started; run kogao-cli integrate gimp again."
+            ) from problem
+        if done.returncode == CANCELLED:
+            raise Cancelled
+        if done.returncode:
+            said = done.stderr.strip().replace(f"{folder}{os.sep}", "")
+            raise Failed(said or f"Kogao ended with {done.returncode}.")
+        lay(path)
