@@ -86,14 +86,19 @@ GIMP_2_10 = """
        (layers (lambda (image) (vector->list (cadr (gimp-image-get-layers image)))))
        (names (lambda (image) (map (lambda (one) (car (gimp-item-get-name one))) (layers image))))
        (mine (opened "{mine}"))
+       (wide (opened "{mine}"))
        (nobody (opened "{nobody}"))
        (cancelled (catch #f (kogao-edit RUN-NONINTERACTIVE mine (car (layers mine)))))
        (after-cancelling (names mine)))
   (catch #f (kogao-by-itself RUN-NONINTERACTIVE nobody (car (layers nobody))))
   (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)))
+  (gimp-image-resize wide 340 350 30 40)
+  (kogao-by-itself RUN-NONINTERACTIVE wide (car (layers wide)))
   (file-png-save RUN-NONINTERACTIVE mine (car (layers mine)) "{shown}" "" 0 9 0 0 0 0 0)
   (call-with-output-file "{told}" (lambda (file)
     (write (list after-cancelling (names nobody) (names mine)) file)
+    (write (map (lambda (of) (car (of (car (layers wide)))))
+                (list gimp-drawable-width gimp-drawable-height)) file)
     (write (cons (car (gimp-image-get-precision mine)) (cadr (gimp-plugins-query "Kogao"))) file))))
 """
 # What the plug-in calls of GIMP 3's library, on pictures of Pillow.
@@ -110,15 +115,18 @@ class PlugIn:
 class Picture:
     layers = []
     def get_file(self): return Names(get_basename=lambda: "mine.xcf")
-    def is_valid(self): return True
+    def is_valid(self): return "closed" not in sys.argv
     def duplicate(self): return Picture()
-    def merge_visible_layers(self, kind): assert kind == "clip"
+    def merge_visible_layers(self, kind):
+        assert kind == "clip"
+        return Names(resize_to_image_size=lambda: setattr(self, "is_whole", True))
     def delete(self): pass
     def undo_group_start(self): pass
     def undo_group_end(self): pass
     def insert_layer(self, layer, parent, at): self.layers.insert(at, layer)
 
 def save(mode, image, file, options):
+    assert image.is_whole
     shutil.copy(sys.argv[1], file.path)
 
 def load(mode, image, file):
@@ -281,6 +289,33 @@ def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face
         assert done.stdout.endswith(" 0\n")
 
 
+@pytest.mark.parametrize(
+    ("meanwhile", "said"),
+    [
+        ("closed", "The picture was closed meanwhile."),
+        ("uninstalled", "can't be started; run kogao-cli integrate gimp again."),
+        ("cancelled", "cancelled None"),
+    ],
+)
+def test_gimp_gets_nothing_back_and_says_why(
+    cli, small_portrait, tmp_path, monkeypatch, meanwhile, said
+):
+    program = tmp_path / "kogao-cli"
+    if meanwhile != "uninstalled":
+        program.write_text("#!/bin/sh\nexit " + {"closed": "0", "cancelled": "6"}[meanwhile])
+        program.chmod(0o755)
+    monkeypatch.setattr(installed, "program", lambda _: program)
+    (tmp_path / "gi.py").write_text(STAND_IN)
+    assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(small_portrait),
+         str(tmp_path / "back.tif"), meanwhile],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert said in done.stdout
+    assert done.stdout.endswith(" 0\n")
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("gimp-console-2.10"), reason="needs GIMP 2.10")
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
@@ -306,6 +341,7 @@ def test_gimp_2_10_gets_a_layer_back(cli, faceless, small_portrait, tmp_path, mo
     )  # fmt: skip
     assert told.exists(), done.stderr
     assert told.read_text().startswith('(("Background") ("Background") ("Kogao" "Background"))')
+    assert "(340 350)" in told.read_text()
     assert f"({ {np.uint8: 150, np.uint16: 250}[depth] } " in told.read_text()
     for entry in ("edit…", "smaller faces"):
         assert f'"<Image>/Filters/Distorts/Kogao: {entry}"' in told.read_text()

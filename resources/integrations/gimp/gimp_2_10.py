@@ -95,12 +95,13 @@ def run(name, _count, values, length, results):
 
 
 def save(image, path):
-    """Write what is visible of an image."""
+    """Write what is visible of an image, and no less than all of its canvas."""
     flat = gimp.gimp_image_duplicate(image)
     layer = gimp.gimp_image_merge_visible_layers(flat, CLIP_TO_IMAGE)
     file = os.fsencode(path)
     try:
-        check(layer != -1 and gimp.gimp_file_save(NONINTERACTIVE, flat, layer, file, file))
+        check(layer != -1 and gimp.gimp_layer_resize_to_image_size(layer))
+        check(gimp.gimp_file_save(NONINTERACTIVE, flat, layer, file, file))
     finally:
         gimp.gimp_image_delete(flat)
     gimp.gimp_progress_init(b"Kogao")  # the file's is over

@@ -51,9 +51,9 @@ class Kogao(Gimp.PlugIn):
 
 
 def save(image, path):
-    """Write what is visible of an image."""
+    """Write what is visible of an image, and no less than all of its canvas."""
     flat = image.duplicate()
-    flat.merge_visible_layers(Gimp.MergeType.CLIP_TO_IMAGE)
+    flat.merge_visible_layers(Gimp.MergeType.CLIP_TO_IMAGE).resize_to_image_size()
     Gimp.file_save(Gimp.RunMode.NONINTERACTIVE, flat, Gio.File.new_for_path(path), None)
     flat.delete()
     Gimp.progress_init("Kogao")  # the file's is over
