@@ -318,8 +318,10 @@ def test_gimp_gets_nothing_back_and_says_why(
 
 @pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("gimp-console-2.10"), reason="needs GIMP 2.10")
-@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
-def test_gimp_2_10_gets_a_layer_back(cli, faceless, small_portrait, tmp_path, monkeypatch, depth):
+@pytest.mark.parametrize(("depth", "is_sandboxed"), [(np.uint8, False), (np.uint16, True)])
+def test_gimp_2_10_gets_a_layer_back(
+    cli, sandbox, faceless, small_portrait, tmp_path, monkeypatch, depth, is_sandboxed
+):
     monkeypatch.setattr(files, "profile_for", lambda _: colours.profile("Display P3"))
     mine, told, shown = (tmp_path / name for name in ("小 顔's.png", "told", "shown.png"))
     pixels = photo.read(small_portrait).pixels.astype(depth)
@@ -336,7 +338,8 @@ def test_gimp_2_10_gets_a_layer_back(cli, faceless, small_portrait, tmp_path, mo
     script = GIMP_2_10.format(mine=mine, nobody=faceless, shown=shown, told=told)
     done = subprocess.run(
         ["gimp-console-2.10", "-b", script, "-b", "(gimp-quit 1)"],
-        env=os.environ | {name: str(folder) for name, folder in folders.items()},
+        env=os.environ | {name: str(folder) for name, folder in folders.items()}
+        | (sandbox if is_sandboxed else {}),
         capture_output=True, encoding="utf-8", timeout=4 * LONGEST_S,
     )  # fmt: skip
     assert told.exists(), done.stderr
@@ -353,7 +356,8 @@ def test_gimp_2_10_gets_a_layer_back(cli, faceless, small_portrait, tmp_path, mo
     assert result.pixels.dtype == depth
     assert (result.pixels[..., :3] == was.pixels).all()
     assert (result.pixels[..., :3] != pixels).any()
-    assert list(tmp_path.glob("kogao-*")) == []
+    assert list(tmp_path.rglob("kogao-*")) == []
+    assert (tmp_path / "door").exists() == is_sandboxed
 
 
 @pytest.fixture
