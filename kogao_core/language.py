@@ -140,7 +140,7 @@ def translated(what: object) -> str:
 
 def tr(text: str, /, **values: object) -> str:
     """Return a literal in the language at work, with ``{name}`` fields filled in afterwards."""
-    return translated(Text(text, **values))
+    return translated(Text(text, **values)) if values else looked_up(text)
 
 
 def tr_count(count: int, one: str, many: str, /, **values: object) -> str:

@@ -17,6 +17,7 @@ from ..render.live import RenderedFrame, VisiblePart
 from ..render.pyramid import PicturePyramid
 from ..view_state import ViewState
 from .overlays.compare import Loupe
+from .overlays.overlay import Layers
 from .overlays.unlisted import stack
 from .photo_layer import PhotoItem
 
@@ -57,9 +58,8 @@ class Viewport(pg.GraphicsView):
         )
         self.setCentralItem(self._box)
         self._box.addItem(self.photo, ignoreBounds=True)
-        for overlay in stack(view):
-            self._box.addItem(overlay, ignoreBounds=True)
-        self._box.addItem(Loupe(view, self.photo), ignoreBounds=True)
+        layers = Layers(view, [*stack(view), Loupe(view, self.photo)])
+        self._box.addItem(layers, ignoreBounds=True)
         self._box.sigRangeChanged.connect(self.view_changed)
 
     def open(self, photo: PicturePyramid) -> None:

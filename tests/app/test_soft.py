@@ -220,7 +220,7 @@ def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
 
 def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
     at = opened.on_screen(CHEEK)
-    band = next(i for i in opened.canvas.scene().items() if isinstance(i, FollowingBand))
+    band = FollowingBand(opened.editor.view)
     opened.move(at)
     assert not band.wanted()
     opened.key(KEYS.Key_Q)

@@ -77,6 +77,7 @@ DISPLACEMENT: Final = light(QColor(OKABE_ITO["orange"]))
 LATTICE: Final = light(QColor(OKABE_ITO["purple"]))
 STRAIGHT: Final = light(QColor(OKABE_ITO["sky"]))
 BENT: Final = light(QColor(OKABE_ITO["vermilion"]))
+DOMAIN_EDGES: Final = {name: light(colour) for name, colour in DOMAINS.items()}
 
 
 def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen]:
@@ -261,7 +262,7 @@ def hatched(painter: QPainter, box: QRectF, name: str) -> None:
     painter.fillRect(box, brush(name))
     edge = QPainterPath()
     edge.addRect(box)
-    outlined(painter, edge, light(DOMAINS[name]))
+    outlined(painter, edge, DOMAIN_EDGES[name])
 
 
 def hatch_mark(name: str) -> Callable[[QPainter, QRectF], None]:
@@ -285,7 +286,7 @@ def outlined(
 @cache
 def brush(name: str) -> QBrush:
     """Return the tint and hatch of a domain in one: filling a large region twice takes time."""
-    return _hatch(_translucent(DOMAINS[name], 26), light(DOMAINS[name]), *_HATCHES[name])
+    return _hatch(_translucent(DOMAINS[name], 26), DOMAIN_EDGES[name], *_HATCHES[name])
 
 
 @cache

@@ -133,7 +133,7 @@ class DomainRegions(FrameOverlay):
             painter.fillPath(ring, glyphs.brush(name))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for name, path in regions.items():
-            glyphs.outlined(painter, path, glyphs.light(glyphs.DOMAINS[name]))
+            glyphs.outlined(painter, path, glyphs.DOMAIN_EDGES[name])
 
 
 class Folds(FrameOverlay):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -64,7 +65,7 @@ class Place:
         return self.to_screen.inverse(corners)
 
 
-class Overlay(pg.GraphicsObject):
+class Overlay:
     """One layer over the photo, with everything that is to be known of it.
 
     Those that can be switched on and off also have a key, a title and a swatch, and stand in
@@ -92,7 +93,6 @@ class Overlay(pg.GraphicsObject):
     handles: ClassVar[frozenset[Kind]] = frozenset()
 
     def __init__(self, view: ViewState) -> None:
-        super().__init__()
         self.shown = view
 
     @classmethod
@@ -105,6 +105,30 @@ class Overlay(pg.GraphicsObject):
         """Return whether there is any of it to explain in the legend."""
         return True
 
+    def wanted(self) -> bool:
+        """Return whether there is anything to draw."""
+        return self.name in self.shown.visible
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw in px of the screen."""
+        raise NotImplementedError
+
+
+class Layers(pg.GraphicsObject):
+    """Overlays as one item of the scene, which tells each of its items of every move and zoom.
+
+    Parameters
+    ----------
+    view : ViewState
+        What they draw.
+    overlays : sequence of Overlay
+        The nearer to the eye, the later.
+    """
+
+    def __init__(self, view: ViewState, overlays: Sequence[Overlay]) -> None:
+        super().__init__()
+        self._shown, self._overlays = view, overlays
+
     def boundingRect(self) -> QRectF:
         """Cover every view: what is drawn depends on the screen, not on the photo."""
         return _EVERYWHERE
@@ -116,23 +140,16 @@ class Overlay(pg.GraphicsObject):
         widget: QWidget | None = None,
     ) -> None:
         """Leave the photo's coordinates for the screen's, and draw."""
-        view = self.shown
-        if not view.image.area or not self.wanted():
+        if not self._shown.image.area:
             return
         place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
-        painter.save()
         painter.setWorldTransform(QTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self.draw(painter, place)
-        painter.restore()
-
-    def wanted(self) -> bool:
-        """Return whether there is anything to draw."""
-        return self.name in self.shown.visible
-
-    def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw in px of the screen."""
-        raise NotImplementedError
+        for overlay in self._overlays:
+            if overlay.wanted():
+                painter.save()
+                overlay.draw(painter, place)
+                painter.restore()
 
 
 def affine(transform: QTransform) -> Affine:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import threading
 from collections.abc import Callable
+from functools import cached_property
 
 from PySide6.QtCore import QThreadPool, Signal
 from PySide6.QtWidgets import QMessageBox
@@ -40,21 +41,27 @@ class Batch(Feature):
         self._running = self.lane(self._end, self._refuse, self._own_pool)
         self._planned.connect(self._begin)
         self._went.connect(self._take)
-        self.dialog = BatchDialog(self.window)
-        self.dialog.wanted.connect(self.start)
-        self.dialog.stopped.connect(self._enough.set)
         self.add_actions(
             Spec(
                 "batch", tr("&Batch…"), "Ctrl+B", tr("The same settings for many photos"), self.show
             )
         )
 
+    @cached_property
+    def dialog(self) -> BatchDialog:
+        """Where a batch is ordered and followed."""
+        dialog = BatchDialog(self.window)
+        dialog.wanted.connect(self.start)
+        dialog.stopped.connect(self._enough.set)
+        return dialog
+
     def stop(self) -> None:
         """Stop, once the photos in hand are finished."""
         self._enough.set()
         super().stop()
         self._own_pool.waitForDone()
-        self.dialog.close()
+        for dialog in self.window.findChildren(BatchDialog):
+            dialog.close()
 
     def show(self) -> None:
         """Show the dialog with the settings of this moment."""
