@@ -153,7 +153,7 @@ class Face:
         """Distance between the outer eye corners, px."""
         return float(np.linalg.norm(self.eyes[3] - self.eyes[0]))
 
-    @property
+    @cached_property
     def box(self) -> tuple[float, float, float, float]:
         """Bounding rectangle (x, y, width, height) of all landmarks, px."""
         points = self.points
