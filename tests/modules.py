@@ -1,6 +1,7 @@
 """The modules of a package as files, and what of them no running program sees."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -13,6 +14,12 @@ def modules(package, below):
         parts = path.relative_to(below).with_suffix("").parts
         found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
+
+
+@cache
+def tree(path):
+    """Return a module's syntax tree, parsed once for all tests that look at it."""
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def for_types_only(tree):

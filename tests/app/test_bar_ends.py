@@ -6,7 +6,7 @@ import ast
 import json
 
 import pytest
-from modules import ROOT
+from modules import ROOT, tree
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from test_typed import type_in
@@ -55,8 +55,7 @@ ENDS = {
 def said():
     """Yield where something is said, whether a condition ends it, and whether time does."""
     for path in sorted(APP.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
+        for function in (n for n in ast.walk(tree(path)) if isinstance(n, ast.FunctionDef)):
             for call in (n for n in ast.walk(function) if isinstance(n, ast.Call)):
                 named = isinstance(call.func, ast.Attribute) and call.func.attr == "say"
                 made = isinstance(call.func, ast.Name) and call.func.id == "Message"

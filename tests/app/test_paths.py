@@ -6,7 +6,7 @@ import ast
 
 import pytest
 from kogao_app.widgets.dialogs import ask_path
-from modules import ROOT
+from modules import ROOT, tree
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 APP = ROOT / "app"
@@ -22,7 +22,7 @@ def test_one_module_alone_makes_dialogs_of_files():
     makers = {
         path.relative_to(APP).as_posix()
         for path in APP.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(tree(path))
         if isinstance(node, ast.Name) and node.id == "QFileDialog"
     }
     assert makers == {"widgets/dialogs.py"}

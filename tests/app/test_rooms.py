@@ -2,20 +2,20 @@
 
 import ast
 import re
+from functools import cache
 from graphlib import TopologicalSorter
 
-from modules import ROOT, for_types_only, modules
+from modules import ROOT, for_types_only, modules, tree
 
 APP = ROOT / "app"
 
 
 def imported(name, path, known):
     """Return which modules of the editor a module imports, at its top or later."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    unseen = for_types_only(tree)
+    unseen = for_types_only(tree(path))
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     found = set()
-    for node in ast.walk(tree):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.ImportFrom) and node.level and node not in unseen:
             base = [*package[: len(package) - node.level + 1], *(node.module or "").split(".")]
             start = ".".join(filter(None, base))
@@ -24,6 +24,7 @@ def imported(name, path, known):
     return found
 
 
+@cache
 def graph():
     known = modules("app", APP)
     return {name: imported(name, path, known) for name, path in known.items() if name}

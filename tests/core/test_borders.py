@@ -3,11 +3,10 @@
 import ast
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from modules import ROOT, tree
 
-ROOT = Path(__file__).resolve().parents[2]
 PROBE = """
 import sys, {module}
 qt = sorted(m for m in sys.modules if m.split('.')[0] in ('PySide6', 'shiboken6', 'pyqtgraph'))
@@ -30,7 +29,7 @@ def test_core_imports_no_qt(module):
 
 def imports(file):
     """The modules that a file names in its import statements, lazy ones included."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(file)):
         if isinstance(node, ast.Import):
             yield from (one.name for one in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level:

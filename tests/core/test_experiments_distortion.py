@@ -6,7 +6,6 @@ import json
 import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
-from scipy.stats import spearmanr
 
 from kogao_core.experiments import distortion, distortion_report
 from kogao_core.experiments.page import page
@@ -94,6 +93,8 @@ def test_a_recipe_that_moves_nothing_has_a_report(base):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_rank_correlation_is_spearmans(seed):
+    from scipy.stats import spearmanr  # not in every worker: it takes most of a second to load
+
     rng = np.random.default_rng(seed)
     a, b = rng.integers(0, 6, (2, 20)).astype(float)  # with ties
     expected = spearmanr(a, b).statistic

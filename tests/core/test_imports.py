@@ -5,17 +5,16 @@ import re
 from functools import cache
 from graphlib import TopologicalSorter
 
-from modules import ROOT, for_types_only, modules
+from modules import ROOT, for_types_only, modules, tree
 
 CORE = "kogao_core"
 
 
 def imported(path, known):
     """Return what a module imports, at its top or later; of the core, module by module."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    unseen = for_types_only(tree)
+    unseen = for_types_only(tree(path))
     found = set()
-    for node in ast.walk(tree):
+    for node in ast.walk(tree(path)):
         if node in unseen:
             continue
         if isinstance(node, ast.ImportFrom):
@@ -84,8 +83,7 @@ def test_the_name_of_a_class_means_one_thing():
     places = {}
     for folder in (CORE, "app", "resources"):
         for path in (ROOT / folder).rglob("*.py"):
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-            for node in ast.walk(tree):
+            for node in ast.walk(tree(path)):
                 if isinstance(node, ast.ClassDef):
                     places.setdefault(node.name, []).append(path.name)
     assert {name: paths for name, paths in places.items() if len(paths) > 1} == {}

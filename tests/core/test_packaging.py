@@ -13,12 +13,12 @@ import PIL
 import pytest
 from kogao_resources.packaging import bundle, libraries
 from kogao_resources.packaging.flatpak import wheels
+from modules import ROOT, tree
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from kogao_core.cli import desktop, licences
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "resources" / "packaging"
 needs_readelf = pytest.mark.skipif(
     not sys.platform.startswith("linux") or shutil.which("readelf") is None,
@@ -43,7 +43,7 @@ def test_nothing_of_ours_imports_what_a_bundle_leaves_out():
 
 def _imports(file: Path):
     """What a module imports, or reaches by NumPy's attributes, which are imported on first use."""
-    for node in ast.walk(ast.parse(file.read_text())):
+    for node in ast.walk(tree(file)):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level:
