@@ -18,6 +18,8 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", os.environ["OMP_NUM_THREADS"])
 os.environ["LANGUAGE"] = "en"
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -26,6 +28,7 @@ from PIL import Image
 from strangely import Strange
 
 from kogao_core import assets, language
+from kogao_core.batch import Workers
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -79,6 +82,7 @@ def catalogues() -> ModuleType:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    module.gathered = cache(module.gathered)
     return module
 
 
@@ -128,3 +132,13 @@ def device() -> Iterator[Path]:
     yield Path(os.ttyname(theirs))
     os.close(ours)
     os.close(theirs)
+
+
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Batches work in a thread of this process, where processes aren't what a test is about."""
+
+    def threads(count: int) -> Workers:
+        return Workers(lambda: ThreadPoolExecutor(count), count)
+
+    monkeypatch.setattr(Workers, "processes", threads)

@@ -1,4 +1,4 @@
-"""The batch dialog: real worker processes, a corrupt photo, stopping, going on, closing."""
+"""The batch dialog: a corrupt photo, stopping, going on, closing; once with real processes."""
 
 from __future__ import annotations
 
@@ -99,6 +99,7 @@ def test_good_photos_are_done_and_the_bad_one_is_named(empty, folder, tmp_path, 
     assert box.note.text() == "Ended: 3 of 3 · 2 done before · 1 failed"
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_project_beside_a_photo_is_done_if_wanted(opened, photo, tmp_path):
     opened.editor.recipe.set_field("percent", 9.0)
     opened.editor.document.commit()
@@ -147,6 +148,7 @@ def many(tmp_path, small_portrait):
     return inputs
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     out = tmp_path / "out"
     box = asked(empty, many)

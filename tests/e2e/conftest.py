@@ -1,13 +1,11 @@
 """The command line, called in this process."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core.batch import Workers
 from kogao_core.cli import main, progress
 
 
@@ -36,13 +34,3 @@ def faceless(tmp_path):
     shade = np.linspace(40, 200, 160, dtype=np.uint8)
     Image.fromarray(np.dstack([np.tile(shade, (120, 1))] * 3)).save(path)
     return path
-
-
-@pytest.fixture
-def in_process(monkeypatch):
-    """Batches work in a thread of this process, where processes aren't what a test is about."""
-
-    def threads(count):
-        return Workers(lambda: ThreadPoolExecutor(count), count)
-
-    monkeypatch.setattr(Workers, "processes", threads)
