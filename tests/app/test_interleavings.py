@@ -5,7 +5,7 @@ from interleaving import Interleaving
 from shortly import few_of
 
 
-@pytest.mark.parametrize("seed", few_of((2, 3, 1), 2))
+@pytest.mark.parametrize("seed", few_of((3, 2, 1), 1))
 def test_no_edit_is_lost_whatever_falls_between(qapp, tmp_path, seed):
     run = Interleaving(qapp, tmp_path, seed)
     run.run(30)

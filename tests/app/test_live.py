@@ -152,9 +152,9 @@ def test_another_photo_begins_without_readings(opened, photo):
 
 def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
     """To what is displayed: of half a photo's pixels, and of the part that is on screen."""
-    source.faces = [oval_face(2000, 1500, size=0.5)]
+    source.faces = [oval_face(1600, 1200, size=0.5)]
     photo = tmp_path / "large.png"
-    assert cv2.imwrite(str(photo), textured_photo(2000, 1500))
+    assert cv2.imwrite(str(photo), textured_photo(1600, 1200))
     driver = start(photo)
     panel, seen = driver.panel("recipe"), []
 

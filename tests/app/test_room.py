@@ -29,6 +29,10 @@ from PySide6.QtWidgets import (
 )
 
 LEAST = (1024, 700)
+# A theme has colours of its own, not sizes: each is seen with some of these.
+in_sizes = pytest.mark.parametrize(
+    ("share", "dress"), [(1.0, theme.DARK), (1.5, theme.LIGHT), (2.0, theme.DARK)]
+)
 CONTROLS = (
     *(QAbstractButton, QAbstractSlider, QAbstractSpinBox),
     *(QComboBox, QLineEdit, QListView, QTabBar),
@@ -119,9 +123,7 @@ def nothing_is_cut(window, size, where):
     assert told(window) == [], where
 
 
-@pytest.mark.parametrize(
-    ("share", "dress"), [(1.0, theme.DARK), (1.5, theme.LIGHT), (2.0, theme.DARK)]
-)
+@in_sizes
 def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share, dress):
     look(dress)
     text_size(share)
@@ -137,9 +139,8 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share
                 driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, size, (name, mode)))
 
 
-@pytest.mark.parametrize("share", [1.0, 1.5, 2.0])
-@pytest.mark.parametrize("dress", [theme.LIGHT, theme.DARK], ids=["light", "dark"])
-def test_no_text_of_a_dialog_is_cut(request, text_size, look, dress, share):
+@in_sizes
+def test_no_text_of_a_dialog_is_cut(request, text_size, look, share, dress):
     look(dress)
     text_size(share)
     for dialog in request.getfixturevalue("dialogs"):

@@ -41,7 +41,7 @@ def test_a_warp_beyond_that_bound_is_certified_cell_by_cell():
     assert check_one_to_one(field).certified
 
 
-@pytest.mark.parametrize("seed", few_of(range(40), 10))
+@pytest.mark.parametrize("seed", few_of(range(40), 6))
 def test_lower_bound_is_below_every_determinant_and_not_far(seed):
     rng = np.random.default_rng(seed)
     phi = rng.normal(0.0, rng.uniform(0.5, 4.0), (4, 5, 2))
@@ -88,8 +88,10 @@ def test_overlapping_fields_are_certified_only_while_gentle():
     assert certify(field_of(Recipe(), left, far))
 
 
-@pytest.mark.parametrize("apart", [0.3, 0.7, 0.9, 1.0])
-@pytest.mark.parametrize(("percent", "lattice"), [(4, 1), (9, 0.5), (15, 0.3)])
+@pytest.mark.parametrize(
+    ("apart", "percent", "lattice"),
+    [(0.3, 4, 1), (0.3, 15, 0.3), (0.7, 9, 0.5), (0.9, 15, 0.3), (1.0, 9, 0.5)],
+)
 def test_faces_that_overlap_report_what_every_sample_says(apart, percent, lattice):
     places = [(150.0, 170.0), (150.0 + 200.0 * apart, 170.0), (160.0, 170.0 + 240.0 * apart)]
     field = field_of(Recipe(percent=percent, lattice=lattice), *map(oval_at, places))

@@ -35,11 +35,11 @@ def literal_bilinear(photo, lattice, x, y):
 
 
 def test_tiles_match_the_literal_loop():
-    photo, face = textured_photo(120, 90, dtype=np.float32), oval_face(120, 90, size=0.8)
+    photo, face = textured_photo(72, 54, dtype=np.float32), oval_face(72, 54, size=0.8)
     rendering = render(photo, [face], Recipe(percent=10, interpolation="bilinear"))
     lattice = rendering.field.lattices[0]
     expected = np.array(
-        [[literal_bilinear(photo, lattice, x, y) for x in range(120)] for y in range(90)]
+        [[literal_bilinear(photo, lattice, x, y) for x in range(72)] for y in range(54)]
     )
     # Single precision may round a map entry to the next 1/32 px now and then.
     wrong = np.abs(rendering.pixels - expected).max(axis=-1) > 1e-4
@@ -158,8 +158,8 @@ def failing_in(where, run):
 
 @pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_a_dragged_landmark_redoes_few_tiles_and_gives_the_same_bits(fit):
-    photo = textured_photo(3000, 2000)
-    canvas, face, recipe = Canvas(photo), oval_face(3000, 2000, size=0.7), Recipe(fit=fit)
+    photo = textured_photo(1800, 1200)
+    canvas, face, recipe = Canvas(photo), oval_face(1800, 1200, size=0.7), Recipe(fit=fit)
     whole = render(photo, [face], recipe, canvas=canvas)
     for step in range(1, 4):
         face = face.with_outline_point(10, face.outline[10] + (3.0 * step, 2.0))

@@ -602,7 +602,8 @@ def test_only_files_are_replaced(fails, portrait, tmp_path, device, kind):
         "photo-lattice.png": ("experiment", "figures", photo, "-o", tmp_path),
         "report.html": ("experiment", "domains", photo, "--html", tmp_path / "report.html"),
     }
-    for name, command in commands.items():
+    # One function looks at what is there: all commands ask it, and it knows all kinds.
+    for name, command in list(commands.items())[: None if kind == "pipe" else 1]:
         path = put(name)
         for force in ((), ("--force",)):
             fails(2, "can't be replaced: it is a", *command, *force)

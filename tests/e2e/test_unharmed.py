@@ -22,12 +22,12 @@ def run(name, *options):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.slow
 @pytest.mark.usefixtures("portrait")
-@pytest.mark.parametrize(("kills", "in_batches"), few_of([(2, 0), (20, 2)], 1))
-def test_programs_killed_while_saving_harm_nothing(kills, in_batches):
-    came_to = run("kills", "--kills", str(kills), "--photos", "6")
-    assert came_to["killed while saving"] == kills - in_batches
-    assert came_to.get("killed in a batch", 0) == in_batches
+def test_programs_killed_while_saving_harm_nothing():
+    came_to = run("kills", "--kills", "20", "--photos", "6")
+    assert came_to["killed while saving"] == 18
+    assert came_to["killed in a batch"] == 2
     assert came_to["harmed"] == 0
 
 
@@ -40,10 +40,10 @@ def test_programs_killed_while_saving_harm_nothing(kills, in_batches):
     ("trial", "inputs"),
     few_of(
         [
-            *(("hostile", 20), ("hostile_texts", 30), ("hostile_editor", 2)),
+            *(("hostile", 20), ("hostile_texts", 30)),
             *(("hostile", 300), ("hostile_texts", 150), ("hostile_editor", 24)),
         ],
-        3,
+        2,
     ),
 )
 def test_damaged_files_are_taken_or_refused_in_a_sentence(trial, inputs):
