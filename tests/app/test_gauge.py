@@ -15,7 +15,7 @@ def gauge(driver):
 
 def test_the_papers_choice_reads_zero_and_names_its_source(opened):
     assert gauge(opened).text.text() == "0.0 % found it unnatural"
-    for words in ("Table 1", "32 students", "25 faces", "past the targets by about a tenth"):
+    for words in ("Table 1", "32 students", "25 faces", "past the targets by about 13 %"):
         assert words in gauge(opened).toolTip()
 
 

@@ -114,7 +114,7 @@ def _source() -> str:
         "each at 2, 4, 6, 8 and 10 % of D towards each centre: natural or unnatural? Between "
         "these distances the figure is interpolated. The paper advises less than 6 %. Its faces "
         "came a little closer than these figures say, since its fit goes past the targets by about "
-        "a tenth: an exact fit of the same percentage moves a little less than they saw.",
+        "13 %: an exact fit of the same percentage moves a little less than they saw.",
         students=STUDENTS,
         faces=SUBJECTS,
     )
