@@ -237,7 +237,10 @@ class StatusLine(QStatusBar):
         self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
 
     def show_photo(self, photo: Photo) -> None:
-        """Show size, depth, colour space, what reading changed and what a copy won't keep."""
+        """Show size, depth, colour space, what reading changed and what a copy won't keep.
+
+        How long its picture takes isn't known yet.
+        """
         size = f"{photo.width} × {photo.height}"  # noqa: RUF001
         parts = [size, tr("{n}-bit", n=photo.bits)]
         colours = screen_colours(photo)
@@ -249,6 +252,7 @@ class StatusLine(QStatusBar):
             parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))
         self._photo.setToolTip("\n".join(map(translated, notes)))
+        self._speed.clear()
 
     def show_speed(self, took_ms: float) -> None:
         """Show how long the newest picture took."""

@@ -177,6 +177,20 @@ def test_the_place_of_the_cursor_follows_a_drag(opened):
     assert f"x {x:.0f}  y {y:.0f}" in texts
 
 
+def test_how_long_the_last_photo_took_goes_with_it(opened, photo):
+    def drawn_in():
+        labels = opened.window.status.findChildren(QLabel)
+        return [label.text() for label in labels if label.text().startswith("drawn in")]
+
+    assert drawn_in()
+    document, seen = opened.editor.document, []
+    document.opened.connect(lambda: seen.append(drawn_in()))
+    opened.open(photo)
+    opened.settle()
+    assert seen == [[]]
+    assert drawn_in()
+
+
 def test_the_hint_is_that_of_the_tool_in_hand(two):
     status = two.window.status
     assert status.hint_text.startswith("Click a face")
