@@ -99,7 +99,10 @@ class Strip(Feature):
     def open(self, path: Path) -> None:
         """Open another photo; until it is open, and should the user keep this, this is marked."""
         self.panel.mark(self.document.path)
-        if path != self.document.path:
+        if path == self.document.path:
+            self._wanted = None
+            self._files.stay()
+        else:
             self._wanted = path
             self._files.open(path)
 

@@ -307,6 +307,21 @@ def test_steps_count_from_the_photo_that_is_being_opened(empty, folder):
     assert empty.panel("strip").currentRow() == 2
 
 
+def test_a_step_back_to_the_open_photo_calls_the_next_one_off(empty, folder):
+    drop(empty, folder)
+    strip, status = empty.panel("strip"), empty.window.status
+    strip.step(1)
+    assert status.hint_text == "Opening 1.png…"
+    strip.step(-1)
+    assert "Opening" not in status.hint_text
+    empty.settle()
+    assert empty.editor.document.path == folder / "0.png"
+    assert strip.currentRow() == 0
+    strip.step(1)
+    empty.settle()
+    assert empty.editor.document.path == folder / "1.png"
+
+
 @pytest.mark.usefixtures("storage")
 @pytest.mark.parametrize(
     ("names", "photos", "said"),

@@ -144,6 +144,20 @@ def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
     assert opened.editor.document.path == photo
 
 
+def test_who_stays_at_the_open_photo_while_its_copy_is_written_stays(
+    opened, disk, photo, other, tmp_path
+):
+    step(opened, 8.0)
+    opened.editor.strip.open(other)
+    opened.answer("Save a copy")
+    opened.choose_path(tmp_path / "copy.png")
+    opened.editor.strip.open(photo)
+    disk.set()
+    opened.settle()
+    assert (tmp_path / "copy.png").exists()
+    assert opened.editor.document.path == photo
+
+
 def test_undo_and_redo_lead_back_to_what_was_saved(opened, disk, tmp_path):
     step(opened, 8.0)
     opened.editor.files.save(tmp_path / "copy.png")

@@ -136,6 +136,13 @@ class Files(Feature):
         path = path.absolute()
         self._saver.guard(lambda: self.read(path, ahead=ahead))
 
+    def stay(self) -> None:
+        """Open no other photo after all."""
+        self._saver.forget()
+        if self._reading.busy:
+            self._call_off()
+            self.working.emit("")
+
     def open_sample(self) -> bool:
         """Open the portrait that travels with the program; return whether it is there."""
         try:
@@ -157,8 +164,7 @@ class Files(Feature):
         """Read a photo without a question, see `open_photo`, or look for faces in it."""
         self.window.bar.clear()
         self.began.emit()
-        self._reading.drop()
-        self._give_up_search()
+        self._call_off()
         self._sought = None if ahead is None else ahead.search
         self._left = self.document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
@@ -212,6 +218,10 @@ class Files(Feature):
         """End the search that was begun ahead, too."""
         self._give_up_search()
         super().stop()
+
+    def _call_off(self) -> None:
+        self._reading.drop()
+        self._give_up_search()
 
     def _give_up_search(self) -> None:
         if self._sought is not None:
