@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QUndoView
 
 from ..actions import Spec
+from ..document import State
 from ..i18n import tr
 from ..widgets.docks import Dock
 from .feature import Context, Feature
@@ -42,16 +43,18 @@ class History(Feature):
         if self.document.in_gesture:
             self.document.abort()
         else:
-            what = self.document.undo.undoText()
+            text, before = self.document.undo.undoText(), self.document.committed
             self.document.undo.undo()
-            self.working.emit(tr("Undone: {what}", what=what) if what else "")
+            what = _step_name(text, before, self.document.committed)
+            self.working.emit(tr("Undone: {what}", what=what) if text else "")
 
     def redo(self) -> None:
         """Do the gesture again that was taken back."""
         if not self.document.in_gesture:
-            what = self.document.undo.redoText()
+            text, before = self.document.undo.redoText(), self.document.committed
             self.document.undo.redo()
-            self.working.emit(tr("Done again: {what}", what=what) if what else "")
+            what = _step_name(text, before, self.document.committed)
+            self.working.emit(tr("Done again: {what}", what=what) if text else "")
 
     def stop(self) -> None:
         """Follow no more: a stack of undo steps tells of its own end, too."""
@@ -69,3 +72,14 @@ class History(Feature):
             named[name].setIconText(tr("Undo") if name == "undo" else tr("Redo"))
         for name in _ON_A_PHOTO:
             named[name].setEnabled(path is not None)
+
+
+def _step_name(text: str, before: State, after: State) -> str:
+    """Return what a step is called, and whose it is if that is one of several faces."""
+    fewer, more = sorted((before, after), key=lambda state: len(state.faces))
+    changed = {index for index, face in enumerate(more.faces) if face not in fewer.faces}
+    if len(more.faces) == len(fewer.faces):
+        changed |= before.off ^ after.off
+    if len(more.faces) == 1 or len(changed) != 1:
+        return text
+    return tr("{what} (face {n})", what=text, n=changed.pop() + 1)

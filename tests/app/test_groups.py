@@ -66,6 +66,30 @@ def three(start, source, photo):
     return start(photo)
 
 
+def test_undo_and_redo_say_which_of_several_faces_changed(three):
+    recipe, document = three.editor.recipe, three.editor.document
+    said = three.window.status
+
+    def back_and_forth():
+        three.key(KEYS.Key_Z, CONTROL)
+        undone = said.hint_text
+        three.key(KEYS.Key_Z, CONTROL, SHIFT)
+        assert undone.removeprefix("Undone: ") == said.hint_text.removeprefix("Done again: ")
+        return undone
+
+    recipe.set_field("percent", 5.0)
+    document.commit()
+    assert back_and_forth() == "Undone: Warp distance 4.0 → 5.0 % of D", "everybody's"
+    recipe.choose(1)
+    recipe.set_field("percent", 6.0)
+    document.commit()
+    assert back_and_forth() == "Undone: Warp distance 5.0 → 6.0 % of D (face 2)"
+    three.panel("faces").item(2).setCheckState(Qt.CheckState.Unchecked)
+    assert back_and_forth() == "Undone: Switch a face (face 3)"
+    document.step(document.state.without_face(0), "Delete")
+    assert back_and_forth() == "Undone: Delete (face 1)"
+
+
 @pytest.fixture
 def thirty(start, source, photo):
     """A photo with 30 small faces; those in the last row are hidden."""
