@@ -58,10 +58,16 @@ class Speech(Feature):
 
     def _tell_face(self) -> None:
         face = self.view.face
+        said = []
         if face is None:
-            self._say(tr("All faces"))
+            said.append(tr("All faces"))
         elif not self.window.canvas.hasFocus():
-            self._say(face_name(self.view, face))
+            said.append(face_name(self.view, face))
+        # Else the picture on its way tells.
+        if self.live.is_final(self.view.frame):
+            said += self._warnings()
+        if said:
+            self._say(", ".join(said))
 
     def _tell_found(self, count: int) -> None:
         # That there is none stands in the bar, with what to do.

@@ -46,6 +46,25 @@ def test_without_an_active_face_there_is_none(opened):
     assert not gauge(opened).isVisible()
 
 
+def test_it_tells_of_the_selected_face_and_of_all_faces_the_worst(two):
+    recipe = two.editor.recipe
+    for face, percent in enumerate((3.0, 7.0)):
+        recipe.choose(face)
+        recipe.set_field("percent", percent)
+        two.editor.document.commit()
+    worst = gauge(two).text.text()
+    assert worst.startswith("⚠")
+    recipe.choose(0)
+    assert gauge(two).text.text() == "0.3 % found it unnatural"
+    assert not gauge(two).text.property("warn")
+    recipe.choose(None)
+    assert gauge(two).text.text() == worst
+    assert gauge(two).text.property("warn")
+    recipe.choose(1)
+    two.panel("faces").item(1).setCheckState(Qt.CheckState.Unchecked)
+    assert not gauge(two).isVisible(), "it is left as it is"
+
+
 def test_the_blocks_fill_and_turn_to_the_warning_colour(opened):
     calm = gauge(opened).blocks.grab().toImage()
     opened.press_key(slider(opened), KEYS.Key_PageUp, times=4)

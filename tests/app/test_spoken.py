@@ -184,6 +184,21 @@ def test_a_warning_is_said_when_it_comes_and_when_it_goes(opened, heard):
     assert heard[1:] == ["0.0 % found it unnatural"]
 
 
+def test_a_warning_about_one_face_comes_and_goes_with_the_choice_of_it(two, heard):
+    two.panel("faces").list.setFocus()
+    two.editor.recipe.choose(0)
+    two.editor.recipe.set_field("percent", 8.0)
+    two.editor.document.commit()
+    two.settle()
+    two.editor.recipe.choose(1)
+    two.editor.recipe.choose(None)
+    assert heard[1:] == [
+        "⚠ 29.4 % found it unnatural",
+        "Face 2 of 2, selected, 4 %, 0.0 % found it unnatural",
+        "All faces, ⚠ 29.4 % found it unnatural",
+    ]
+
+
 def parts(interface):
     return [interface.child(place) for place in range(interface.childCount())]
 

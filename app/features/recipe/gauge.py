@@ -35,12 +35,12 @@ class NaturalnessGauge(QWidget):
         row.addWidget(self.blocks)
         row.addWidget(self.text, 1)
 
-    def show_state(self, state: State) -> None:
-        """Show what Table 1 says about the face that moves most."""
+    def show_state(self, state: State, chosen: int | None = None) -> None:
+        """Show what Table 1 says about the chosen face, or else about the one that moves most."""
         faces = [
             (pairs, int(state.recipe.of_face(face.recipe).center))
             for index, (face, pairs) in enumerate(zip(state.faces, state.pairs, strict=True))
-            if index not in state.off
+            if index not in state.off and chosen in (None, index)
         ]
         found = worst(faces)
         self.setVisible(found is not None)

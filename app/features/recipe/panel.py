@@ -119,7 +119,7 @@ class RecipePanel(QWidget):
         """Show the recipe of the chosen face, or the photo's and what it means for the first."""
         recipe = state.recipe_of(chosen)
         self.owner.show_state(state, chosen)
-        self.gauge.show_state(state)
+        self.gauge.show_state(state, chosen)
         for field, slider in self.sliders.items():
             slider.show_value(getattr(recipe, field))
         self.centre.show_number(int(recipe.center))
