@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -163,10 +163,7 @@ class PersonMask:
             1 there, 0 elsewhere.
         """
         shown = np.zeros((height, width), np.uint8)
-        for look in self.looks:
-            box = look.box.clipped(Box.of(shown))
-            if box.area == 0:
-                continue
+        for look, box in self._seen(width, height):
             to_box = Affine(look.to_image.matrix, look.to_image.shift - (box.left, box.top))
             kinds = np.where(look.opacity < _HALF, _FREE, _TAKEN)
             seen = cv2.warpAffine(
@@ -189,15 +186,19 @@ class PersonMask:
             255 is a person, 0 the background or where nobody looked.
         """
         picture = np.zeros((height, width), np.uint8)
-        for look in self.looks:
-            box = look.box.clipped(Box.of(picture))
-            if box.area == 0:
-                continue
+        for _, box in self._seen(width, height):
             x, y = np.meshgrid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
             shown = self.at(np.stack([x, y], axis=-1))
             seen = ~np.isnan(shown)
             picture[box.slices][seen] = np.rint(255.0 * shown[seen])
         return picture
+
+    def _seen(self, width: int, height: int) -> Iterator[tuple[PersonLook, Box]]:
+        """Yield each look that sees anything of a photo of this size, and what it sees."""
+        for look in self.looks:
+            box = look.box.clipped(Box(0, 0, width, height))
+            if box.area > 0:
+                yield look, box
 
 
 class PersonNetwork:

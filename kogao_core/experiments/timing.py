@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kogao_core.counts import pixel_counts
+from kogao_core.differences import matching
 from kogao_core.domain import threshold_of
 from kogao_core.experiments.setting_times import SettingTime
 from kogao_core.experiments.spread import Spread, in_turns
@@ -232,11 +233,13 @@ class _Timer:
 
 
 def _again(faces: Sequence[Face], found: Sequence[Face]) -> list[Face]:
-    """Return those of the faces found that are nearest to `faces`, without what lies elsewhere."""
+    """Return those of the faces found that are `faces`; `matching` alone takes neighbours, too."""
     near: dict[int, Face] = {}
     for face in faces:
-        apart_px = [math.dist(face.anchor.origin_px, o.anchor.origin_px) for o in found]
-        place = min(range(len(found)), key=apart_px.__getitem__, default=None)
-        if place is not None and apart_px[place] < face.interocular_px:
+        place = matching(face, found)
+        if place is None:
+            continue
+        apart_px = math.dist(face.anchor.origin_px, found[place].anchor.origin_px)
+        if apart_px < face.interocular_px:
             near[place] = found[place]
     return list(near.values())
