@@ -1,7 +1,10 @@
 """The page of a rating session in a real browser: nothing is judged unseen, nothing is lost."""
 
+import time
+
 import pytest
 from browser import Browser
+from patience import LONGEST_S
 from scenes import oval_face, textured_photo
 
 from kogao_core.experiments.study import making, plan, results
@@ -207,9 +210,10 @@ def test_the_page_from_the_disk_saves_what_the_report_reads(study, browse, tmp_p
     begin(page, "r-1")
     press(page, "Backspace", "f", "f", "s")
     page.ask("document.querySelector('#end .save').click()")
-    page.until("true")
     path = tmp_path / "ratings-r-1.jsonl"
-    while not path.exists():
+    ends = time.monotonic() + LONGEST_S
+    # Chromium holds the name with an empty file until the download is whole.
+    while not (path.exists() and path.stat().st_size) and time.monotonic() < ends:
         page.until("true")
     held = results.load(path)
     assert held.rater == "r-1"
