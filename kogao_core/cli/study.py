@@ -141,14 +141,14 @@ def rate(folder: Path, no_browser: bool) -> None:
 
     with common.stopping(BadFile, common.UNREADABLE), common.stopping(OSError, common.BROKEN):
         server = Server(folder)
-    with server:
+    # Whoever reads the last line may end it at once.
+    with server, suppress(KeyboardInterrupt):
         click.echo(server.address)
         click.echo(tr("Ctrl-C ends it; one rater after another may use it."))
         if not no_browser:
             # In a thread: a browser in the terminal keeps the call until it is closed.
             threading.Thread(target=_browse, args=(server.address,), daemon=True).start()
-        with suppress(KeyboardInterrupt):
-            server.serve_forever()
+        server.serve_forever()
 
 
 def _browse(address: str) -> None:

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import urllib.request
 
+import click
 import pytest
 from patience import LONGEST_S
 from PIL import Image, ImageOps
@@ -134,6 +135,21 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
     assert code == 3
     assert "No space left" in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_rate_is_interrupted_as_soon_as_it_says_how(cli, small_portrait, tmp_path, monkeypatch):
+    cli("make", small_portrait, "-o", tmp_path / "new", "--lattices", "1")
+    echo = click.echo
+
+    def interrupted(text, **more):
+        echo(text, **more)
+        if "Ctrl-C" in text:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(click, "echo", interrupted)
+    code, said, err = cli("rate", tmp_path / "new", "--no-browser")
+    assert (code, err) == (0, "")
+    assert "Ctrl-C" in said
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
