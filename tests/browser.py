@@ -10,13 +10,14 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from patience import LONGEST_S
 
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-sync", "--disable-background-networking", "--disable-component-update"),
+    "--disable-dev-shm-usage",  # which is small in containers
     "--remote-debugging-pipe",
 )
-_WAIT_MS = 10_000
 
 
 class Browser:
@@ -39,12 +40,13 @@ class Browser:
         os.close(answers[1])
         self._to, self._from = os.fdopen(there[1], "wb"), os.fdopen(answers[0], "rb")
         self._number, self._rest, self._session = 0, b"", None
-        page = next(
-            one for one in self.call("Target.getTargets")["targetInfos"] if one["type"] == "page"
-        )
+        self._told: list[dict] = []
+        # Whether the one that it starts with is there yet, nobody knows.
+        page = self.call("Target.createTarget", url="about:blank")
         told = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)
         self._session = told["sessionId"]
         self.call("Page.enable")
+        self.call("Page.setLifecycleEventsEnabled", enabled=True)
 
     def call(self, method: str, **parameters):
         """One command of the DevTools protocol, and its result."""
@@ -52,14 +54,20 @@ class Browser:
         message = {"id": self._number, "method": method, "params": parameters}
         if self._session is not None:
             message["sessionId"] = self._session
+        self._told.clear()
         self._to.write(json.dumps(message).encode() + b"\0")
         self._to.flush()
         return self._until(lambda told: told.get("id") == self._number)["result"]
 
     def open(self, address: str) -> None:
-        """Load an address and wait until it is there."""
-        self.call("Page.navigate", url=address)
-        self._until(lambda told: told.get("method") == "Page.loadEventFired")
+        """Load an address and wait until it is there, which may be told before the answer comes."""
+        loader = self.call("Page.navigate", url=address)["loaderId"]
+
+        def is_loaded(told) -> bool:
+            parameters = told.get("params", {})
+            return (parameters.get("name"), parameters.get("loaderId")) == ("load", loader)
+
+        self._until(is_loaded)
 
     def ask(self, script: str):
         """The value of an expression."""
@@ -72,7 +80,7 @@ class Browser:
     def until(self, script: str):
         """Wait until an expression is true, looking after each painted frame."""
         return self.ask(
-            f"new Promise((done, failed) => {{ const end = performance.now() + {_WAIT_MS};"
+            f"new Promise((done, failed) => {{ const end = performance.now() + {1e3 * LONGEST_S};"
             f"(function look() {{ if ({script}) done(true); else if (performance.now() > end)"
             f"failed(new Error({json.dumps(script)})); else requestAnimationFrame(look); }})() }})"
         )
@@ -101,6 +109,10 @@ class Browser:
         self._from.close()
 
     def _until(self, fits):
+        """The first message that fits, of those that came since the last command."""
+        for told in self._told:
+            if fits(told):
+                return told
         while True:
             while b"\0" not in self._rest:
                 got = os.read(self._from.fileno(), 1 << 20)
@@ -108,6 +120,7 @@ class Browser:
                 self._rest += got
             line, self._rest = self._rest.split(b"\0", 1)
             told = json.loads(line)
+            self._told.append(told)
             if fits(told):
                 assert "error" not in told, told
                 return told

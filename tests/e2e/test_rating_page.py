@@ -52,7 +52,8 @@ def browse(tmp_path):
     browsers = []
 
     def start(address, rater="synthetic", size=(1280, 1000)):
-        browsers.append(Browser(tmp_path / "profile"))
+        # Of a killed one's, something may hold its profile for a moment.
+        browsers.append(Browser(tmp_path / f"profile {len(browsers)}"))
         browsers[-1].resize(*size)
         browsers[-1].open(address)
         begin(browsers[-1], rater)
