@@ -114,6 +114,13 @@ class Driver:
         for fold in self.window.findChildren(Fold):
             fold.button.setChecked(True)
 
+    def pause_never(self) -> None:
+        """Let no pause of a gesture bring the whole photo, which may be there before its preview.
+
+        A gesture goes on until it is committed.
+        """
+        self.editor.live._rest.setInterval(round(2000 * LONGEST_S))
+
     def change_something(self) -> None:
         """Make the warp distance larger by a key; it is one undo step."""
         self.press_key(self.panel("recipe").percent.slider, Qt.Key.Key_PageUp)

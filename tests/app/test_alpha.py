@@ -70,6 +70,7 @@ def test_a_preview_lies_on_the_board_and_not_on_the_last_picture(start, cut_out)
     driver = start(cut_out[0])
     hide_marks(driver)
     before = greys(driver, 60, 60)
+    driver.pause_never()
     driver.editor.recipe.set_field("percent", 9.0)
     driver.qtbot.waitUntil(lambda: not driver.editor.view.frame.whole)
     assert greys(driver, 60, 60) == before

@@ -268,7 +268,7 @@ def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
 def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
     frames = []
     opened.editor.live.drawn.connect(frames.append)
-    opened.editor.live._rest.setInterval(60_000)  # the gesture goes on until it is committed
+    opened.pause_never()
     opened.editor.recipe.set_field("percent", 4.1)
     opened.qtbot.waitUntil(lambda: bool(frames))
     opened.editor.document.commit()

@@ -42,7 +42,7 @@ def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):
 
 def test_letting_go_of_a_point_draws_the_picture_once_more(opened):
     """The last preview shows it already; only the whole photo is still to come."""
-    opened.editor.live._rest.setInterval(60_000)  # a hand that is quicker than the pause
+    opened.pause_never()
     at = opened.on_screen(Handle("outline", 0, 9))
     opened.press(at)
     opened.move(at + QPoint(9, 0))
@@ -156,6 +156,7 @@ def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
     photo = tmp_path / "large.png"
     assert cv2.imwrite(str(photo), textured_photo(1600, 1200))
     driver = start(photo)
+    driver.pause_never()
     panel, seen = driver.panel("recipe"), []
 
     def look(frame):
@@ -168,6 +169,8 @@ def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
         for percent in (2.0, 7.0, 12.0):
             seen.clear()
             driver.editor.recipe.set_field("percent", percent)
+            driver.qtbot.waitUntil(lambda: bool(seen))
+            driver.editor.document.commit()
             driver.settle()
             (_, last), previews = seen[-1], [texts for whole, texts in seen if not whole]
             assert seen[-1][0]

@@ -85,6 +85,7 @@ def test_the_preview_holds_the_place_as_well(opened):
     opened.move(start + DOWN / 2)
     opened.settle()
     seen = len(previews)
+    opened.pause_never()
     opened.move(start + DOWN)  # one step: the newest preview is of the whole stroke
     opened.qtbot.waitUntil(lambda: len(previews) > seen)
     opened.release(start + DOWN)

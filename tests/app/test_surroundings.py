@@ -184,6 +184,7 @@ def test_a_preview_holds_what_the_whole_photo_does(empty, door):
     whole = empty.editor.view.frame
     recipe = dataclasses.replace(empty.state.recipe, percent=8.9)
     drawn = []
+    empty.pause_never()
     empty.editor.live.drawn.connect(drawn.append)
     empty.editor.document.preview(dataclasses.replace(empty.state, recipe=recipe), "Warp")
     empty.qtbot.waitUntil(lambda: bool(drawn))
