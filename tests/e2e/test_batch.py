@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 import beside
 import numpy as np
@@ -198,10 +197,23 @@ def test_a_stopped_batch_hands_out_no_more(monkeypatch):
     assert 3 <= len(seen) <= 6
 
 
-def done_in(report):
-    """How many photos a report calls done; a line that a killed program left unended doesn't."""
-    text = report.read_text(encoding="utf-8") if report.exists() else ""
-    return sum('"done"' in line and line.endswith("}\n") for line in text.splitlines(True))
+# Stands still as soon as so many photos are in the report, 0 for never; its worker works on.
+STOPPING = """
+import os, signal, sys
+from kogao_core.cli import batch, main
+left, add = int(sys.argv.pop(1)), batch._Progress.add
+
+def counted(progress, outcome):
+    global left
+    add(progress, outcome)
+    if outcome.status == "done":
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), signal.SIGSTOP)
+
+batch._Progress.add = counted
+main()
+"""
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
@@ -211,20 +223,23 @@ def test_a_killed_batch_leaves_whole_files_and_goes_on(small_portrait, tmp_path,
     inputs.mkdir()
     for k in range(12):
         shutil.copy(small_portrait, inputs / f"{k}.jpg")
-    before, report = small_portrait.read_bytes(), out / "kogao-batch.jsonl"
-    program = [sys.executable, "-c", "from kogao_core.cli import main; main()"]
-    command = [*program, "batch", str(inputs), "-o", str(out), "-j", "1"]
-    for count in kills:
-        process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
-        while done_in(report) < count:
-            assert process.poll() is None, "it has ended by itself: this test shows nothing"
-            time.sleep(0.01)
+    before = small_portrait.read_bytes()
+
+    def command(count):
+        program = [sys.executable, "-c", STOPPING, str(count)]
+        return [*program, "batch", str(inputs), "-o", str(out), "-j", "1"]
+
+    for count in np.diff(kills, prepend=0):
+        process = subprocess.Popen(
+            command(count), stderr=subprocess.DEVNULL, start_new_session=True
+        )
+        assert os.WIFSTOPPED(os.waitpid(process.pid, os.WUNTRACED)[1])
         os.killpg(process.pid, signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
         assert all(path.read_bytes() == before for path in inputs.iterdir())
         for path in out.glob("*.jpg"):
             assert photo.read(path).pixels.shape == (300, 300, 3)
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command(0), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert int(re.search(r"(\d+) skipped", done.stderr)[1]) >= kills[-1]
     assert len(list(out.glob("*.jpg"))) == 12
@@ -279,6 +294,14 @@ def test_a_cluster_without_workers_is_not_waited_for(capsys, small_portrait, tmp
     assert len(err.splitlines()) == 1
 
 
+@pytest.fixture
+def patient(monkeypatch):
+    """Whoever asks a cluster waits for it as long as tests do."""
+    for name in ("_ANSWER_S", "_JOIN_S"):
+        monkeypatch.setattr(workers, name, LONGEST_S)
+
+
+@pytest.mark.usefixtures("patient")
 def test_a_cluster_writes_the_bytes_of_one_process(small_portrait, tmp_path):
     distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
     with distributed.LocalCluster(
@@ -294,6 +317,7 @@ def test_a_cluster_writes_the_bytes_of_one_process(small_portrait, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("patient")
 def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portrait, tmp_path):
     distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
     inputs, out = tmp_path / "in", tmp_path / "out"
