@@ -136,8 +136,8 @@ class Screenshot(QObject):
             QTimer.singleShot(0, self._shoot)
 
     def _shoot(self) -> None:
-        if self._over or self._editor.surroundings.busy:
-            return  # it takes the picture when that has looked
+        if self._over or self._editor.live.busy or self._editor.surroundings.busy:
+            return  # it takes the picture when they are done
         # Layouts that follow the last figures are under way.
         QCoreApplication.sendPostedEvents()
         try:

@@ -182,7 +182,7 @@ class Live(QObject):
     2. A worker renders it into the buffer off screen.
     3. `_show_preview` swaps the buffers and paints, unless a newer whole photo is there.
     4. At rest the same goes for the whole photo, by the recipe's own kernel.
-    5. A worker counts its pixels; then the picture is settled.
+    5. A worker counts its pixels. Once nothing is under way, the picture is settled.
 
     Signals
     -------
@@ -318,6 +318,7 @@ class Live(QObject):
             self._preview.shown()
         if self._canvas.photo.show_preview(frame):
             self._show(frame)
+        self._tell_settled(self._preview_lane)
 
     def _show_whole(self, frame: RenderedFrame) -> None:
         if self._whole is not None:
@@ -335,7 +336,13 @@ class Live(QObject):
 
     def _show_counts(self, rendering: Rendering) -> None:
         self.measured.emit(rendering)
-        if not self._rest.isActive() and not self._preview_lane.busy and not self._whole_lane.busy:
+        self._tell_settled(self._count_lane)
+
+    def _tell_settled(self, last: Lane) -> None:
+        """Tell it if `last`, which still counts as busy, was the last to have anything to do."""
+        others = (lane for lane in self._lanes if lane is not last)
+        under_way = self._rest.isActive() or any(lane.busy for lane in others)
+        if self.is_final(self._view.frame) and not under_way:
             self.settled.emit()
 
 

@@ -117,6 +117,22 @@ def test_a_failed_picture_is_said_and_the_next_change_draws_it(opened, pixels, m
     np.testing.assert_array_equal(opened.shown, expected)
 
 
+def test_a_picture_whose_preview_comes_last_is_settled_too(opened, monkeypatch):
+    measured, settled, draw = threading.Event(), [], Surface.render
+
+    def late(surface, revision, state, part=None):
+        assert part is None or measured.wait(LONGEST_S)
+        return draw(surface, revision, state, part)
+
+    monkeypatch.setattr(Surface, "render", late)
+    opened.editor.live.measured.connect(lambda _: measured.set())
+    opened.editor.live.settled.connect(lambda: settled.append(opened.editor.view.frame.whole))
+    opened.editor.recipe.set_field("percent", 7.0)
+    opened.editor.document.commit()
+    opened.qtbot.waitUntil(lambda: bool(settled))
+    assert settled == [True]
+
+
 def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
     """At the same settings there are never two different figures that both look exact."""
     labels = opened.panel("recipe").one_to_one, opened.panel("recipe").residual
