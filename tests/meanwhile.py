@@ -5,9 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator
 
+from patience import LONGEST_S
 from PySide6.QtCore import QTimer
-
-PATIENCE_S = 20.0
 
 
 class Meanwhile:
@@ -28,7 +27,8 @@ class Meanwhile:
     def hold(self, name: str) -> None:
         """Wait for the window."""
         self._beat.clear()
-        (self.answered if self._beat.wait(PATIENCE_S) else self.stalled).add(name)
+        # Less than the window is waited for meanwhile.
+        (self.answered if self._beat.wait(LONGEST_S / 2) else self.stalled).add(name)
 
     def led(self, name: str, call: Callable) -> Callable:
         """Return `call` as it is done after the window has answered."""

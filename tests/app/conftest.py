@@ -229,6 +229,8 @@ def start(
     gc.freeze()
     for name in ("freeze", "unfreeze"):
         monkeypatch.setattr(gc, name, lambda: None)
+    # What merely informs is there until a test has seen it.
+    monkeypatch.setattr(messages, "LINGER_MS", round(2000 * LONGEST_S))
     drivers = []
 
     # Whatever a test looks at is there; what else workspaces show, their own tests tell.

@@ -52,10 +52,11 @@ def test_what_came_a_moment_ago_has_not_been_read(opened, photo, monkeypatch):
 
 def test_what_came_a_moment_ago_goes_once_it_could_be_read(opened, photo, monkeypatch):
     """It is about a save that failed: it doesn't wait for one more step to come."""
-    monkeypatch.setattr(bar, "UNREAD_MS", 1000)
+    monkeypatch.setattr(bar, "UNREAD_MS", 10**9)
     opened.editor.files.save(photo)
     opened.change_something()
     assert "never written over" in opened.say()
+    opened.window.bar._unread.setInterval(0)  # so long it takes to read, then
     opened.qtbot.waitUntil(lambda: opened.say() == "")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import threading
 from pathlib import Path
 
 import cv2
@@ -11,12 +12,14 @@ import numpy as np
 import pytest
 from kogao_app.features.batch import dialog as views
 from meanwhile import Meanwhile
+from patience import LONGEST_S
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from kogao_core import batch, photo
+from kogao_core.batch import workers
 from kogao_core.recipe import Recipe
 
 LEFT = Qt.MouseButton.LeftButton
@@ -148,16 +151,32 @@ def many(tmp_path, small_portrait):
     return inputs
 
 
+@pytest.fixture
+def few_at_a_time(monkeypatch):
+    """What lets a batch work on so many more photos; it works on all of them after the test."""
+    more, work = threading.Semaphore(0), workers.work
+
+    def held(task):
+        assert more.acquire(timeout=LONGEST_S)
+        return work(task)
+
+    monkeypatch.setattr(workers, "work", held)
+    yield more
+    more.release(100)
+
+
 @pytest.mark.usefixtures("in_process")
-def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
+def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path, few_at_a_time):
     out = tmp_path / "out"
     box = asked(empty, many)
     box.form.folder.setText(str(out))
     box.form.jobs.setValue(1)
     click(box.go)
+    few_at_a_time.release(2)
     empty.qtbot.waitUntil(lambda: box.progress.value() >= 2)
     assert "left" in box.note.text()
     click(box.go)
+    few_at_a_time.release(2)  # those that were handed out
     finish(empty)
     assert box.note.text().startswith("Stopped: ")
     done = len(list(out.glob("*.jpg")))
@@ -165,6 +184,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     assert box.go.text() == "Res&ume"
 
     click(box.go)
+    few_at_a_time.release(done + 1)
     empty.qtbot.waitUntil(lambda: box.progress.value() > done)
     empty.window.close()
     assert empty.window.isVisible()
@@ -172,6 +192,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path):
     assert empty.editor.batch.busy
     empty.window.close()
     empty.answer("Stop and close")
+    few_at_a_time.release(2)
     empty.qtbot.waitUntil(lambda: not empty.window.isVisible())
     assert not empty.editor.batch.busy
     assert not box.isVisible()

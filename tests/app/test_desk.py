@@ -14,6 +14,7 @@ from kogao_app.features.commands import Palette, ShortcutsDialog
 from kogao_app.features.recent import EmptyState
 from kogao_app.features.strip import FilmStrip, photos_in, thumbnail
 from kogao_app.window import Window
+from patience import LONGEST_S
 from PIL import Image as PillowImage
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
@@ -348,7 +349,7 @@ def test_a_folder_or_photos_on_the_command_line_become_a_film_strip(
         seen.append(bar.text.text() if bar.isVisible() else "")
         window.close()
 
-    QTimer.singleShot(100, lambda: look(10_000))
+    QTimer.singleShot(100, lambda: look(1000 * LONGEST_S))
     assert main(names, source) == 0
     first = names[0] if names != ["."] else "0.png"
     assert seen[:3] == [f"{first}[*] – Kogao", first, photos]  # noqa: RUF001
@@ -608,7 +609,7 @@ def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
             QTimer.singleShot(50, lambda: look(patience_ms - 50))
 
     starts = []
-    for patience_ms in (10_000, 1000):
+    for patience_ms in (1000 * LONGEST_S, 1000):
         seen.clear()
         QTimer.singleShot(100, lambda patience_ms=patience_ms: look(patience_ms))
         assert main([], source) == 0

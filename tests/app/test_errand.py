@@ -7,6 +7,7 @@ from kogao_app.__main__ import main
 from kogao_app.features import errand
 from kogao_app.features.files.options import SavingDialog
 from kogao_app.window import Window
+from patience import LONGEST_S
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
 from scenes import textured_photo
@@ -121,14 +122,14 @@ def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, 
 
     def act(patience):
         window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
-        if "portrait" not in window.windowTitle() and patience:
+        if "portrait" not in window.windowTitle() and patience > 0:
             QTimer.singleShot(50, lambda: act(patience - 1))
         elif saves:
             window.actions_by_name["done"].trigger()
         else:
             window.close()
 
-    QTimer.singleShot(100, lambda: act(200))
+    QTimer.singleShot(100, lambda: act(LONGEST_S / 0.05))
     assert main(["--edit", str(photo)], source) == code
     assert (photo.read_bytes() != before) == saves
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from patience import LONGEST_S
 from scenes import oval_face, textured_photo
 from shortly import few_of
 
@@ -217,7 +218,7 @@ def test_who_is_done_first_does_not_decide_what_is_found(monkeypatch: pytest.Mon
     def fit(box: Detection) -> search.Fitted:
         if box is worse:
             done.set()
-        assert done.wait(20.0)
+        assert done.wait(LONGEST_S)
         return oval_face(100, 100, size=box.score), same
 
     (face,) = search.faces(Pyramid(np.zeros((100, 100, 3), np.uint8)), Detector(), fit)

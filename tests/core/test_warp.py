@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 import threadpoolctl
+from patience import LONGEST_S
 from scenes import oval_face, textured_photo
 from test_lattice import literal_eq_1
 
@@ -145,7 +146,7 @@ def failing_in(where, run):
         here = "caller" if threading.current_thread() is threading.main_thread() else "helper"
         if here != where:
             # Wait, so that the other thread gets its share.
-            assert failed.wait(20)
+            assert failed.wait(LONGEST_S)
         elif len(done) == 15:
             failed.set()
             raise MemoryError
