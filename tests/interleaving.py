@@ -23,6 +23,7 @@ from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
+from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -40,7 +41,7 @@ from kogao_core.sidecar import Applied
 
 _SIZE = (240, 180)
 # How long an edit may be on no disk, s; and when it counts as lost rather than late.
-LATEST_S, LOST_S = 0.5, 5.0
+LATEST_S, LOST_S = 0.5, LONGEST_S
 
 
 class Interleaving:
