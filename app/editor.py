@@ -129,7 +129,7 @@ class Editor(QObject):
         self.saver.offer(self.files.keep, self.projects.save)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files)
-        self.errand = Errand(context, self.files, self.strip)
+        self.errand = Errand(context, self.files, self.strip, self.faces)
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)
         self.manual = Manual(context, self.points, self.protect)

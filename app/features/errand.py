@@ -12,6 +12,7 @@ from ..actions import Spec
 from ..ahead import Ahead
 from ..i18n import sentence, tr
 from ..widgets.messages import BarAction
+from .faces import Faces
 from .feature import Context, Feature
 from .files import Files
 from .strip import Strip
@@ -22,21 +23,22 @@ CANCELLED: Final = 6
 class Errand(Feature):
     """What ``kogao --edit`` does: saves in place, tells who asked, and goes back there."""
 
-    def __init__(self, context: Context, files: Files, strip: Strip) -> None:
+    def __init__(self, context: Context, files: Files, strip: Strip, faces: Faces) -> None:
         super().__init__(context)
-        self._files, self._strip = files, strip
-        self._asked, self._saved = False, False
+        self._files, self._strip, self._faces = files, strip, faces
+        self._asked, self._saved, self._waits = False, False, False
         self.add_actions(
             Spec(
                 "done",
                 tr("&Done"),
                 "Ctrl+Shift+Return",
                 tr("Save, close, and go back to the program that asked"),
-                lambda: files.keep(self.window.close),
+                self.finish_photo,
             )
         )
         self.actions["done"].setVisible(False)
         files.saved_over.connect(self._remember)
+        faces.found.connect(self._go_on)
         self.document.opened.connect(self._check)
 
     @property
@@ -64,12 +66,23 @@ class Errand(Feature):
         else:
             self._strip.show_places(list(photos))
 
+    def finish_photo(self) -> None:
+        """Save and close; faces that are still sought belong to it."""
+        self._waits = self._faces.busy
+        if not self._waits:
+            self._files.keep(self.window.close)
+
+    def _go_on(self) -> None:
+        if self._waits:
+            self._waits = False
+            self._files.keep(self.window.close)
+
     def _remember(self) -> None:
         self._saved = True
 
     def _check(self) -> None:
         """Say who asked, and at once whether the photo that was opened can be written over."""
-        photo = self.document.photo
+        photo, self._waits = self.document.photo, False
         if not self._asked or photo is None:
             return
         try:

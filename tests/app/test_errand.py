@@ -1,5 +1,7 @@
 """Other programs ask for photos: saving writes over them, and the exit code tells."""
 
+import threading
+
 import cv2
 import numpy as np
 import pytest
@@ -59,6 +61,23 @@ def test_done_saves_and_closes(asked, photo):
     asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
     assert photo.read_bytes() != before
     assert asked.editor.errand.code == 0
+
+
+def test_done_waits_for_the_faces_that_are_sought(empty, source, photo, monkeypatch):
+    before, goes_on, find = photo.read_bytes(), threading.Event(), source.find
+
+    def late(*given):
+        assert goes_on.wait(LONGEST_S)
+        return find(*given)
+
+    monkeypatch.setattr(source, "find", late)
+    empty.editor.errand.begin([photo])
+    empty.qtbot.waitUntil(lambda: empty.editor.document.photo is not None)
+    empty.key(Qt.Key.Key_Return, CONTROL, SHIFT)
+    goes_on.set()
+    empty.qtbot.waitUntil(lambda: not empty.window.isVisible())
+    assert photo.read_bytes() != before
+    assert empty.editor.errand.code == 0
 
 
 def test_the_bar_says_who_asked_and_offers_to_be_done(asked):
