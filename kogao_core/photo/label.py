@@ -133,14 +133,15 @@ def _plate(text: str, face: _Font, size: int) -> tuple[int, int]:
 
 @cache
 def _font(font: str | None, size: int) -> _Font:
+    useless = Text("{font} can't be used as a font; name a .ttf or .otf file", font=font)
     try:
         found = ImageFont.load_default(size) if font is None else ImageFont.truetype(font, size)
     except (OSError, ValueError):
-        raise CannotDisclose(
-            Text("{font} can't be used as a font; name a .ttf or .otf file", font=font)
-        ) from None
+        raise CannotDisclose(useless) from None
     if not isinstance(found, _Font):  # Pillow without FreeType
         raise CannotDisclose(Text("this Pillow draws no text; install its wheel with FreeType"))
+    if sum(found.getmetrics()) <= 0:  # it is damaged: letters have no height
+        raise CannotDisclose(useless)
     return found
 
 

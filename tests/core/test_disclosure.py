@@ -1,5 +1,6 @@
 """What a result tells about itself: only when asked, and without harming anything else."""
 
+import struct
 from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree
@@ -8,7 +9,7 @@ import jpeglib
 import numpy as np
 import pytest
 from colours import expected_srgb, lab_of_srgb, profile
-from PIL import Image
+from PIL import Image, ImageFont
 from scenes import textured_photo
 
 from kogao_core import photo
@@ -198,6 +199,16 @@ def test_a_label_that_cannot_be_drawn_is_a_sentence(text, font, words, monkeypat
     monkeypatch.setattr(label, "_OF_SYSTEM", ("missing.ttf",))
     with pytest.raises(CannotDisclose, match=words):
         draw_label(np.zeros((40, 60, 3), np.uint8), text, font)
+
+
+def test_a_font_whose_letters_have_no_height_is_refused(tmp_path):
+    data = bytearray(ImageFont.load_default(14).font_bytes)
+    at = data.index(b"hhea")
+    (table,) = struct.unpack_from(">I", data, at + 8)
+    struct.pack_into(">hh", data, table + 4, 0, 2000)  # the letters' rise, and what hangs down
+    (tmp_path / "f.ttf").write_bytes(data)
+    with pytest.raises(CannotDisclose, match="can't be used as a font"):
+        draw_label(np.zeros((400, 600, 3), np.uint8), "Retouched", str(tmp_path / "f.ttf"))
 
 
 def test_letters_that_the_built_in_font_lacks_are_drawn_by_one_of_the_system():
