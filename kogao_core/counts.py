@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Final, assert_never
 
 import numpy as np
-import numpy.typing as npt
 
 from kogao_core.domain import Cells
 from kogao_core.field import Field
@@ -97,10 +96,13 @@ def _moving(lattices: Sequence[Lattice], image: Box, threshold_px: float) -> int
         rows, columns = at[start : start + _AT_ONCE].T
         displacement = np.zeros((len(rows), 2, _TILE_PX, _TILE_PX))
         for lattice, bound in zip(lattices, most, strict=True):
-            mine = bound[rows, columns] > 0.0
-            displacement[mine] += tiles.displacement(lattice, rows[mine], columns[mine])
-        moved = (displacement**2).sum(axis=1) > threshold_px**2
-        moved &= tiles.inside(1)[rows][:, :, None] & tiles.inside(0)[columns][:, None, :]
+            mine = np.flatnonzero(bound[rows, columns])
+            if len(mine):
+                displacement[mine] += tiles.displacement(lattice, rows[mine], columns[mine])
+        displacement *= displacement
+        moved = displacement[:, 0] + displacement[:, 1] > threshold_px**2
+        moved[rows == len(tiles.top) - 1, tiles.heights[-1] :] = False
+        moved[columns == len(tiles.left) - 1, :, tiles.widths[-1] :] = False
         total += int(np.count_nonzero(moved))
     return total
 
@@ -115,11 +117,6 @@ class _Tiles:
         self.widths = np.minimum(_TILE_PX, box.right - self.left)
         self.heights = np.minimum(_TILE_PX, box.bottom - self.top)
 
-    def inside(self, axis: int) -> npt.NDArray[np.bool_]:
-        """Return which pixels of each column (axis 0) or row of tiles lie in the box."""
-        sizes = self.heights if axis else self.widths
-        return np.asarray(np.arange(_TILE_PX) < sizes[:, None])
-
     @property
     def spans_px(self) -> tuple[Array, Array]:
         """First and last pixel of each column of tiles along x, and of each row along y."""
@@ -128,17 +125,16 @@ class _Tiles:
 
     def displacement(self, lattice: Lattice, rows: Array, columns: Array) -> Array:
         """Evaluate eq. (1) on tiles, shape (N, 2, 16, 16), px."""
-        if not len(rows):
-            return np.zeros((0, 2, _TILE_PX, _TILE_PX))
-        first_i, bx = lattice.grid.weights(self.left, _TILE_PX, 0)
-        first_j, by = lattice.grid.weights(self.top, _TILE_PX, 1)
-        count = bx.shape[1]
-        i, j = first_i[columns], first_j[rows]
+        left, top = int(columns.min()), int(rows.min())
+        first_i, bx = lattice.grid.weights(self.left[left : columns.max() + 1], _TILE_PX, 0)
+        first_j, by = lattice.grid.weights(self.top[top : rows.max() + 1], _TILE_PX, 1)
+        i, j, count = first_i - first_i[0], first_j - first_j[0], bx.shape[1]
         nodes = lattice.window(
-            (int(i.min()), int(j.min())), (int(np.ptp(j)) + count, int(np.ptp(i)) + count)
+            (int(first_i[0]), int(first_j[0])), (int(j[-1]) + count, int(i[-1]) + count)
         )
         windows = np.lib.stride_tricks.sliding_window_view(nodes, (count, count), (0, 1))
-        phi = windows[j - j.min(), i - i.min()]
+        rows, columns = rows - top, columns - left
+        phi = windows[j[rows], i[columns]]
         return np.asarray(by[rows][:, None].swapaxes(2, 3) @ phi @ bx[columns][:, None])
 
 

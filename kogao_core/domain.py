@@ -43,9 +43,10 @@ class Cells:
         """Return which pixels ``ys x xs`` lie in an active cell, shape (len(ys), len(xs))."""
         column = np.searchsorted(self.edges_px(0), xs, "right")
         row = np.searchsorted(self.edges_px(1), ys, "right")
-        edged = np.zeros(np.add(self.active.shape, 2), bool)
+        rows, columns = self.active.shape
+        edged = np.zeros((rows + 2, columns + 2), bool)
         edged[1:-1, 1:-1] = self.active
-        return edged[np.ix_(row, column)]
+        return edged[row[:, None], column]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -215,8 +215,9 @@ class Grid:
         first = cell[:, 0] - 1
         count = int((size_px - 1) / self.spacing_px) + 1 + ORDER
         weights: Array = np.zeros((len(cell), count, size_px))
-        places = (cell - 1 - first[:, None])[:, None] + np.arange(ORDER)[:, None]
-        np.put_along_axis(weights, places, basis(s).transpose(0, 2, 1), 1)
+        pieces, nodes = np.arange(len(cell))[:, None], cell - 1 - first[:, None]
+        starts = (pieces * count + nodes) * size_px + np.arange(size_px)
+        weights.ravel()[starts[:, :, None] + np.arange(0, ORDER * size_px, size_px)] = basis(s)
         return first, weights
 
 
@@ -461,7 +462,7 @@ class Lattice:
         (i, j), (rows, columns) = self.first_cell, self.reached.shape
         return self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
 
-    @property
+    @cached_property
     def cell_spans_px(self) -> tuple[Array, Array]:
         """Where each column of cells begins and ends along x, and each row along y, px."""
         x, y = self.cell_edges_px
@@ -505,16 +506,16 @@ class Lattice:
         array of shape (..., rows, columns)
         """
         rows, columns = values.shape[-2:]
-        padded = np.zeros((*values.shape[:-2], rows + 3, columns + 3))
-        padded[..., 1:-2, 1:-2] = values
-        for axis, cells in ((0, columns), (1, rows)):
-            found, _ = self.grid.locate(spans_px[axis], axis)
-            ends = np.minimum(np.maximum(found - self.first_cell[axis], -1), cells)
-            # Reduced between the two of each pair; what lies between pairs is dropped.
-            pairs = np.add(ends, [[1], [2]]).T.ravel()
-            padded = np.maximum.reduceat(padded, pairs, -2 if axis else -1)
-            padded = padded[..., ::2, :] if axis else padded[..., ::2]
-        return padded
+        found = np.zeros((*values.shape[:-2], rows + 2, columns + 2))
+        found[..., 1:-1, 1:-1] = values
+        for axis, end in ((1, rows + 1), (0, columns + 1)):
+            cells, _ = self.grid.locate(spans_px[axis], axis)
+            low, high = np.minimum(np.maximum(cells - (self.first_cell[axis] - 1), 0), end)
+            most = found.take(low, -1 - axis)
+            for k in range(1, int((high - low).max(initial=0)) + 1):
+                np.maximum(most, found.take(np.minimum(low + k, high), -1 - axis), out=most)
+            found = most
+        return found
 
     def refined(self) -> Lattice:
         """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4).

@@ -179,5 +179,5 @@ def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Arr
 def _least(det: Array) -> Array:
     """Return the smallest of the samples in each cell."""
     rows, columns = (side // SAMPLES_PER_CELL for side in det.shape)
-    shape = (rows, SAMPLES_PER_CELL, columns, SAMPLES_PER_CELL)
-    return np.asarray(det.reshape(shape).min(axis=(1, 3)))
+    by_row = det.reshape(rows, SAMPLES_PER_CELL, det.shape[1]).min(axis=1)
+    return np.asarray(by_row.reshape(rows, columns, SAMPLES_PER_CELL).min(axis=2))
