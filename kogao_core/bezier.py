@@ -9,35 +9,35 @@ import numpy as np
 from kogao_core.geometry import Array
 
 
-def cells_along(phi: Array, axis: int) -> Array:
+def cells_along(phi: Array) -> Array:
     """Return the Bezier control points of every cell that a control point reaches.
 
     Parameters
     ----------
-    phi : array
-        B-spline control points, n of them along `axis`; those before and after are zero.
-    axis : int
-        The axis along which cells follow each other.
+    phi : array of shape (n, ...)
+        B-spline control points; those before and after are zero.
 
     Returns
     -------
-    array
-        Shape of `phi` with n + 3 cells along `axis`, and a new last axis of 4 control points.
+    array of shape (4, n + 3, ...)
+        The four points of each cell.
 
     Examples
     --------
     >>> import numpy as np
     >>> from kogao_core.bezier import cells_along
-    >>> cells_along(np.ones(5), 0).shape
-    (8, 4)
+    >>> cells_along(np.ones(5)).shape
+    (4, 8)
     """
-    moved = np.moveaxis(phi, axis, 0)
-    p = np.zeros((len(moved) + 6, *moved.shape[1:]))
-    p[3:-3] = moved
-    thirds = (2.0 * p[:-1] + p[1:]) / 3.0, (p[:-1] + 2.0 * p[1:]) / 3.0
+    p = np.zeros((len(phi) + 6, *phi.shape[1:]))
+    p[3:-3] = phi
+    twice = 2.0 * p
+    thirds = (twice[:-1] + p[1:]) / 3.0, (p[:-1] + twice[1:]) / 3.0
     joints = (thirds[1][:-1] + thirds[0][1:]) / 2.0
-    points = [joints[:-1], thirds[0][1:-1], thirds[1][1:-1], joints[1:]]
-    return np.moveaxis(np.stack(points, axis=-1), 0, axis)
+    points = np.empty((4, len(phi) + 3, *phi.shape[1:]))
+    points[0], points[1] = joints[:-1], thirds[0][1:-1]
+    points[2], points[3] = thirds[1][1:-1], joints[1:]
+    return points
 
 
 def halves(count: int) -> tuple[Array, Array]:
