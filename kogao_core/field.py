@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from kogao_core.falloff import NO_FALLOFF, Falloff
 from kogao_core.geometry import Array, smoothstep
-from kogao_core.lattice import Lattice
+from kogao_core.lattice import Lattice, basis, basis_slope, matrices
 from kogao_core.targets import Pairs
 
 _INVERSION_STEPS: Final = 64
@@ -74,12 +74,14 @@ class Field:
         """
         points = np.asarray(points_px, np.float64)
         displacement: Array = np.zeros_like(points)
-        for lattice in self.lattices:
-            near = lattice.reaches(points)
-            if near.any():
-                displacement[near] += lattice.at(points[near])
+        near = [(a, at) for a in self.lattices if len(at := np.flatnonzero(a.reaches(points)))]
+        weights = matrices([lattice.window_at(*points[at].T) for lattice, at in near])
+        for (lattice, at), ((bx, by),) in zip(near, weights, strict=True):
+            displacement[at] += lattice.mixed_at(bx, by)
+        if self.is_plain:
+            return displacement
         factor, _ = self.falloff.at(points)
-        return (
+        return np.asarray(
             displacement
             * (factor * fade(np.hypot(displacement[:, 0], displacement[:, 1]), self.fade_px))[
                 :, None
@@ -146,8 +148,7 @@ class Field:
         along_x, along_y : array of shape (2, M, N)
             Of its x and y component, px per px.
         """
-        along_x = self._spline(xs_px, ys_px, dx=True)
-        along_y = self._spline(xs_px, ys_px, dy=True)
+        along_x, along_y = self._spline_slopes(xs_px, ys_px)
         if not self.is_plain:
             displacement = self._spline(xs_px, ys_px)
             if self.fade_px > 0.0:
@@ -162,20 +163,42 @@ class Field:
             )
         return along_x, along_y
 
-    def _spline(
-        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
-    ) -> Array:
+    def _spline(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        total: Array = np.zeros((2, np.size(ys_px), np.size(xs_px)))
+        for lattice, part, ((bx, by),) in self._weights(xs_px, ys_px, (basis,)):
+            total[:, *part] += lattice.mixed(bx, by)
+        return total
+
+    def _spline_slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
+        along_x, along_y = np.zeros((2, 2, np.size(ys_px), np.size(xs_px)))
+        for lattice, part, ((bx, by), (slope_x, slope_y)) in self._weights(
+            xs_px, ys_px, (basis, basis_slope)
+        ):
+            h = lattice.grid.spacing_px
+            along_x[:, *part] += lattice.mixed(slope_x / h, by)
+            along_y[:, *part] += lattice.mixed(bx, slope_y / h)
+        return along_x, along_y
+
+    def _weights(
+        self,
+        xs_px: npt.ArrayLike,
+        ys_px: npt.ArrayLike,
+        kinds: Sequence[Callable[[Array], Array]],
+    ) -> Iterator[tuple[Lattice, tuple[slice, slice], list[tuple[Array, Array]]]]:
+        """Yield the lattices that reach a grid, with the rows and columns, and `matrices` there."""
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         if any((axis[1:] < axis[:-1]).any() for axis in (xs, ys)):
             raise ValueError("the coordinates of a grid must ascend; ask for places by Field.at")
-        total: Array = np.zeros((2, len(ys), len(xs)))
+        near = []
         for lattice in self.lattices:
             left, top, right, bottom = lattice.reach_px
-            columns = slice(*np.searchsorted(xs, [left, right]))
             rows = slice(*np.searchsorted(ys, [top, bottom]))
-            if columns.start < columns.stop and rows.start < rows.stop:
-                total[:, rows, columns] += lattice.on_grid(xs[columns], ys[rows], dx=dx, dy=dy)
-        return total
+            columns = slice(*np.searchsorted(xs, [left, right]))
+            if rows.start < rows.stop and columns.start < columns.stop:
+                near.append((lattice, (rows, columns)))
+        windows = [lattice.window_at(xs[columns], ys[rows]) for lattice, (rows, columns) in near]
+        for (lattice, part), weights in zip(near, matrices(windows, kinds), strict=True):
+            yield lattice, part, weights
 
     def _faded_slopes(
         self, displacement: Array, along_x: Array, along_y: Array
@@ -336,22 +359,21 @@ def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
     """
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
-    wanted = [(p.target_px, p.displacement_px) for p in pairs]
-    curves = [(_curve(target), _curve(displacement)) for target, displacement in wanted]
-    targets, displacements = (np.concatenate(part) for part in zip(*wanted, *curves, strict=True))
-    missed = np.linalg.norm(field.at(targets) - displacements, axis=1)
-    points, between = np.split(missed, [sum(len(target) for target, _ in wanted)])
+    wanted = [np.hstack([p.target_px, p.displacement_px]) for p in pairs]
+    asked = np.concatenate([*wanted, *(_curve(each) for each in wanted)])
+    missed = np.linalg.norm(field.at(asked[:, :2]) - asked[:, 2:], axis=1)
+    points, between = np.split(missed, [sum(len(each) for each in wanted)])
     return Residual(
         float(points.mean()), float(points.max()), float(between.mean()), float(between.max())
     )
 
 
 def _curve(points: Array, per_step: int = 8) -> Array:
-    """Sample the Catmull-Rom curve through points of shape (N, 2)."""
+    """Sample the Catmull-Rom curve through points of shape (N, dimensions)."""
     before = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
     a, b, c, d = before[:-3], before[1:-2], before[2:-1], before[3:]
     t = (np.arange(per_step) / per_step)[:, None, None]
     curve = 0.5 * (
         2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3
     )
-    return np.asarray(curve.transpose(1, 0, 2).reshape(-1, 2))
+    return np.asarray(curve.transpose(1, 0, 2).reshape(-1, points.shape[1]))

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kogao_core.face import Anchor
 from kogao_core.geometry import Array
 from kogao_core.language import Text
-from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups
+from kogao_core.lattice import ORDER, Grid, Lattice, basis, groups, matrices
 from kogao_core.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import LOSSLESS_PX, Recipe
@@ -448,11 +448,22 @@ class _Support:
 
     def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
         """Return the weight of each of `nodes` at each of the points that they reach."""
-        rows = np.flatnonzero(self.empty.reaches(points_px))
-        x, y = points_px[rows].T
-        bx = self.grid.matrix(x, self.first[0], self.shape[1], 0)
-        by = self.grid.matrix(y, self.first[1], self.shape[0], 1)
-        return _Design(rows, by[:, nodes // self.shape[1]] * bx[:, nodes % self.shape[1]])
+        (design,) = _designs([self], points_px, [nodes])
+        return design
+
+
+def _designs(
+    supports: Sequence[_Support], points_px: Array, nodes: Sequence[npt.NDArray[np.int64]]
+) -> list[_Design]:
+    """Return the `_Support.design` of each, which is quicker for all together."""
+    rows = [np.flatnonzero(one.empty.reaches(points_px)) for one in supports]
+    weights = matrices(
+        [one.empty.window_at(*points_px[at].T) for one, at in zip(supports, rows, strict=True)]
+    )
+    return [
+        _Design(at, by[:, mine // one.shape[1]] * bx[:, mine % one.shape[1]])
+        for one, at, mine, ((bx, by),) in zip(supports, rows, nodes, weights, strict=True)
+    ]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -598,7 +609,7 @@ def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[L
     displacements = np.vstack([problem.displacement_px for problem in problems])
     both = list(zip(problems, supports, strict=True))
     own_nodes = [problem.own_nodes for problem in problems]
-    designs = [s.design(targets, n) for s, n in zip(supports, own_nodes, strict=True)]
+    designs = _designs(supports, targets, own_nodes)
     effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
     solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -161,35 +162,6 @@ class Grid:
         """
         return Grid(self.origin_px, self.spacing_px / 2.0)
 
-    def matrix(
-        self, coords_px: npt.ArrayLike, first: int, count: int, axis: int, *, slope: bool = False
-    ) -> Array:
-        """Return the weights of nodes ``first .. first + count`` at each coordinate.
-
-        Parameters
-        ----------
-        coords_px : array of shape (M,)
-            Coordinates along one axis.
-        first, count : int
-            Window of node indices; nodes outside it are left out.
-        axis : int
-            0 for x, 1 for y.
-        slope : bool
-            Give the derivative per px instead of the value.
-
-        Returns
-        -------
-        array of shape (M, count)
-        """
-        cell, s = self.locate(coords_px, axis)
-        weights = basis_slope(s) / self.spacing_px if slope else basis(s)
-        # Nodes outside the window have columns, too, which are cut off.
-        columns = np.minimum(np.maximum(cell - 1 - first, -ORDER), count) + ORDER
-        wide: Array = np.zeros((len(cell), count + 2 * ORDER))
-        starts = np.arange(0, wide.size, wide.shape[1]) + columns
-        wide.ravel()[starts[:, None] + np.arange(ORDER)] = weights
-        return wide[:, ORDER:-ORDER].copy()
-
     def weights(
         self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
     ) -> tuple[npt.NDArray[np.int64], Array]:
@@ -219,6 +191,75 @@ class Grid:
         starts = (pieces * count + nodes) * size_px + np.arange(size_px)
         weights.ravel()[starts[:, :, None] + np.arange(0, ORDER * size_px, size_px)] = basis(s)
         return first, weights
+
+
+class NodeWindow(NamedTuple):
+    """Coordinates along x (X,) and along y (Y,), px, and a window of a grid's nodes there.
+
+    `first` is the column and row of its first node, `shape` its rows and columns.
+    """
+
+    grid: Grid
+    coords_px: tuple[Array, Array]
+    first: tuple[int, int]
+    shape: tuple[int, int]
+
+
+def matrices(
+    windows: Sequence[NodeWindow], kinds: Sequence[Callable[[Array], Array]] = (basis,)
+) -> list[list[tuple[Array, Array]]]:
+    """Return the weights of nodes at coordinates; many windows are quicker together.
+
+    Parameters
+    ----------
+    windows : sequence of NodeWindow
+        Nodes outside them are left out.
+    kinds : sequence of callable
+        `basis`, or `basis_slope`, which is per spacing.
+
+    Returns
+    -------
+    list of list of tuple of arrays
+        For each window, and for each kind, those along x, shape (X, columns), and along y,
+        shape (Y, rows).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.lattice import Grid, NodeWindow, matrices
+    >>> coords = np.array([100.0]), np.array([50.0])
+    >>> (((bx, by),),) = matrices([NodeWindow(Grid((100.0, 50.0), 20.0), coords, (-1, 0), (2, 3))])
+    >>> bx.round(3), by.round(3)
+    (array([[0.167, 0.667, 0.167]]), array([[0.667, 0.167]]))
+    """
+    if not windows:
+        return []
+    coords = [each for one in windows for each in one.coords_px]
+    sizes, counts = [len(each) for each in coords], [n for one in windows for n in one.shape[::-1]]
+    terms = [
+        (one.grid.spacing_px, one.grid.origin_px[axis], one.first[axis], one.shape[1 - axis])
+        for one in windows
+        for axis in (0, 1)
+    ]
+    h, origin, first, count = np.array(terms).T.repeat(sizes, axis=1)
+    u = (np.concatenate(coords) - origin) / h
+    cell = np.floor(u)
+    s = u - cell
+    # Nodes outside the window have columns, too, which are cut off.
+    width = count + 2 * ORDER
+    column = np.minimum(np.maximum(cell - (first + 1), -ORDER), count) + ORDER
+    at = (width.cumsum() - width + column).astype(np.int64)[:, None] + np.arange(ORDER)
+    ends = np.cumsum([size * (n + 2 * ORDER) for size, n in zip(sizes, counts, strict=True)])
+    found: list[list[Array]] = []
+    for weigh in kinds:
+        flat: Array = np.zeros(ends[-1])
+        flat[at] = weigh(s)
+        parts = (
+            flat[end - size * (n + 2 * ORDER) : end].reshape(size, n + 2 * ORDER)
+            for end, size, n in zip(ends.tolist(), sizes, counts, strict=True)
+        )
+        found.append([wide[:, ORDER:-ORDER] for wide in parts])
+    return [[(kind[k], kind[k + 1]) for kind in found] for k in range(0, len(sizes), 2)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,30 +313,42 @@ class Lattice:
             Displacements, px.
         """
         points = np.asarray(points_px, np.float64)
-        bx = self.grid.matrix(points[:, 0], self.first[0], self.shape[1], 0)
-        by = self.grid.matrix(points[:, 1], self.first[1], self.shape[0], 1)
-        return np.asarray((bx[:, None] @ np.tensordot(by, self.phi, 1))[:, 0])
+        (((bx, by),),) = matrices([self.window_at(points[:, 0], points[:, 1])])
+        return self.mixed_at(bx, by)
 
-    def on_grid(
-        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, *, dx: bool = False, dy: bool = False
-    ) -> Array:
-        """Evaluate eq. (1), or its derivative along x or y, on the tensor grid ``ys x xs``.
+    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Evaluate eq. (1) on the tensor grid ``ys x xs``.
 
         Parameters
         ----------
         xs_px, ys_px : array-like of shape (N,) and (M,)
             Px.
-        dx, dy : bool
-            Whether to take the derivative along x, along y.
 
         Returns
         -------
-        array of shape (2, len(ys), len(xs))
-            x and y component of the displacement (px) or of its derivative (px per px).
+        array of shape (2, M, N)
+            x and y component of the displacement, px.
         """
-        bx = self.grid.matrix(xs_px, self.first[0], self.shape[1], 0, slope=dx)
-        by = self.grid.matrix(ys_px, self.first[1], self.shape[0], 1, slope=dy)
-        return np.asarray(by @ np.ascontiguousarray(self.phi.transpose(2, 0, 1)) @ bx.T)
+        axes = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+        (((bx, by),),) = matrices([self.window_at(*axes)])
+        return self.mixed(bx, by)
+
+    def window_at(self, xs_px: Array, ys_px: Array) -> NodeWindow:
+        """Return the window of all stored nodes at coordinates along x and along y, px."""
+        return NodeWindow(self.grid, (xs_px, ys_px), self.first, self.shape)
+
+    def mixed_at(self, bx: Array, by: Array) -> Array:
+        """Return the mixture (N, 2) of control points at N points, by their `matrices` there."""
+        return np.asarray((bx[:, None] @ np.tensordot(by, self.phi, 1))[:, 0])
+
+    def mixed(self, bx: Array, by: Array) -> Array:
+        """Return the mixtures (2, M, N) of control points on a tensor grid, by its `matrices`."""
+        return np.asarray(by @ self._components @ bx.T)
+
+    @cached_property
+    def _components(self) -> Array:
+        """`phi` of shape (2, J, I)."""
+        return np.ascontiguousarray(self.phi.transpose(2, 0, 1))
 
     def window(self, first: tuple[int, int], shape: tuple[int, int]) -> Array:
         """Cut `shape` (rows, columns) control points from node `first`; zeros outside.

@@ -12,7 +12,7 @@ from kogao_core.experiments.methods import Method, WarpTask
 from kogao_core.face import Face
 from kogao_core.field import Field
 from kogao_core.geometry import Image
-from kogao_core.lattice import ORDER, Lattice, basis
+from kogao_core.lattice import ORDER, Lattice, basis, matrices
 from kogao_core.recipe import Recipe
 from kogao_core.targets import Pairs
 
@@ -52,9 +52,9 @@ def conventional(photo: Image, field: Field) -> Warp:
     lattice = field.lattices[0]
 
     def run() -> object:
-        grid, (i0, j0), (rows, columns) = lattice.grid, lattice.first, lattice.shape
-        bx = grid.matrix(np.arange(width), i0, columns, 0).astype(np.float32)
-        by = grid.matrix(np.arange(height), j0, rows, 1).astype(np.float32)
+        axes = np.arange(float(width)), np.arange(float(height))
+        (((bx, by),),) = matrices([lattice.window_at(*axes)])
+        bx, by = bx.astype(np.float32), by.astype(np.float32)
         phi = lattice.phi.astype(np.float32)
         x = (by @ phi[..., 0]) @ bx.T
         x += np.arange(width, dtype=np.float32)

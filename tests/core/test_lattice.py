@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import SimpleITK
+from numpy.testing import assert_equal
 from scipy.interpolate import BSpline
 
-from kogao_core.lattice import Grid, Lattice, basis, basis_slope
+from kogao_core.field import Field
+from kogao_core.lattice import Grid, Lattice, NodeWindow, basis, basis_slope, matrices
 
 GRID = Grid((13.3, -4.7), 9.25)
 
@@ -101,11 +103,52 @@ def test_grid_evaluation_and_slopes_agree_with_points(lattice):
     dense = lattice.on_grid(xs, ys)
     np.testing.assert_allclose(dense.reshape(2, -1).T, lattice.at(grid), atol=1e-12)
     step = 1e-5
-    for axis, name in enumerate(("dx", "dy")):
+    for axis, slope in enumerate(Field((lattice,)).slopes(xs, ys)):
         shift = np.eye(2)[axis] * step
         numeric = (lattice.at(grid + shift) - lattice.at(grid - shift)) / (2 * step)
-        slope = lattice.on_grid(xs, ys, **{name: True}).reshape(2, -1).T
-        np.testing.assert_allclose(slope, numeric, atol=1e-7)
+        np.testing.assert_allclose(slope.reshape(2, -1).T, numeric, atol=1e-7)
+
+
+def test_weights_of_many_windows_are_those_of_each_alone():
+    rng = np.random.default_rng(4)
+    windows = [
+        NodeWindow(
+            Grid(tuple(rng.normal(0, 9, 2)), h), (rng.uniform(-99, 99, n), rng.random(m)), *of
+        )
+        for h, n, m, of in (
+            (9.25, 30, 7, ((-2, 1), (3, 5))),
+            (0.7, 1, 0, ((0, 0), (40, 1))),
+            (31.0, 12, 50, ((-9, -3), (20, 18))),
+        )
+    ]
+    kinds = (basis, basis_slope)
+    for window, found in zip(windows, matrices(windows, kinds), strict=True):
+        assert_equal(found, matrices([window], kinds)[0])
+        for (bx, by), weigh in zip(found, kinds, strict=True):
+            for axis, weights in enumerate((bx, by)):
+                cell, s = window.grid.locate(window.coords_px[axis], axis)
+                nodes = window.first[axis] + np.arange(window.shape[1 - axis])
+                each = nodes - (cell[:, None] - 1)
+                own = np.take_along_axis(weigh(s), each.clip(0, 3), 1)
+                assert_equal(weights, np.where((each >= 0) & (each < 4), own, 0.0))
+    assert matrices([]) == []
+
+
+@pytest.mark.parametrize("size_px", [0.4, 5.0, 40.0, 400.0])
+def test_most_in_rectangles_is_the_largest_of_the_cells_they_touch(lattice, size_px):
+    values = np.random.default_rng(5).random((2, *lattice.reached.shape))
+    left, top, right, bottom = lattice.reach_px
+    x, y = np.arange(left - 50, right + 50, size_px), np.arange(top - 50, bottom + 50, size_px)
+    spans = np.stack([x, x + size_px]), np.stack([y, y + size_px])
+    found = lattice.most_in(values, spans)
+    edges = np.linspace(0, 1, int(size_px / 2) + 2)
+    inside = (x[:, None] + size_px * edges).ravel(), (y[:, None] + size_px * edges).ravel()
+    (column, row) = (lattice.grid.locate(at, axis)[0] for axis, at in enumerate(inside))
+    edged = np.pad(values, [(0, 0), (1, 1), (1, 1)])
+    column = (column - lattice.first_cell[0] + 1).clip(0, edged.shape[2] - 1)
+    row = (row - lattice.first_cell[1] + 1).clip(0, edged.shape[1] - 1)
+    each = edged[:, row[:, None], column].reshape(2, len(y), len(edges), len(x), len(edges))
+    assert_equal(found, each.max(axis=(2, 4)))
 
 
 def test_refined_lattice_is_the_same_field(lattice, points):
