@@ -9,7 +9,7 @@ import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
 from kogao_app.canvas.overlays.background import tinted
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -35,7 +35,7 @@ WRITTEN = {
 RINGED = ("window", "raised")
 # From 20 px above and left of the middle; nearly level: somewhere it meets a row of pixels.
 SLOPES = {"slanted": QPointF(15, 13), "nearly level": QPointF(19, 1)}
-LINES = {
+OUTLINES = {
     "outline of a small face": lambda painter, ends: glyphs.polyline(
         painter, ends, glyphs.OUTLINE, 1.6, dotted=False
     ),
@@ -45,11 +45,21 @@ LINES = {
     "selected face": lambda painter, ends: glyphs.polyline(
         painter, ends, glyphs.HALO, 2.2, dotted=False
     ),
+}
+LINES = {
     "displacement": lambda painter, ends: glyphs.arrow(
-        painter, [QLineF(*ends)], glyphs.DISPLACEMENT
+        painter, [coordinates(ends)], glyphs.DISPLACEMENT
+    ),
+    "lattice": lambda painter, ends: glyphs.fine_lines(
+        painter, [coordinates(ends)], glyphs.LATTICE
+    ),
+    "half of the loupe": lambda painter, ends: glyphs.lines(
+        painter, [coordinates(ends)], glyphs.HALO, 1.0
     ),
     **{
-        name: lambda painter, ends, colour=colour: glyphs.lines(painter, [QLineF(*ends)], colour)
+        name: lambda painter, ends, colour=colour: glyphs.lines(
+            painter, [coordinates(ends)], colour
+        )
         for name, colour in (
             ("centre line", glyphs.CENTRE),
             ("way to a target", glyphs.WAY),
@@ -58,6 +68,13 @@ LINES = {
             ("divider", glyphs.HALO),
         )
     },
+}
+# Boxes; these are as flat as a line.
+EDGES = {
+    name: lambda painter, ends, colour=colour: glyphs.outlined(
+        painter, glyphs.framed(painter, QRectF(*ends)), colour
+    )
+    for name, colour in (("folded cell", glyphs.BENT), *glyphs.DOMAIN_EDGES.items())
 }
 # What is laid over regions.
 HATCHES = {
@@ -90,6 +107,10 @@ def contrast(one, other):
 
 def rgb(name):
     return QColor(name).getRgb()[:3]
+
+
+def coordinates(ends):
+    return [end.toTuple() for end in ends]
 
 
 def pixels_of(picture):
@@ -202,18 +223,47 @@ def test_a_mark_is_seen_on_any_grey(name):
 
 @pytest.mark.usefixtures("qapp")
 @pytest.mark.parametrize("slope", SLOPES)
-@pytest.mark.parametrize("name", LINES)
+@pytest.mark.parametrize("name", [*OUTLINES, *LINES])
 def test_a_line_is_seen_on_any_grey(name, slope):
     ends = [MIDDLE - SLOPES[slope], MIDDLE + SLOPES[slope]]
-    assert worst_on_grey(lambda painter: LINES[name](painter, ends)) >= MARK
+    draw = (OUTLINES | LINES)[name]
+    assert worst_on_grey(lambda painter: draw(painter, ends)) >= MARK
+
+
+GREYS = np.arange(0, 256, 5)
+STRIPE_PX, BREADTH_PX = 12, 16
+
+
+def worst_across(draw, ratio, offset_px, *, upright):
+    """The least contrast of a straight line, `offset_px` from the middle, over stripes of greys."""
+    along = np.repeat(GREYS.astype(np.uint8), STRIPE_PX)
+    ground = np.repeat(np.broadcast_to(along, (BREADTH_PX, len(along)))[..., np.newaxis], 4, -1)
+    if upright:
+        ground = ground.swapaxes(0, 1)
+    ground = np.ascontiguousarray(ground)
+    height, width = ground.shape[:2]
+    picture = QImage(ground.data, width, height, 4 * width, QImage.Format.Format_RGB32)
+    picture.setDevicePixelRatio(ratio)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    across = (BREADTH_PX / 2 + offset_px) / ratio
+    ends = [QPointF(0, across), QPointF(len(along) / ratio, across)]
+    draw(painter, [end.transposed() for end in ends] if upright else ends)
+    painter.end()
+    drawn = pixels_of(picture).swapaxes(0, 1) if upright else pixels_of(picture)
+    ratios = contrast(drawn, along[:, np.newaxis].repeat(3, axis=1))
+    return ratios.reshape(BREADTH_PX, -1, STRIPE_PX).max(axis=(0, 2)).min()
 
 
 @pytest.mark.usefixtures("qapp")
-def test_the_lattice_is_seen_on_any_grey():
-    ends = QLineF(MIDDLE - SLOPES["nearly level"], MIDDLE + SLOPES["nearly level"])
-    for line in (ends, QLineF(ends.y1(), ends.x1(), ends.y2(), ends.x2())):
-        draw = partial(glyphs.fine_lines, segments=[line], colour=glyphs.LATTICE)
-        assert worst_on_grey(draw) >= MARK
+@pytest.mark.parametrize("ratio", [1.0, 1.25, 1.5, 2.0])
+@pytest.mark.parametrize("name", [*LINES, *EDGES])
+def test_a_level_line_is_seen_wherever_it_lies_between_two_rows(name, ratio):
+    draw = (LINES | EDGES)[name]
+    for upright in (False, True):
+        for tenths in range(10):
+            worst = worst_across(draw, ratio, tenths / 10, upright=upright)
+            assert worst >= MARK, (tenths, upright)
 
 
 @pytest.mark.usefixtures("qapp")

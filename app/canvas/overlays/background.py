@@ -6,7 +6,7 @@ from typing import Final
 
 import cv2
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QPainter, QPainterPath
 
 from kogao_core.bend import SEEN_PX, BentLine
@@ -37,25 +37,22 @@ class BentLines(Overlay):
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
         """Draw its mark."""
-        slant = QLineF(box.left() + 3, box.bottom() - 4, box.right() - 3, box.top() + 4)
+        slant = (box.left() + 3, box.bottom() - 4), (box.right() - 3, box.top() + 4)
         glyphs.lines(painter, [slant], glyphs.BENT, 2.4)
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the most bent ones last, over the others."""
         for line in reversed(self.shown.lines):
-            start, end = place.points([line.start_px, line.end_px])
-            chord = QLineF(start, end)
-            across = chord.normalVector().unitVector()
-            tick = QPointF(across.dx(), across.dy()) * _TICK_PX
-            ticks = [QLineF(at - tick, at + tick) for at in (start, end)]
+            chord = place.to_screen([line.start_px, line.end_px])
+            drawn = [chord, *glyphs.ticks(chord, chord, _TICK_PX)]
             is_bent, would_bend = line.bend_px >= SEEN_PX, line.unheld_px >= SEEN_PX
             colour = glyphs.BENT if is_bent else glyphs.STRAIGHT
             style = _DASHED if line.holding == "let go" else Qt.PenStyle.SolidLine
-            width = 2.4 if would_bend or is_bent else 1.4
-            glyphs.lines(painter, [chord, *ticks], colour, width, style=style)
+            width = 2.4 if would_bend or is_bent else glyphs.WIDTH_PX
+            glyphs.lines(painter, drawn, colour, width, style=style)
             if not is_bent:
                 continue
-            middle, text = chord.center(), _words(line)
+            middle, text = QPointF(*chord.mean(axis=0)), _words(line)
             within = place.viewport if place.viewport.contains(middle) else None
             glyphs.label(painter, middle + _BESIDE, text, bold=True, within=within)
 

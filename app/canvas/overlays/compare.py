@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, Protocol
 
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QTransform
 
 from ...i18n import tr
@@ -45,8 +45,8 @@ class Divider(Overlay):
             glyphs.label(painter, area.topLeft() + QPointF(_TOP_PX, _TOP_PX), self._text())
             return
         x = area.left() + round(self.shown.wipe * area.width())
-        line = QLineF(x, area.top(), x, area.bottom())
-        glyphs.lines(painter, [line], glyphs.HALO, 1.4)
+        line = (x, area.top()), (x, area.bottom())
+        glyphs.lines(painter, [line], glyphs.HALO)
         painter.setPen(QPen(glyphs.CASE, 1.6))
         painter.setBrush(glyphs.HALO)
         middle = QPointF(x, area.center().y())
@@ -113,7 +113,7 @@ class Loupe(Overlay):
             painter.setWorldTransform(magnified)
             draw(painter)
             painter.restore()
-        middle = QLineF(at.x(), round_it.top(), at.x(), round_it.bottom())
+        middle = (at.x(), round_it.top()), (at.x(), round_it.bottom())
         glyphs.lines(painter, [middle], glyphs.HALO, 1.0)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for pen in (QPen(glyphs.CASE, 5.0), QPen(glyphs.HALO, 2.0)):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from itertools import product
+from itertools import product, starmap
 from typing import Final
 
+import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
@@ -20,6 +22,8 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
+from kogao_core.geometry import Array
+
 from ...theme import OKABE_ITO
 
 _HATCH_PX: Final = 48  # a multiple of what hatches repeat after
@@ -28,10 +32,11 @@ SWATCH_PX: Final = 18
 # Dark enough that a mark with something light in it differs from any grey by 3 : 1 at least.
 CASE: Final = QColor(0, 0, 0, 230)
 _CASE_PX: Final = 1.1  # on either side of a line
+WIDTH_PX: Final = 1.4
 _FINE_PX: Final = 1.0
-_SHADOW_PX: Final = 0.9
 # Light enough for the same without a halo, which a thin line has no room for.
 _LIGHT: Final = 0.5
+_HEAD_TURN: Final = np.deg2rad(28.0)
 PLATE: Final = QColor(0, 0, 0, 170)
 HALO: Final = QColor(255, 255, 255, 230)
 LANDMARK: Final = QColor(OKABE_ITO["sky"])
@@ -85,31 +90,73 @@ def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen
     return QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)
 
 
+def on_rows(painter: QPainter, points: npt.ArrayLike, width: float = WIDTH_PX) -> Array:
+    """Move points so that what a pen draws between them ends where the device's pixels do.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Without a turn.
+    points : array_like of shape (..., 2)
+        In the painter's px.
+    width : float
+        Of the pen, px.
+
+    Returns
+    -------
+    array of shape (..., 2)
+        At most half a pixel of the device away. A level line's lower edge and an upright one's
+        right edge lie between two of its pixels; elsewhere a thin line would be spread over both,
+        half as light, and its case half as dark.
+    """
+    device = painter.deviceTransform()
+    scale, shift = np.array([(device.m11(), device.m22()), (device.dx(), device.dy())])
+    edges = (np.asarray(points) + width / 2) * scale + shift
+    return np.asarray((np.rint(edges) - shift) / scale - width / 2)
+
+
+def _seen(painter: QPainter, segments: npt.ArrayLike, width: float) -> Array:
+    """Return segments with those `on_rows` that are level or upright by a px; others cross rows."""
+    ends = np.asarray(segments, float).reshape(-1, 2, 2)
+    crosses = np.ptp(ends, axis=1, keepdims=True) >= 1.0
+    return np.where(crosses, ends, on_rows(painter, ends, width))
+
+
+def _draw(painter: QPainter, pen: QPen, segments: Array) -> None:
+    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    painter.setPen(pen)
+    painter.drawLines(list(starmap(QLineF, segments.reshape(-1, 4).tolist())))
+
+
 def lines(
     painter: QPainter,
-    segments: Sequence[QLineF],
+    segments: npt.ArrayLike,
     colour: QColor,
-    width: float = 1.4,
+    width: float = WIDTH_PX,
     *,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
-    """Draw segments in `colour`, a light one, inside a dark case."""
+    """Draw segments, shape (N, 2, 2), in `colour`, a light one, inside a dark case."""
+    seen = _seen(painter, segments, width)
     for pen in _cased(colour, width, style):
-        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-        painter.setPen(pen)
-        painter.drawLines(list(segments))
+        _draw(painter, pen, seen)
 
 
-def fine_lines(painter: QPainter, segments: Sequence[QLineF], colour: QColor) -> None:
+def fine_lines(painter: QPainter, segments: npt.ArrayLike, colour: QColor) -> None:
     """Draw many segments, about level or upright, in `colour`, a light one, each with a shadow.
 
     A case on both sides would leave little of the photo to see.
     """
-    shadows = [segment.translated(_SHADOW_PX, _SHADOW_PX) for segment in segments]
-    for pen, drawn in ((QPen(CASE, _FINE_PX), shadows), (QPen(colour, _FINE_PX), list(segments))):
-        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-        painter.setPen(pen)
-        painter.drawLines(drawn)
+    seen = _seen(painter, segments, _FINE_PX)
+    _draw(painter, QPen(CASE, _FINE_PX), seen + _FINE_PX)
+    _draw(painter, QPen(colour, _FINE_PX), seen)
+
+
+def ticks(line: Array, at: npt.ArrayLike, half_px: float) -> Array:
+    """Return segments of shape (N, 2, 2) across a line, shape (2, 2), at points of shape (N, 2)."""
+    x, y = line[1] - line[0]
+    step = half_px * np.array([-y, x]) / max(np.hypot(x, y), 1e-9)
+    return np.stack([at - step, at + step], axis=1)
 
 
 def polyline(
@@ -164,22 +211,20 @@ def ring(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> N
 def cross(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
     """Draw an upright cross: the centre."""
     radius = 7.0 * size
-    across, down = QPointF(radius, 0.0), QPointF(0.0, radius)
-    bars = [QLineF(at - across, at + across), QLineF(at - down, at + down)]
-    lines(painter, bars, colour, 2.2 * size)
+    reach = np.array([[(-radius, 0.0), (radius, 0.0)], [(0.0, -radius), (0.0, radius)]])
+    lines(painter, reach + at.toTuple(), colour, 2.2 * size)
 
 
-def arrow(painter: QPainter, shafts: Sequence[QLineF], colour: QColor) -> None:
-    """Draw arrows from the first to the second point of each line."""
-    heads = []
-    for shaft in shafts:
-        size = min(5.0, 0.6 * shaft.length())
-        for side in (-28.0, 28.0):
-            barb = QLineF(shaft.p2(), shaft.p1())
-            barb.setLength(size)
-            barb.setAngle(barb.angle() + side)
-            heads.append(barb)
-    lines(painter, [*shafts, *heads], colour)
+def arrow(painter: QPainter, shafts: npt.ArrayLike, colour: QColor) -> None:
+    """Draw arrows from the first to the second point of each segment, shape (N, 2, 2)."""
+    starts, tips = np.moveaxis(np.asarray(shafts, float), 1, 0)
+    back = starts - tips
+    length = np.hypot(back[:, 0], back[:, 1])[:, np.newaxis]
+    back *= np.minimum(5.0 / length, 0.6)
+    across = np.sin(_HEAD_TURN) * back[:, ::-1] * (1.0, -1.0)
+    along = tips + np.cos(_HEAD_TURN) * back
+    barbs = [np.stack([tips, along + side * across], axis=1) for side in (-1.0, 1.0)]
+    lines(painter, np.concatenate([np.asarray(shafts), *barbs]), colour)
 
 
 def plate(
@@ -260,9 +305,7 @@ def swatch(draw: Callable[[QPainter, QRectF], object], ratio: float) -> QPixmap:
 def hatched(painter: QPainter, box: QRectF, name: str) -> None:
     """Fill a rectangle with the tint and hatch of a domain."""
     painter.fillRect(box, brush(name))
-    edge = QPainterPath()
-    edge.addRect(box)
-    outlined(painter, edge, DOMAIN_EDGES[name])
+    outlined(painter, framed(painter, box), DOMAIN_EDGES[name])
 
 
 def hatch_mark(name: str) -> Callable[[QPainter, QRectF], None]:
@@ -270,11 +313,20 @@ def hatch_mark(name: str) -> Callable[[QPainter, QRectF], None]:
     return lambda painter, box: hatched(painter, box.adjusted(2, 2, -2, -2), name)
 
 
+def framed(painter: QPainter, box: QRectF) -> QPainterPath:
+    """Return the edge of a box, `on_rows`."""
+    corners = [box.topLeft().toTuple(), box.bottomRight().toTuple()]
+    first, last = starmap(QPointF, on_rows(painter, corners).tolist())
+    edge = QPainterPath()
+    edge.addRect(QRectF(first, last))
+    return edge
+
+
 def outlined(
     painter: QPainter,
     path: QPainterPath,
     colour: QColor,
-    width: float = 1.4,
+    width: float = WIDTH_PX,
     *,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import starmap
 from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPolygonF
 
 from kogao_core import domain
@@ -42,7 +43,7 @@ class Displacement(FrameOverlay):
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
         """Draw its mark."""
         y = box.center().y()
-        shaft = QLineF(box.left() + 2, y, box.right() - 2, y)
+        shaft = (box.left() + 2, y), (box.right() - 2, y)
         glyphs.arrow(painter, [shaft], glyphs.DISPLACEMENT)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
@@ -55,9 +56,8 @@ class Displacement(FrameOverlay):
         displacement = frame.rendering.field.at(frame.to_photo.inverse(tips)) * frame.scale
         length = np.hypot(displacement[:, 0], displacement[:, 1]) * place.zoom * _ARROW_GAIN
         tips, displacement = tips[length > _LEAST_ARROW_PX], displacement[length > _LEAST_ARROW_PX]
-        starts, ends = place.points(tips + _ARROW_GAIN * displacement), place.points(tips)
-        shafts = [QLineF(a, b) for a, b in zip(starts, ends, strict=True)]
-        glyphs.arrow(painter, shafts, glyphs.DISPLACEMENT)
+        shafts = np.stack([tips + _ARROW_GAIN * displacement, tips], axis=1)
+        glyphs.arrow(painter, place.to_screen(shafts), glyphs.DISPLACEMENT)
 
 
 class LatticeLines(FrameOverlay):
@@ -72,8 +72,8 @@ class LatticeLines(FrameOverlay):
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
         """Draw its mark."""
         places = (box.left() + 4, box.center().x(), box.right() - 4)
-        rungs = [QLineF(box.left() + 2, y, box.right() - 2, y) for y in places]
-        rails = [QLineF(x, box.top() + 2, x, box.bottom() - 2) for x in places]
+        rungs = [((box.left() + 2, y), (box.right() - 2, y)) for y in places]
+        rails = [((x, box.top() + 2), (x, box.bottom() - 2)) for x in places]
         glyphs.fine_lines(painter, [*rungs, *rails], glyphs.LATTICE)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
@@ -85,21 +85,18 @@ class LatticeLines(FrameOverlay):
             ys = lattice.grid.nodes_px(lattice.first[1] - _REACH, rows, 1)
             phi = np.pad(lattice.phi, ((_REACH, _REACH), (_REACH, _REACH), (0, 0)))
             nodes = frame.to_photo(np.stack(np.meshgrid(xs, ys), axis=-1) - phi)
-            seen = place.points(nodes)
-            across = np.arange(len(seen)).reshape(rows, columns)
+            seen = place.to_screen(nodes)
             segments = [
-                QLineF(seen[a], seen[b])
-                for pairs in (across, across.T)
-                for line in pairs
-                for a, b in zip(line[:-1].tolist(), line[1:].tolist(), strict=True)
+                np.stack([line[:-1], line[1:]], axis=-2).reshape(-1, 2, 2)
+                for line in (seen, seen.swapaxes(0, 1))
             ]
-            glyphs.fine_lines(painter, segments, glyphs.LATTICE)
-            moving = np.flatnonzero(np.hypot(phi[..., 0], phi[..., 1]).ravel()).tolist()
+            glyphs.fine_lines(painter, np.concatenate(segments), glyphs.LATTICE)
+            moving = np.hypot(phi[..., 0], phi[..., 1]) > 0.0
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(glyphs.LATTICE)
             half = min(2.0, 0.08 * lattice.grid.spacing_px * frame.scale * place.zoom)
-            for at in (seen[index] for index in moving):
-                painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))
+            for x, y in seen[moving].tolist():
+                painter.drawRect(QRectF(x - half, y - half, 2 * half, 2 * half))
 
 
 class DomainRegions(FrameOverlay):
@@ -120,7 +117,8 @@ class DomainRegions(FrameOverlay):
         """Fill each domain up to the next smaller one, each with its own tint and hatch."""
         photo = place.box(self.shown.image)
         screen = photo.intersected(place.viewport)
-        regions = _regions(place, frame, screen, self.shown.state.recipe.threshold_px)
+        masks, to_screen = _masks(place, frame, screen, self.shown.state.recipe.threshold_px)
+        regions = {name: _outline(painter, mask, to_screen) for name, mask in masks.items()}
         whole = QPainterPath()
         whole.addRect(screen)
         painter.setBrushOrigin(photo.topLeft())
@@ -162,16 +160,14 @@ class Folds(FrameOverlay):
             fill = glyphs.FOLD.lighter(100)
             fill.setAlpha(130)
             painter.fillRect(cell, fill)
-            edge = QPainterPath()
-            edge.addRect(cell)
-            glyphs.outlined(painter, edge, glyphs.BENT)
+            glyphs.outlined(painter, glyphs.framed(painter, cell), glyphs.BENT)
             glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
 
 
-def _regions(
+def _masks(
     place: Place, frame: RenderedFrame, screen: QRectF, threshold_px: float
-) -> dict[str, QPainterPath]:
-    """Return the outlines of the two smaller domains inside `screen`, in px of the screen."""
+) -> tuple[dict[str, npt.NDArray[np.bool_]], Affine]:
+    """Return samples of the two smaller domains inside `screen`, and where on it they lie."""
     corner = np.array([screen.left(), screen.top()])
     shrink = Affine(np.eye(2) / _SAMPLE_PX, -corner / _SAMPLE_PX)
     to_sample = shrink.after(place.to_screen)
@@ -179,10 +175,7 @@ def _regions(
     box = Box(0, 0, int(screen.width()) // _SAMPLE_PX + 1, int(screen.height()) // _SAMPLE_PX + 1)
     cells = domain.reduce(field, box, "control-points").mask(box)
     moved = domain.threshold_mask(field, box, threshold_px * to_sample.scale)
-    return {
-        "control-points": _outline(cells, shrink.inverse),
-        "threshold": _outline(moved, shrink.inverse),
-    }
+    return {"control-points": cells, "threshold": moved}, shrink.inverse
 
 
 def _carried(field: Field, transform: Affine) -> Field:
@@ -196,11 +189,12 @@ def _carried(field: Field, transform: Affine) -> Field:
     return Field(tuple(lattices))
 
 
-def _outline(mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
+def _outline(painter: QPainter, mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
     contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     path = QPainterPath()
     for contour in contours:
         smooth = cv2.approxPolyDP(contour, 0.6, closed=True).reshape(-1, 2)
-        path.addPolygon(QPolygonF([QPointF(x, y) for x, y in to_screen(smooth).tolist()]))
+        seen = glyphs.on_rows(painter, to_screen(smooth))
+        path.addPolygon(QPolygonF(list(starmap(QPointF, seen.tolist()))))
         path.closeSubpath()
     return path

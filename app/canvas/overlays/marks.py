@@ -109,10 +109,9 @@ class Targets(Overlay):
 def _draw_ways(
     painter: QPainter, place: Place, sources_px: Array, targets_px: Array, size: float
 ) -> None:
-    sources, targets = place.points(sources_px), place.points(targets_px)
-    ways = [QLineF(a, b) for a, b in zip(sources, targets, strict=True)]
-    glyphs.lines(painter, ways, glyphs.WAY)
-    for at in targets:
+    ways = np.stack([sources_px, targets_px], axis=1)
+    glyphs.lines(painter, place.to_screen(ways), glyphs.WAY)
+    for at in place.points(targets_px):
         glyphs.ring(painter, at, glyphs.TARGET, size)
 
 
@@ -138,17 +137,15 @@ class Centre(Overlay):
                 self._draw_line(painter, place, face)
 
     def _draw_line(self, painter: QPainter, place: Place, face: Face) -> None:
-        eyes, mouth = place.points([face.eye_center, face.mouth_center])
-        across = QLineF(eyes, mouth).normalVector().unitVector()
+        line = place.to_screen([face.eye_center, face.mouth_center])
+        places = place.points(center_candidates(face))
         size = _size(place, face)
-        step = QPointF(across.dx(), across.dy()) * _TICK_PX * size
-        ticks = place.points(center_candidates(face))
-        segments = [QLineF(eyes, mouth), *(QLineF(at - step, at + step) for at in ticks)]
-        glyphs.lines(painter, segments, glyphs.CENTRE)
+        ticks = glyphs.ticks(line, [at.toTuple() for at in places], _TICK_PX * size)
+        glyphs.lines(painter, [line, *ticks], glyphs.CENTRE)
         chosen = int(self.shown.state.recipe.of_face(face.recipe).center) - 1
-        glyphs.cross(painter, ticks[chosen], glyphs.CENTRE, size)
-        if QLineF(ticks[0], ticks[3]).length() > 5 * _TICK_PX:
+        glyphs.cross(painter, places[chosen], glyphs.CENTRE, size)
+        if QLineF(places[0], places[3]).length() > 5 * _TICK_PX:
             # Neighbours are closer than a label is high: odd ones stand right, even ones left.
-            for number, at in enumerate(ticks, 1):
+            for number, at in enumerate(places, 1):
                 beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
                 glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import starmap
 from typing import Final, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFont, QPainter, QPen
 
 from kogao_core import reshape
 from kogao_core.geometry import Array
@@ -86,12 +87,13 @@ class Draft(Overlay):
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw what has been marked so far, and where the next mark would be set."""
         for number, (source, target) in enumerate(self.shown.state.draft):
-            at, to = place.points([source, target])
+            ends = place.to_screen([source, target])
+            at, to = starmap(QPointF, ends.tolist())
             if number < CORNERS:
                 glyphs.diamond(painter, at, glyphs.LANDMARK)
                 continue
             glyphs.dot(painter, at, glyphs.LANDMARK)
-            glyphs.lines(painter, [QLineF(at, to)], glyphs.WAY)
+            glyphs.lines(painter, [ends], glyphs.WAY)
             glyphs.ring(painter, to, glyphs.TARGET)
         if self.shown.marking and self.shown.cursor is not None:
             glyphs.cross(painter, place.points(self.shown.cursor)[0], glyphs.LANDMARK)
@@ -137,15 +139,13 @@ class Placement(Overlay):
         """Draw the frame and its corners."""
         if self.shown.placing is None:
             return
-        corners = place.points(handles.corners(self.shown.state.faces[self.shown.placing]))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        for pen in (QPen(glyphs.CASE, 3.0), QPen(glyphs.HALO, 1.4, Qt.PenStyle.DashLine)):
-            painter.setPen(pen)
-            painter.drawPolygon(QPolygonF(corners))
+        at = place.to_screen(handles.corners(self.shown.state.faces[self.shown.placing]))
+        frame = np.stack([at, np.roll(at, -1, axis=0)], axis=1)
+        glyphs.lines(painter, frame, glyphs.HALO, style=Qt.PenStyle.DashLine)
         painter.setPen(QPen(glyphs.CASE, 1.0))
         painter.setBrush(glyphs.HALO)
-        for at in corners:
-            painter.drawRect(int(at.x()) - 5, int(at.y()) - 5, 10, 10)
+        for x, y in at.astype(int).tolist():
+            painter.drawRect(x - 5, y - 5, 10, 10)
 
 
 class Names(Overlay):
