@@ -1,6 +1,5 @@
 """Both programs of a bundle: which of them, the name of the file that was started says."""
 
-import multiprocessing
 import os
 import sys
 import types
@@ -8,6 +7,8 @@ from pathlib import Path
 
 # Set for the bundle's own libraries, which other programs, a browser say, must not find.
 _OURS = ("LD_LIBRARY_PATH", "QT_PLUGIN_PATH", "QML2_IMPORT_PATH")
+# What a batch starts beside its workers, to clean up after them.
+_TRACKER = "from multiprocessing.resource_tracker import main"
 
 
 def _forget_where_we_lie() -> None:
@@ -28,8 +29,22 @@ def _without_opengl() -> None:
         sys.modules[module.__name__] = module
 
 
+def _be_a_worker() -> None:
+    """Do what multiprocessing has started this program for, if it has.
+
+    PyInstaller's own code for it loads multiprocessing at every start.
+    """
+    if "--multiprocessing-fork" in sys.argv[1:2]:
+        from multiprocessing import spawn
+
+        spawn.freeze_support()
+    elif sys.argv[-2:-1] == ["-c"] and sys.argv[-1].startswith(_TRACKER):
+        exec(sys.argv[-1])
+        sys.exit()
+
+
 if __name__ == "__main__":
-    multiprocessing.freeze_support()  # a batch's workers are this program, started once more
+    _be_a_worker()
     _forget_where_we_lie()
     if Path(sys.executable).stem == "kogao-cli":
         from kogao_core.cli import main as command_line
