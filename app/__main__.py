@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from itertools import chain
 from math import isfinite
 from pathlib import Path
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
     from kogao_core.face import LandmarkSource
+    from kogao_core.originals import Originals
 
     from .ahead import Ahead
     from .faults import Faults
@@ -59,6 +61,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     alone = len(options.photos) == 1 and not options.photos[0].is_dir()
     ahead = _ahead(options.photos[0]) if alone else None
     from kogao_core import landmarks
+    from kogao_core.originals import Originals
 
     source = source or landmarks.source()
     if ahead is not None:
@@ -79,8 +82,9 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     assert isinstance(app, QApplication)
     speak(app, options.language or preferred(storage.settings(), LANGUAGE))
     faults = Faults(storage.log)
-    with faults.heard():
-        return _edit(app, options, source, storage, faults, ahead)
+    store = Originals.for_now() if options.temporary else nullcontext()
+    with faults.heard(), store as originals:
+        return _edit(app, options, source, storage, faults, ahead, originals)
 
 
 def _application(storage: Storage) -> QApplication:
@@ -111,6 +115,7 @@ def _edit(
     storage: Storage,
     faults: Faults,
     ahead: Ahead | None,
+    originals: Originals | None,
 ) -> int:
     from PySide6.QtCore import Qt
 
@@ -128,7 +133,7 @@ def _edit(
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
     if options.edit:
-        editor.errand.begin(options.photos, ahead)
+        editor.errand.begin(options.photos, ahead, originals)
     elif ahead is not None or (options.photos and shot is not None):
         editor.files.open(options.photos[0], ahead)
     elif options.photos:
@@ -171,6 +176,8 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
         parser.error(
             tr("--edit takes the photos to be written over; name them, and no --screenshot")
         )
+    if options.temporary and not options.edit:
+        parser.error(tr("--temporary is about originals: add --edit"))
     return options
 
 
@@ -205,6 +212,13 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help=tr(
             "for other programs: saving writes over PHOTO; ends with 0, or 6 if nothing was saved"
+        ),
+    )
+    parser.add_argument(
+        "--temporary",
+        action="store_true",
+        help=tr(
+            "with --edit: PHOTO is a copy that another program made for this; keep no original"
         ),
     )
     parser.add_argument(

@@ -7,9 +7,10 @@ import json
 import os
 import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -92,6 +93,13 @@ class Originals:
     def of_user() -> Originals:
         """Return the store of this user."""
         return Originals(data_folder() / "originals")
+
+    @staticmethod
+    @contextmanager
+    def for_now() -> Iterator[Originals]:
+        """Return a store that is gone at the end: whoever made the files has their originals."""
+        with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+            yield Originals(Path(folder))
 
     def keep(self, path: Path, pieces: Pieces, read: str = "") -> bool:
         """Keep a file that is about to be written over with `pieces`, which come from one `read`.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from kogao_core.originals import Originals
 from kogao_core.photo import CannotWrite, check_in_place
 
 from ..actions import Spec
@@ -46,7 +47,12 @@ class Errand(Feature):
         """The exit code: 0 where a photo was saved, else `CANCELLED`."""
         return 0 if self._saved else CANCELLED
 
-    def begin(self, photos: Sequence[Path], ahead: Ahead | None = None) -> None:
+    def begin(
+        self,
+        photos: Sequence[Path],
+        ahead: Ahead | None = None,
+        originals: Originals | None = None,
+    ) -> None:
         """Open the photos that another program asks for; several make a film strip.
 
         Parameters
@@ -55,12 +61,14 @@ class Errand(Feature):
             At least one.
         ahead : Ahead, optional
             The only photo, if it is being read already.
+        originals : Originals, optional
+            Where originals are kept; the user's store when absent.
         """
         self._asked = True
         self.actions["done"].setVisible(True)
         # A project would be a second file in that program's folder, about a photo that is gone.
         self.actions["save-project"].setVisible(False)
-        self._files.save_over()
+        self._files.save_over(originals or Originals(self.storage.originals))
         if ahead is not None:
             self._files.open(photos[0], ahead)
         else:

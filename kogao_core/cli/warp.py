@@ -58,6 +58,10 @@ def _corners(value: str) -> list[list[float]]:
     "--in-place", is_flag=True,
     help="Write over IN itself, as a file of the same kind; kogao-cli restore brings it back.",
 )  # fmt: skip
+@words.option(
+    "--temporary", is_flag=True,
+    help="With --in-place: IN is a copy that another program made for this; keep no original.",
+)  # fmt: skip
 @options.chooses
 @points.takes_points
 @words.option(
@@ -90,6 +94,7 @@ def command(
     landmarks: str | None,
     output: Path | None,
     in_place: bool,
+    temporary: bool,
     which: str,
     recipe_file: Path | None,
     points_file: Path | None,
@@ -115,6 +120,8 @@ def command(
     path = common.input_path(source, sample)
     if in_place:
         _check_in_place(sample, output, save_project)
+    elif temporary:
+        raise common.Stop(Text("--temporary is about originals: add --in-place"), common.USAGE)
     elif output is None:
         raise common.Stop(Text("name an output with -o, or use --in-place"), common.USAGE)
     else:
@@ -144,7 +151,11 @@ def command(
         finder = BackgroundFinder()
         rendering = _render(photo, done, finder)
         with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
-            write = _write_in_place if in_place else partial(_write_to, output, force)
+            write = (
+                partial(_write_in_place, temporary)
+                if in_place
+                else partial(_write_to, output, force)
+            )
             note = _write(photo, rendering, done.what, disclosure, partial(write, ahead=ahead))
     bends = measured()
     heads = unfollowed(done.faces, done.recipe)
@@ -259,11 +270,12 @@ def _write_to(output: Path, force: bool, photo: Photo, pixels: Image, **more: An
     return write(photo, pixels, output, force=force, **more)
 
 
-def _write_in_place(photo: Photo, pixels: Image, **more: Any) -> str:
+def _write_in_place(temporary: bool, photo: Photo, pixels: Image, **more: Any) -> str:
     from kogao_core.originals import Originals
     from kogao_core.photo import write_in_place
 
-    return write_in_place(photo, pixels, Originals.of_user(), **more)
+    with Originals.for_now() if temporary else nullcontext(Originals.of_user()) as originals:
+        return write_in_place(photo, pixels, originals, **more)
 
 
 @contextmanager

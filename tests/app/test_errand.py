@@ -134,9 +134,13 @@ def test_elsewhere_a_photo_stays_as_it_is(opened, photo):
     assert photo.read_bytes() == before
 
 
-@pytest.mark.parametrize(("saves", "code"), [(True, 0), (False, 6)])
-def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, saves, code):
-    assert storage
+@pytest.mark.parametrize(
+    ("words", "saves", "code"),
+    [(["--edit"], True, 0), (["--edit", "--temporary"], True, 0), (["--edit"], False, 6)],
+)
+def test_the_exit_code_tells_whether_it_was_saved(
+    qapp, source, photo, storage, words, saves, code
+):
     before = photo.read_bytes()
 
     def act(patience):
@@ -149,8 +153,9 @@ def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, 
             window.close()
 
     QTimer.singleShot(100, lambda: act(LONGEST_S / 0.05))
-    assert main(["--edit", str(photo)], source) == code
+    assert main([*words, str(photo)], source) == code
     assert (photo.read_bytes() != before) == saves
+    assert storage.originals.exists() == (saves and "--temporary" not in words)
 
 
 def test_at_the_first_start_the_window_fits_its_screen(qapp, source, photo, storage):
@@ -167,12 +172,19 @@ def test_at_the_first_start_the_window_fits_its_screen(qapp, source, photo, stor
     assert heights[0] < qapp.primaryScreen().availableSize().height(), "with its title bar"
 
 
-@pytest.mark.parametrize("words", [["--edit"], ["--edit", "a.jpg", "--screenshot", "b.png"]])
-def test_an_errand_without_a_photo_is_a_wrong_call(words, source, capsys):
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--edit"], "--edit takes the photos"),
+        (["--edit", "a.jpg", "--screenshot", "b.png"], "--edit takes the photos"),
+        (["--temporary", "a.jpg"], "--temporary is about originals: add --edit"),
+    ],
+)
+def test_an_errand_that_makes_no_sense_is_a_wrong_call(words, said, source, capsys):
     with pytest.raises(SystemExit) as ending:
         main(words, source)
     assert ending.value.code == 2
-    assert "--edit takes the photos" in capsys.readouterr().err
+    assert said in capsys.readouterr().err
 
 
 def test_another_programs_photo_tells_only_what_was_chosen_for_it(empty, start, photo):

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import beside
@@ -52,6 +53,26 @@ def test_a_photo_is_written_over_and_comes_back_byte_for_byte(cli, jpeg, tmp_pat
     assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was again\n")
     assert jpeg.read_bytes() == before
     assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was\n")
+
+
+def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
+    cli, jpeg, tmp_path, store, monkeypatch
+):
+    copied = tmp_path / "copied.jpg"
+    copied.write_bytes(jpeg.read_bytes())
+    for_now = tmp_path / "for-now"
+    for_now.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(for_now))
+    assert cli("warp", "--in-place", "--temporary", jpeg)[0] == 0
+    assert not store.exists()
+    assert list(for_now.iterdir()) == []
+    assert cli("warp", "--in-place", copied)[0] == 0
+    assert jpeg.read_bytes() == copied.read_bytes()
+    assert cli("warp", "--temporary", jpeg, "-o", tmp_path / "out.jpg") == (
+        2,
+        "",
+        "kogao-cli: --temporary is about originals: add --in-place\n",
+    )
 
 
 def test_the_same_pixels_come_as_in_a_copy(cli, small_portrait, tmp_path):

@@ -154,6 +154,11 @@ sys.modules["gi.repository"] = repository
 """
 
 
+def kept(data):
+    """Whether an original of the picture has been kept, which the other program has itself."""
+    return (data / "kogao" / "originals").exists()
+
+
 def test_darktables_settings_keep_what_is_in_them(cli, tmp_path):
     marks = tmp_path / "luarc"
     marks.write_bytes(THEIRS)
@@ -281,6 +286,7 @@ def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert (tmp_path / "door").exists() == is_sandboxed
+    assert not kept(tmp_path / "data")
     if has_face:
         assert done.stdout == "done None 1\n"
         assert (photo.read(back).pixels != photo.read(sent).pixels).any()
@@ -343,6 +349,7 @@ def test_gimp_2_10_gets_a_layer_back(
         capture_output=True, encoding="utf-8", timeout=4 * LONGEST_S,
     )  # fmt: skip
     assert told.exists(), done.stderr
+    assert not kept(tmp_path / "data")
     assert told.read_text().startswith('(("Background") ("Background") ("Kogao" "Background"))')
     assert "(340 350)" in told.read_text()
     assert f"({ {np.uint8: 150, np.uint16: 250}[depth] } " in told.read_text()
@@ -417,6 +424,7 @@ def test_darktable_gets_a_photo_back_beside_its_own(
     moved = np.abs(result.pixels / 257.0 - was.pixels).max(axis=2) > 16
     assert 0.001 < moved.mean() < 0.5
     assert not places["exported"].exists()
+    assert not kept(tmp_path / "data")
     assert (tmp_path / "door").exists() == is_sandboxed
 
 
@@ -466,6 +474,7 @@ def test_krita_gets_a_layer_back(cli, request, small_portrait, tmp_path, depth):
     ) as krita:  # fmt: skip
         is_there_within(4 * LONGEST_S, told, krita)
         krita.kill()
+    assert not kept(data)
     assert told.read_text() == repr((["Background", "Kogao"], f"U{8 * depth().itemsize}"))
     result, was = photo.read(shown), photo.read(mine)
     assert result.bits == was.bits

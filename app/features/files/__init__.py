@@ -77,7 +77,7 @@ class Files(Feature):
         self._saver, self._faces, self._options = saver, faces, options
         self._preferences = preferences
         self._left = self.document.state
-        self._saves_over = False
+        self._originals: Originals | None = None
         # The search for the faces of a photo that is still being read.
         self._sought: FaceSearch | None = None
         self._reading = self.lane(self._opened, self._not_opened)
@@ -261,9 +261,9 @@ class Files(Feature):
 
     # -- saving ----------------------------------------------------------------------------------
 
-    def save_over(self) -> None:
-        """From now on save over the photo itself; originals go into the user's store."""
-        self._saves_over = True
+    def save_over(self, originals: Originals) -> None:
+        """From now on save over the photo itself; its original goes into a store."""
+        self._originals = originals
         save, tip = self.actions["save"], tr("Write the result over the photo itself")
         call(save, tr("&Save"))
         save.setStatusTip(tip)
@@ -271,11 +271,11 @@ class Files(Feature):
 
     def keep(self, then: Then | None = None) -> None:
         """Save what is open, over the photo itself or as a copy; then do what was to follow."""
-        if not self._saves_over:
+        if self._originals is None:
             self.ask_save(then)
         elif self.document.path is not None:
             self.window.bar.clear()
-            self._write(self.document.path, then, Originals(self.storage.originals))
+            self._write(self.document.path, then, self._originals)
 
     def ask_save(self, then: Then | None = None) -> None:
         """Ask where the copy goes; a name beside the original is suggested."""

@@ -7,8 +7,8 @@ local dt = require "darktable"
 -- Within a Flatpak: out of its sandbox, whose /tmp nobody else sees; its cache is a usual folder.
 local SANDBOXED = os.getenv("FLATPAK_ID") ~= nil
 local OUT = SANDBOXED and "flatpak-spawn --host " or ""
-local EDITOR = OUT .. "@KOGAO@ --edit"
-local BY_ITSELF = OUT .. "@KOGAO_CLI@ warp --in-place"
+local EDITOR = OUT .. "@KOGAO@ --edit --temporary"
+local BY_ITSELF = OUT .. "@KOGAO_CLI@ warp --in-place --temporary"
 
 local function quoted(path)
   if dt.configuration.running_os == "windows" then

@@ -17,8 +17,8 @@ from PyQt5.QtWidgets import QMessageBox
 SANDBOXED = "FLATPAK_ID" in os.environ
 OUT = ["flatpak-spawn", "--host"] if SANDBOXED else []
 SHARED = os.environ.get("XDG_CACHE_HOME") if SANDBOXED else None
-EDITOR = [*OUT, "@KOGAO@", "--edit"]
-BY_ITSELF = [*OUT, "@KOGAO_CLI@", "warp", "--in-place"]
+EDITOR = [*OUT, "@KOGAO@", "--edit", "--temporary"]
+BY_ITSELF = [*OUT, "@KOGAO_CLI@", "warp", "--in-place", "--temporary"]
 CANCELLED = 6
 ACTIONS = {
     "kogao_edit": ("Kogao: edit…", EDITOR),
