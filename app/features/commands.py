@@ -157,7 +157,9 @@ class ShortcutsDialog(Dialog):
         table = QTableWidget(len(self._names), 2)
         table.setAccessibleName(tr("Actions and their keys"))
         table.setHorizontalHeaderLabels([tr("Action"), tr("Key")])
-        table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        modes = QHeaderView.ResizeMode
+        for column, mode in enumerate((modes.Stretch, modes.ResizeToContents)):
+            table.horizontalHeader().setSectionResizeMode(column, mode)
         table.verticalHeader().hide()
         table.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
         table.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)

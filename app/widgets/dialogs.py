@@ -114,6 +114,9 @@ def ask_path(
         The folder to begin in, or a file that is suggested.
     """
     dialog = QFileDialog(parent, title)
+    # Qt's own catalogues lack these two.
+    dialog.setLabelText(QFileDialog.DialogLabel.LookIn, tr("&Look in:"))
+    dialog.setLabelText(QFileDialog.DialogLabel.FileType, tr("Files of &type:"))
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     if kind == "new":
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)

@@ -479,6 +479,12 @@ def test_an_action_gets_another_key_that_stays(opened, start):
     assert later.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
 
 
+def test_every_key_in_the_list_is_seen_whole(opened):
+    opened.key(KEYS.Key_K, CONTROL)
+    table = opened.dialog(ShortcutsDialog).table
+    assert table.columnWidth(1) >= table.sizeHintForColumn(1) > 0
+
+
 def test_a_key_that_is_taken_is_refused_in_words(opened):
     opened.key(KEYS.Key_K, CONTROL)
     keys = opened.dialog(ShortcutsDialog)

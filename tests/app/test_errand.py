@@ -138,9 +138,7 @@ def test_elsewhere_a_photo_stays_as_it_is(opened, photo):
     ("words", "saves", "code"),
     [(["--edit"], True, 0), (["--edit", "--temporary"], True, 0), (["--edit"], False, 6)],
 )
-def test_the_exit_code_tells_whether_it_was_saved(
-    qapp, source, photo, storage, words, saves, code
-):
+def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, words, saves, code):
     before = photo.read_bytes()
 
     def act(patience):

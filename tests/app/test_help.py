@@ -41,6 +41,8 @@ def test_pages_in_the_language_at_work_come_first(empty, english):  # noqa: ARG0
     assert shown.pages.source().toLocalFile() == str(DOCS / "ja" / "editor.md")
     assert shown.list.currentText() == shown.list.itemText(1) == "エディター"
     assert shown.list.findText("The editor") > 1
+    # No space where a line of the file ends.
+    assert re.findall(r"[、。] \w", shown.pages.toPlainText()) == []
     shown.pages.anchorClicked.emit(QUrl("../editor.md"))
     assert shown.list.currentText() == "The editor"
 

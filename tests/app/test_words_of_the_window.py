@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QComboBox,
+    QFileDialog,
     QGroupBox,
     QLabel,
     QLineEdit,
@@ -96,6 +97,14 @@ def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo
             continue  # its words are the test's
         assert plain(dialog, (str(photo.parent), photo.name, "Kogao")) == set()
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
+
+
+@pytest.mark.usefixtures("strange")
+def test_what_qts_catalogues_lack_of_its_dialog_for_files_is_translated(opened):
+    opened.editor.files.ask_save()
+    asked = opened.dialog(QFileDialog)
+    for which in (QFileDialog.DialogLabel.LookIn, QFileDialog.DialogLabel.FileType):
+        assert WORD.findall(asked.labelText(which).replace("&", "")) == []
 
 
 @pytest.mark.usefixtures("strange")
