@@ -97,7 +97,8 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *(None, "lines-go", "lines-hold"),
         ),
         tr("E&xperiments"): (*every("experiment-"), *(None, "rate")),
-        tr("&Help"): ("documentation", "tour", "palette", None, "copy-report", "about"),
+        # Where keys are changed and where they are looked up.
+        tr("&Help"): ("documentation", "tour", "palette", "keys", None, "copy-report", "about"),
     }
 
 

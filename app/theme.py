@@ -115,6 +115,7 @@ def _sheet(theme: Theme) -> str:
     QToolButton[part]:checked:focus {{ border-color: {theme.on_accent}; }}
     QToolButton[snug="true"] {{ padding: 4px 2px; }}
     QFileDialog QToolButton {{ padding: 0; }}
+    QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
     QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
     QToolButton:pressed, QPushButton:pressed {{ background: {theme.line}; }}
     QToolButton:checked {{

@@ -13,9 +13,12 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import (
     QCheckBox,
+    QDialogButtonBox,
+    QProxyStyle,
     QPushButton,
     QRadioButton,
     QSlider,
+    QStyle,
     QTabBar,
     QVBoxLayout,
     QWidget,
@@ -168,6 +171,27 @@ def test_a_switch_shows_that_it_has_the_focus(qapp, qtbot, name, checked, kind):
         focused.setFocus()
         looks.append(pixels_of(widget.grab().toImage()))
     assert contrast(*looks).max() >= MARK
+
+
+class WithIcons(QProxyStyle):
+    """A style that puts icons on the buttons of dialogs, as that of a plain X does: black ones."""
+
+    def styleHint(self, hint, *more):  # noqa: N802
+        if hint == QStyle.StyleHint.SH_DialogButtonBox_ButtonsHaveIcons:
+            return 1
+        return super().styleHint(hint, *more)
+
+
+def test_buttons_of_dialogs_have_no_icons_of_others_colours(qapp, qtbot):
+    theme.apply(qapp, "dark")
+    try:
+        qapp.setStyle(WithIcons("Fusion"))
+        box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        qtbot.addWidget(box)
+        box.ensurePolished()
+        assert box.button(QDialogButtonBox.StandardButton.Close).icon().isNull()
+    finally:
+        qapp.setStyle("Fusion")
 
 
 def takes_tab(widget):
