@@ -24,6 +24,7 @@ SURE: Final = 0.9
 # A proposal seen at about the wide width and nearly upright needs no second look of that kind.
 _ABOUT_WIDE: Final = (2.0, 6.0)
 _ABOUT_UPRIGHT: Final = 15.0
+_LEAST_CLOSER: Final = 0.1
 # A view whose levels spread less is empty. A face of 2 % of it on a bare wall still spreads by 1.
 _FLAT: Final = 1.0
 _GRIDS: Final = ((16, 2), (8, 6))  # cells per side, anchors per cell
@@ -71,6 +72,22 @@ class Detection:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What one view shows.
+
+    Parameters
+    ----------
+    boxes : list of Detection
+        The faces in it, best first, none twice.
+    most : float
+        The highest probability anywhere in it, be it a face's or not.
+    """
+
+    boxes: list[Detection]
+    most: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Square:
     """A square of the image that the network looks at.
 
@@ -115,12 +132,12 @@ class BlazeFace:
         with self._nets.one():
             pass
 
-    def look(self, image: Pyramid, view: Square, least_score: float) -> list[Detection]:
-        """Return the faces in one view, best first, none twice."""
+    def look(self, image: Pyramid, view: Square, least_score: float) -> Look:
+        """Return what is in one view, and likely enough to be a face."""
         sampled = image.sample(view.to_image, INPUT_PX)
         spread = cv2.meanStdDev(np.ascontiguousarray(sampled[::2, ::2]))[1]
         if float(spread.max()) < _FLAT:
-            return []
+            return Look([], 0.0)
         with self._nets.one() as net:
             net.setInput(planes(sampled) / 127.5 - 1.0)
             regressors, logits = net.forward(["regressors", "classificators"])
@@ -130,17 +147,28 @@ class BlazeFace:
         values = regressors.reshape(-1, 16)[likely].astype(np.float64)
         values[:, [0, 1]] += self._anchors[likely]
         values[:, 4:] += np.tile(self._anchors[likely], 6)
-        return [_detection(row, view, score) for row, score in _blended(values, scores[likely])]
+        boxes = [_detection(row, view, score) for row, score in _blended(values, scores[likely])]
+        return Look(boxes, float(scores.max()))
 
-    def look_closer(self, image: Pyramid, box: Detection) -> Detection | None:
-        """Return a proposal seen again at a better size, turned upright; None if it is gone."""
-        seen = box if box.seen_wide and box.score > SURE else self._best(image, box, WIDE)
+    def look_closer(
+        self, image: Pyramid, box: Detection
+    ) -> tuple[Detection | None, list[Detection] | None]:
+        """Return a proposal seen again at a better size, turned upright, and what is beside it.
+
+        None if it is gone; None beside one that needs no second look.
+        """
+        if box.seen_wide and box.score > SURE:
+            return box, None
+        view = Square(box.center_px, WIDE * box.side_px, box.degrees)
+        boxes = self.look(image, view, _LEAST_CLOSER).boxes
+        seen = _like(box, boxes)
+        beside = [one for one in boxes if one is not seen]
         if seen is not None and seen.score > SURE:
-            return seen
+            return seen, beside
         # Heads are also found lying or upside down, but less surely, and with eyes where none are.
         turned = (replace(box, degrees=box.degrees + turn) for turn in (90.0, 180.0, 270.0))
         found = [seen, *(self._best(image, one, WIDE) for one in turned)]
-        return max(filter(None, found), key=lambda one: one.score, default=None)
+        return max(filter(None, found), key=lambda one: one.score, default=None), beside
 
     def sight(self, image: Pyramid, box: Detection, sides: float) -> float:
         """Return the probability that a box holds an upright face, in a view `sides` as wide."""
@@ -149,7 +177,11 @@ class BlazeFace:
 
     def _best(self, image: Pyramid, box: Detection, sides: float) -> Detection | None:
         view = Square(box.center_px, sides * box.side_px, box.degrees)
-        return next((one for one in self.look(image, view, 0.1) if one.is_like(box)), None)
+        return _like(box, self.look(image, view, _LEAST_CLOSER).boxes)
+
+
+def _like(box: Detection, boxes: list[Detection]) -> Detection | None:
+    return next((one for one in boxes if one.is_like(box)), None)
 
 
 def _anchors() -> Array:

@@ -84,7 +84,7 @@ class FacemarkSource:
         return in_reading_order(faces)
 
     def _fit(self, image: Pyramid, proposal: Detection) -> search.Fitted | None:
-        box = self._detector.look_closer(image, proposal)
+        box, _ = self._detector.look_closer(image, proposal)
         if box is None or box.score < LEAST_SCORE:
             return None
         view = Square(box.center_px, _SIDES_IN_CROP * box.side_px, box.degrees)
@@ -97,7 +97,7 @@ class FacemarkSource:
             done, found = self._facemark.fit(grey, boxes)
         if not done or np.shape(found[0]) != (1, POINTS, 2) or not np.isfinite(found[0]).all():
             return None
-        return face_of(view.to_image(found[0][0]), box.score), box
+        return search.Fitted(face_of(view.to_image(found[0][0]), box.score), box)
 
 
 def face_of(points: Array, score: float) -> Face:

@@ -249,19 +249,16 @@ class MeshSource:
 
     def _fit(self, image: Pyramid, proposal: Detection, least: float) -> search.Fitted | None:
         """Return the face at a proposal, or None when a closer look doesn't bear it out."""
-        box = self._detector.look_closer(image, proposal)
+        box, beside = self._detector.look_closer(image, proposal)
         if box is None:
             return None
         fitted = self._fit_in(image, box, least)
-        if fitted is None or fitted[0].score < _DOUBT:
+        if _score(fitted) < _DOUBT:
             # A few faces in a hundred that lie upside down are first taken for upright ones.
             over = replace(box, degrees=box.degrees + 180.0, score=0.0)
             if self._detector.sight(image, over, WIDE) > _UPSIDE_DOWN:
-                other = self._fit_in(image, over, least)
-                fitted = max(
-                    filter(None, (fitted, other)), key=lambda one: one[0].score, default=None
-                )
-        return fitted
+                fitted = max(fitted, self._fit_in(image, over, least), key=_score)
+        return None if fitted is None else fitted._replace(beside=beside)
 
     def _fit_in(self, image: Pyramid, box: Detection, least: float) -> search.Fitted | None:
         last, (mesh, crop) = None, self._network.look(image, box)
@@ -288,7 +285,7 @@ class MeshSource:
             confidence = np.concatenate([seen, _agreement(mesh, mirrored)])
             face = replace(face, outline=outline, confidence=confidence)
         rim = joined((mesh.forehead + mirrored.forehead) / 2.0, face.outline)
-        return replace(face, forehead=rim), mesh.box
+        return search.Fitted(replace(face, forehead=rim), mesh.box)
 
     def _sight(self, image: Pyramid, box: Detection, mesh: Mesh) -> float:
         if box.score > SURE:
@@ -303,6 +300,10 @@ class ChinSource(MeshSource):
 
     name = "chin"
     _beards = False
+
+
+def _score(fitted: search.Fitted | None) -> float:
+    return 0.0 if fitted is None else fitted.face.score
 
 
 def _trust(last: Mesh, mesh: Mesh, mirrored: Mesh) -> float:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from kogao_core.face import Face, OnFace, ignored
-from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
+from kogao_core.landmarks.blazeface import BlazeFace, Detection, Look, Square
 from kogao_core.landmarks.pixels import Pyramid
 from kogao_core.threads import default_threads, share_in_order
 
@@ -22,13 +22,36 @@ TILES_BELOW: Final = {2: 0.25, 4: 0.1}
 OVERLAP: Final = {2: 0.5, 4: 0.3}
 LEAST_TILE_PX: Final = 96
 # People stand beside people: around a small sure face others are looked for at the size the
-# detector sees best, and believed sooner.
+# detector sees best, and believed sooner. Where the face is upright, only if the closer look at it
+# hints at somebody else; tiles miss those who lean further than this, degrees.
 COMPANY_BELOW: Final = 0.1
 COMPANY_SIDES: Final = 5.0
 COMPANY_SCORE: Final = 0.4
+COMPANY_HINT: Final = 0.3
+COMPANY_UPRIGHT: Final = 30.0
+# A head that lies stirs the detector upright, too: a view is turned if that looked up to this part
+# of the score that is asked for.
+STIRRED: Final = 0.2
 
-Fitted = tuple[Face, Detection]
-"""A face and the box that its mesh fills."""
+
+class Fitted(NamedTuple):
+    """A face that was found.
+
+    Parameters
+    ----------
+    face : Face
+        The face.
+    box : Detection
+        The square that its mesh fills.
+    beside : sequence of Detection, optional
+        Other boxes that came into view in the closer look at it; absent if it needed none.
+    """
+
+    face: Face
+    box: Detection
+    beside: Sequence[Detection] | None = None
+
+
 Fit = Callable[[Detection], Fitted | None]
 
 
@@ -58,68 +81,75 @@ def faces(
         Gets each face as it is found, one at a time.
     """
     found: list[Fitted] = []
+    most: dict[Square, float] = {}
 
     def take(proposal: Detection, fitted: Fitted | None) -> None:
-        if fitted is not None and not _known(proposal, found) and not _known(fitted[1], found):
+        if fitted is not None and not _known(proposal, found) and not _known(fitted.box, found):
             found.append(fitted)
-            on_face(fitted[0])
+            on_face(fitted.face)
 
     def look(views: Sequence[Square], least_score: float, fit: Fit = fit) -> None:
         def unknown(proposal: Detection) -> Fitted | None:
             return None if _known(proposal, found) else fit(proposal)
 
-        proposals = _proposals(image, detector, views, least_score)
-        share_in_order(proposals, unknown, take, default_threads())
+        seen: list[Detection] = []
+
+        def note(view: Square, look: Look) -> None:
+            most[view] = look.most
+            seen.extend(box for box in look.boxes if _whole_in_view(box, view, image))
+
+        share_in_order(
+            views, lambda view: detector.look(image, view, least_score), note, default_threads()
+        )
+        share_in_order(_distinct(seen), unknown, take, default_threads())
+
+    def stirred(views: Sequence[Square], least_score: float) -> list[Square]:
+        return [view for view in views if most[view] > STIRRED * least_score]
 
     def sure(proposal: Detection) -> Fitted | None:
         fitted = fit(proposal)
-        return fitted if fitted is not None and fitted[0].score > SURE_SCORE else None
+        return fitted if fitted is not None and fitted.face.score > SURE_SCORE else None
 
     whole, long_side = _whole(image), max(image.width, image.height)
+    tiles = {parts: _tiles(image, parts) for parts in TILES_BELOW}
     look([whole], WHOLE_SCORE)
-    if max((face.score for face, _ in found), default=0.0) < SURE_SCORE:
-        look(_turned(whole), WHOLE_SCORE)
+    if max((one.face.score for one in found), default=0.0) < SURE_SCORE:
+        look(_turned(stirred([whole], WHOLE_SCORE)), WHOLE_SCORE)
     for parts, share in TILES_BELOW.items():
-        if min((box.side_px for _, box in found), default=0.0) < share * long_side:
-            look(_tiles(image, parts), TILE_SCORE)
+        if min((one.box.side_px for one in found), default=0.0) < share * long_side:
+            look(tiles[parts], TILE_SCORE)
     if fit_in_company is not None:
         around = list(_around(found, COMPANY_BELOW * long_side))
         look(around, COMPANY_SCORE, fit_in_company)
     if not found:
-        look([turned for tile in _tiles(image, 2) for turned in _turned(tile)], TILE_SCORE)
+        look(_turned(stirred(tiles[2], TILE_SCORE)), TILE_SCORE)
     if not found:
         # Small and not upright is rare: coins and such are likelier unless all are sure.
-        look([turned for tile in _tiles(image, 4) for turned in _turned(tile)], SURE_SCORE, sure)
+        look(_turned(stirred(tiles[4], SURE_SCORE)), SURE_SCORE, sure)
     if not found:
         # A face larger than the frame is one again from afar.
         far = Square(whole.center_px, 2.0 * whole.side_px)
-        look([far, *_turned(far)], TILE_SCORE)
-    return [face for face, _ in found]
+        look([far, *_turned([far])], TILE_SCORE)
+    return [one.face for one in found]
 
 
 def _around(found: Sequence[Fitted], below_px: float) -> Iterator[Square]:
-    for face, box in found:
+    for face, box, beside in found:
         if face.score > SURE_SCORE and box.side_px < below_px:
-            yield Square(box.center_px, COMPANY_SIDES * box.side_px, box.degrees)
+            hints = [one for one in beside or () if one.score > COMPANY_HINT]
+            alone = beside is not None and all(_known(one, found) for one in hints)
+            if not alone or abs(box.degrees) > COMPANY_UPRIGHT:
+                yield Square(box.center_px, COMPANY_SIDES * box.side_px, box.degrees)
 
 
 def _known(box: Detection, found: Sequence[Fitted]) -> bool:
-    return any(box.overlaps(known) for _, known in found)
+    return any(box.overlaps(known.box) for known in found)
 
 
-def _proposals(
-    image: Pyramid, detector: BlazeFace, views: Sequence[Square], least_score: float
-) -> list[Detection]:
-    """Return the boxes seen in any of the views, best first, overlapping ones dropped."""
+def _distinct(boxes: Sequence[Detection]) -> list[Detection]:
+    """Return boxes of any of the views, best first, overlapping ones dropped."""
     kept: list[Detection] = []
-    seen: list[Detection] = []
-
-    def look(view: Square) -> list[Detection]:
-        boxes = detector.look(image, view, least_score)
-        return [box for box in boxes if _whole_in_view(box, view, image)]
-
-    share_in_order(views, look, lambda _, boxes: seen.extend(boxes), default_threads())
-    for box in sorted(seen, key=lambda one: -one.score):
+    for box in sorted(boxes, key=lambda one: -one.score):
         if not any(box.overlaps(other) for other in kept):
             kept.append(box)
     return kept
@@ -144,8 +174,9 @@ def _whole(image: Pyramid) -> Square:
     return Square(center, float(max(image.width, image.height)))
 
 
-def _turned(view: Square) -> list[Square]:
-    return [Square(view.center_px, view.side_px, turn) for turn in (180.0, 90.0, 270.0)]
+def _turned(views: Sequence[Square]) -> list[Square]:
+    turns = (180.0, 90.0, 270.0)
+    return [Square(view.center_px, view.side_px, turn) for view in views for turn in turns]
 
 
 def _tiles(image: Pyramid, parts: int) -> list[Square]:

@@ -2,6 +2,7 @@
 
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -15,7 +16,7 @@ from kogao_core import assets
 from kogao_core.display import rgb8
 from kogao_core.geometry import Affine
 from kogao_core.landmarks import MeshSource, search
-from kogao_core.landmarks.blazeface import BlazeFace, Detection, Square
+from kogao_core.landmarks.blazeface import BlazeFace, Detection, Look, Square
 from kogao_core.landmarks.pixels import Pyramid
 from kogao_core.threads import Stopped, default_threads, stoppable
 
@@ -130,7 +131,7 @@ def test_an_empty_view_is_not_looked_at(weights: Path, monkeypatch: pytest.Monke
     detector = BlazeFace(weights / "face_detection_back.tflite")
     monkeypatch.setattr(detector, "_nets", None)
     sky = np.full((200, 200, 3), (90, 140, 220), np.uint8)
-    assert detector.look(Pyramid(sky), Square(np.array([100.0, 100.0]), 200.0), 0.1) == []
+    assert detector.look(Pyramid(sky), Square(np.array([100.0, 100.0]), 200.0), 0.1).boxes == []
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9, 3), (3, 3, 4), (2, 500, 3), (17, 5)])
@@ -173,9 +174,9 @@ def test_a_search_that_nobody_wants_any_more_ends_between_two_looks(
 ) -> None:
     looks: list[object] = []
 
-    def look(*given: object) -> list[object]:
+    def look(*given: object) -> Look:
         looks.append(given)
-        return []
+        return Look([], 1.0)
 
     monkeypatch.setattr(BlazeFace, "look", look)
     source = MeshSource()
@@ -212,17 +213,57 @@ def test_who_is_done_first_does_not_decide_what_is_found(monkeypatch: pytest.Mon
     same, done = Detection(np.array([75.0, 50.0]), 20.0, 0.0, 1.0), threading.Event()
 
     class Detector:
-        def look(self, *_: object) -> list[Detection]:
-            return [better, worse]
+        def look(self, *_: object) -> Look:
+            return Look([better, worse], better.score)
 
     def fit(box: Detection) -> search.Fitted:
         if box is worse:
             done.set()
         assert done.wait(LONGEST_S)
-        return oval_face(100, 100, size=box.score), same
+        return search.Fitted(oval_face(100, 100, size=box.score), same)
 
     (face,) = search.faces(Pyramid(np.zeros((100, 100, 3), np.uint8)), Detector(), fit)
     assert np.array_equal(face.points, oval_face(100, 100, size=better.score).points)
+
+
+class Stirred:
+    """A detector that finds nothing, but is stirred so far by every view; it keeps the views."""
+
+    def __init__(self, most: float, boxes: list[Detection] | None = None) -> None:
+        self.views: list[Square] = []
+        self._look = Look(boxes or [], most)
+
+    def look(self, _: Pyramid, view: Square, __: float) -> Look:
+        self.views.append(view)
+        return replace(self._look, boxes=[one for one in self._look.boxes if not view.degrees])
+
+
+def test_a_view_that_stirs_the_detector_is_turned_and_no_other() -> None:
+    blank = Pyramid(np.zeros((900, 1200), np.uint8))
+    still, stirred = Stirred(0.09), Stirred(0.17)
+    for detector in (still, stirred):
+        assert search.faces(blank, detector, lambda _: None) == []
+    upright = {one.center_px.tobytes() + bytes([round(one.side_px / 100)]) for one in still.views}
+    assert len(still.views) == len(upright) + 3, "but for the last look, from afar"
+    assert len(stirred.views) == 4 * len(upright)
+
+
+@pytest.mark.parametrize(
+    ("leans", "beside", "again"),
+    [(5.0, 0.45, True), (5.0, 0.2, False), (5.0, None, True), (95.0, 0.2, True)],
+)
+def test_company_is_looked_for_where_it_is_likely(
+    leans: float, beside: float | None, again: bool
+) -> None:
+    """Beside a small sure face that leans, was seen with somebody, or wasn't seen closely."""
+    box = Detection(np.array([500.0, 500.0]), 40.0, leans, 0.9)
+    other = Detection(np.array([560.0, 500.0]), 40.0, leans, beside or 0.0)
+    fitted = search.Fitted(oval_face(), box, None if beside is None else [other])
+    detector = Stirred(0.9, [box])
+    blank = Pyramid(np.zeros((1000, 1000), np.uint8))
+    search.faces(blank, detector, lambda _: fitted, lambda _: None)
+    wide = [one for one in detector.views if one.side_px == search.COMPANY_SIDES * box.side_px]
+    assert [one.degrees for one in wide] == [leans] * again
 
 
 def test_a_missing_network_is_named_with_a_way_out(

@@ -106,7 +106,7 @@ class _Photo:
     def face_at(
         self, detector: BlazeFace, proposal: Detection, least: float
     ) -> search.Fitted | None:
-        box = detector.look_closer(self.picture, proposal)
+        box, _ = detector.look_closer(self.picture, proposal)
         if box is None:
             return None
         sure = box.score
@@ -118,11 +118,11 @@ class _Photo:
         fitted = self.fit(box)
         if self.doubts(fitted):
             # A few faces in a hundred are first taken for upside down, or for upright ones.
-            over = detector.look_closer(self.picture, _upside_down(box))
+            over, _ = detector.look_closer(self.picture, _upside_down(box))
             if over is not None:
                 fitted = min(fitted, self.fit(over), key=lambda one: one.residual)
         face = self.face(fitted, sure)
-        return (face, box) if face.score > _NO_FACE * sure else None
+        return search.Fitted(face, box) if face.score > _NO_FACE * sure else None
 
     def fit(self, box: Detection) -> Fit:
         return fit_both_ways(self.model, self.picture, self.model.start.points(box))

@@ -54,7 +54,7 @@ class Networks:
         seen: dict[Face, Seen] = {}
 
         def fit(proposal: Detection) -> search.Fitted | None:
-            box = self._detector.look_closer(picture, proposal)
+            box, _ = self._detector.look_closer(picture, proposal)
             if box is None or box.score < _LEAST_SCORE:
                 return None
             mesh, around = self._meshed(picture, box)
@@ -65,7 +65,7 @@ class Networks:
                 return None
             face = Face(outline, eyes, mesh[list(MOUTH), :2])
             seen[face] = Seen(box, mesh)
-            return face, around
+            return search.Fitted(face, around)
 
         return [seen[face] for face in search.faces(picture, self._detector, fit)]
 
