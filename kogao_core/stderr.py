@@ -11,15 +11,15 @@ import logging
 import os
 import re
 import sys
-import tempfile
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import IO, Final
+from typing import IO, Final, TypeVar
 
+_Result = TypeVar("_Result")
 _FD: Final = 2
-_LOCK: Final = threading.Lock()
+_LOCK: Final = threading.RLock()
 # Pillow hands libtiff a file of this name, rawpy hands LibRaw one without a name. libtiff's lines
 # are the name of a function or codec and a sentence with its full stop, which those of Python's
 # exceptions lack. The rest are what libjpeg says of files.
@@ -64,15 +64,39 @@ def hushed() -> Iterator[list[str]]:
             yield complaints
             return
         with caught:
-            aside = os.dup(_FD)
-            os.dup2(caught.fileno(), _FD)
-            try:
+            with _led_into(caught):
                 yield complaints
-            finally:
-                os.dup2(aside, _FD)
-                os.close(aside)
-                caught.seek(0)
-                complaints += _complaints_in(caught.read())
+            complaints += _complaints_in(caught.read())
+
+
+def if_unsaid(work: Callable[[], _Result]) -> _Result | None:
+    """Return what some work of decoders returns, if nothing comes to standard error meanwhile.
+
+    Their complaints are forgotten. None, too, where nothing can be kept from there (`hushed`).
+    """
+    with _LOCK:
+        caught = None if _must_stay() else _memory()
+        if caught is None:
+            return None
+        with caught:
+            with _led_into(caught):
+                result = work()
+            said = caught.read()
+            _complaints_in(said)
+    return None if said else result
+
+
+@contextmanager
+def _led_into(caught: IO[bytes]) -> Iterator[None]:
+    """Lead standard error into a file, which is at its start at the end."""
+    aside = os.dup(_FD)
+    os.dup2(caught.fileno(), _FD)
+    try:
+        yield
+    finally:
+        os.dup2(aside, _FD)
+        os.close(aside)
+        caught.seek(0)
 
 
 def _must_stay() -> bool:
@@ -88,7 +112,9 @@ def _memory() -> IO[bytes] | None:
         if sys.platform == "linux":
             return os.fdopen(os.memfd_create("stderr"), "w+b")
         else:  # noqa: RET505 (mypy knows platforms by it)
-            return tempfile.TemporaryFile()
+            from tempfile import TemporaryFile
+
+            return TemporaryFile()
     except OSError:
         return None
 

@@ -6,15 +6,20 @@ import io
 import os
 import re
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import IO, Final
 
+import cv2
+import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageChops
 
+from kogao_core.geometry import Image
 from kogao_core.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.segments import START_OF_SCAN, segments
+from kogao_core.stderr import if_unsaid
 
 # Usual files have at most 18. Each takes about 1.2 ns a pixel, and may be a dozen bytes.
 MOST_SCANS: Final = 64
@@ -26,11 +31,16 @@ _CHUNK_BYTES: Final = 1 << 16
 _BLOCK_PX: Final = 8
 # The fewest bits that Huffman codes spend on a block: its mean, and in sequential files its end.
 _LEAST_BITS: Final = {0xC0: 2, 0xC1: 2, 0xC2: 1}
+# As Pillow's colour models.
+_FLAGS: Final = {
+    "L": cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION,
+    "RGB": cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION,
+}
 _ANYTHING: Final = b"\xaa" * 1000  # unlike the zeros that decoders fill in
 
 
-def check(file: IO[bytes], path: Path) -> None:
-    """Check an open JPEG file before it is decoded.
+def check(file: IO[bytes], path: Path) -> bool:
+    """Check an open JPEG file before it is decoded; return whether the picture ends with a scan.
 
     Raises
     ------
@@ -46,9 +56,9 @@ def check(file: IO[bytes], path: Path) -> None:
     data_bytes = os.fstat(file.fileno()).st_size - start
     if frame is not None and 8 * data_bytes < _LEAST_BITS[frame[1]] * _blocks(frame):
         raise ValueError(Text("fewer data than blocks"))
-    codes = _codes(file, start)
-    scans = sum(code == START_OF_SCAN for _, code in zip(range(_MOST_MARKERS), codes, strict=False))
-    if scans > MOST_SCANS or next(codes, None) is not None:
+    codes = list(islice(_codes(file, start), _MOST_MARKERS + 1))
+    is_long = len(codes) > _MOST_MARKERS and codes[-1] != _END_CODE
+    if is_long or codes.count(START_OF_SCAN) > MOST_SCANS:
         raise UnreadablePhoto(
             Text(
                 "{path} is a JPEG in more than {most_scans} scans, which would take "
@@ -57,6 +67,7 @@ def check(file: IO[bytes], path: Path) -> None:
                 most_scans=MOST_SCANS,
             )
         )
+    return codes[-2:] == [START_OF_SCAN, _END_CODE]
 
 
 def _blocks(frame: bytes) -> int:
@@ -72,7 +83,7 @@ def _blocks(frame: bytes) -> int:
 
 
 def _codes(file: IO[bytes], at: int) -> Iterator[int]:
-    """Yield the codes of markers from a place in the file up to the end of the picture."""
+    """Yield the codes of markers from a place in the file up to its end, if there is one."""
     while True:
         file.seek(at)
         chunk = file.read(_CHUNK_BYTES)
@@ -83,12 +94,44 @@ def _codes(file: IO[bytes], at: int) -> Iterator[int]:
             at += len(chunk) - 1
             continue
         code = chunk[found.start() + 1]
+        yield code
         if code == _END_CODE:
             return
-        yield code
         at += found.end()
         file.seek(at)
         at += int.from_bytes(file.read(2), "big")
+
+
+def pixels(data: bytes, size: tuple[int, int], mode: str) -> Image | None:
+    """Return the pixels of a JPEG file that OpenCV has no word to say about, else None.
+
+    They are those of Pillow, from the same libjpeg, in half the time and less memory. What Pillow
+    takes for damage OpenCV complains of, or refuses; but it doesn't hear of damage behind a scan.
+
+    Parameters
+    ----------
+    data : bytes
+        The file, whose picture ends with a scan.
+    size : tuple of int
+        Its width and height, px, as Pillow reads them.
+    mode : str
+        Pillow's name of its colour model.
+
+    Returns
+    -------
+    uint8 array of shape (H, W) or (H, W, 3), optional
+    """
+    if mode not in _FLAGS:
+        return None
+
+    def decode() -> Image | None:
+        try:
+            return cv2.imdecode(np.frombuffer(data, np.uint8), _FLAGS[mode])
+        except cv2.error:  # it has a limit of its own
+            return None
+
+    found = if_unsaid(decode)
+    return found if found is not None and found.shape[1::-1] == size else None
 
 
 def without_end(data: bytes) -> Pillow.Image | None:

@@ -137,6 +137,25 @@ def test_who_looks_for_crashes_hears_everything():
     assert err == "Corrupt JPEG data: bad Huffman code\n"
 
 
+def test_work_of_which_something_is_said_has_no_result():
+    said, err = run("""
+        import os, sys
+        from kogao_core.stderr import hushed, if_unsaid
+        with hushed() as said:
+            print(if_unsaid(lambda: "sound"))
+            print(if_unsaid(lambda: os.write(2, b"Corrupt JPEG data: bad Huffman code\\n")))
+            print(if_unsaid(lambda: print("of a thread", file=sys.stderr, flush=True) or "sound"))
+        print(said)
+    """)
+    assert said.split("\n") == ["sound", "None", "None", "[]"]
+    assert err == "of a thread\n"
+
+
+def test_work_has_no_result_where_nothing_can_be_heard():
+    code = "from kogao_core.stderr import if_unsaid; print(if_unsaid(lambda: 1))"
+    assert run(code, options=("-X", "faulthandler")) == ("None", "")
+
+
 @posix
 def test_a_closed_standard_error_changes_no_byte(damaged, tmp_path):
     run(SAVING, damaged, tmp_path / "out.jpg")

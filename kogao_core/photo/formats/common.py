@@ -47,14 +47,17 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
         source.check(*image.size)
         jpeg = contents.jpeg_coding(image)
         bits, is_grey = deep.png_layout(image, file) or (_USUAL, False)
+        notes: tuple[str, ...] = ()
+        sound = None
         if bits == _DEEP:
             deep.verify_png(file)
-        elif jpeg is not None:
-            jpeg_data.check(file, source.path)
-        decoded, damage = _decoded(image, source)
+        elif jpeg is not None and jpeg_data.check(file, source.path):
+            sound = jpeg_data.pixels(source.data(), image.size, image.mode)
+        decoded, damage = (image, ()) if sound is not None else _decoded(image, source)
         contents.settle_profile(decoded, file)
-        notes: tuple[str, ...] = ()
-        if bits == _DEEP:
+        if sound is not None:
+            pixels = sound
+        elif bits == _DEEP:
             pixels, notes = _deep_png(image, source, is_grey=is_grey)
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)

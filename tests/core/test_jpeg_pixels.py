@@ -1,0 +1,103 @@
+"""The pixels of JPEG files are the same whoever decodes them, OpenCV or Pillow."""
+
+import io
+import json
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+from damaging import bytewise, parts
+from PIL import Image
+from scenes import textured_photo
+
+READING = """
+    import hashlib, json, sys
+    from kogao_core import photo
+    from kogao_core.photo import jpeg_data
+    read, by_opencv, decode = {}, 0, jpeg_data.pixels
+    def counted(*given):
+        global by_opencv
+        found = decode(*given)
+        by_opencv += found is not None
+        return found
+    jpeg_data.pixels = counted
+    for name in json.load(sys.stdin):
+        try:
+            one = photo.read(name)
+            digest = hashlib.sha256(one.pixels.tobytes()).hexdigest()
+            read[name] = [digest, one.pixels.shape, one.notes, one.jpeg is not None]
+        except photo.UnreadablePhoto as problem:
+            read[name] = str(problem)
+    print(json.dumps([read, by_opencv]))
+"""
+
+# Huffman codes of which there are too many, and a second frame.
+BEHIND = (b"\xff\xc4\0\x16\0" + b"\xff" * 19, b"\xff\xc0\0\x0b\x08\0\x10\0\x10\1\1\x11\0")
+
+
+def saved(pixels, mode="RGB", **options):
+    with io.BytesIO() as out:
+        Image.fromarray(pixels).convert(mode).save(out, "JPEG", **options)
+        return out.getvalue()
+
+
+def sound():
+    """Every way of coding a JPEG that Pillow writes, in rows and columns cut off anywhere."""
+    tags = Image.Exif()
+    for size in ((77, 101), (9, 17), (1, 1)):
+        picture = textured_photo(*size)
+        for kind in ("4:4:4", "4:2:2", "4:2:0"):
+            for progressive in (False, True):
+                tags[0x0112] = 1 + len(kind + str(progressive) * 3) % 8
+                more = {"subsampling": kind, "progressive": progressive, "exif": tags}
+                yield saved(picture, **more)
+                yield saved(picture, restart_marker_rows=1, **more)
+        yield saved(picture, keep_rgb=True)
+        yield saved(picture, "L")
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Sound files, cut short, damaged behind their scans and at random, by what they are."""
+    folder, rng = tmp_path_factory.mktemp("jpeg"), np.random.default_rng(11)
+    whole = list(sound())
+    found = {"sound": whole, "cut": [one[:-cut] for one in whole for cut in (1, 2, 3, 40)]}
+    found["damage behind"] = [one[:-2] + more + one[-2:] for one in whole for more in BEHIND]
+    found["damaged"] = []
+    for number in range(300):
+        data = whole[number % len(whole)]
+        way = parts if number % 2 else bytewise
+        found["damaged"].append(way.change(data, rng, whole[int(rng.integers(len(whole)))]))
+    paths = {}
+    for kind, data in found.items():
+        paths[kind] = [folder / f"{kind}{number}.jpg" for number in range(len(data))]
+        for path, one in zip(paths[kind], data, strict=True):
+            path.write_bytes(one)
+    return paths
+
+
+def read(paths, *options):
+    """Return what becomes of files, and of how many OpenCV decoded the pixels."""
+    command = [sys.executable, *options, "-c", textwrap.dedent(READING)]
+    names = json.dumps([str(path) for path in paths])
+    done = subprocess.run(command, input=names, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(
+    ("kind", "least", "most"),
+    [("sound", 1.0, 1.0), ("cut", 0.0, 0.0), ("damage behind", 0.0, 0.0), ("damaged", 0.01, 0.9)],
+)
+def test_pixels_and_refusals_are_those_of_pillow(files, kind, least, most):
+    ours, by_opencv = read(files[kind])
+    # Where nothing can be kept from standard error, Pillow decodes all of them.
+    assert read(files[kind], "-X", "faulthandler") == [ours, 0]
+    assert least <= by_opencv / len(files[kind]) <= most
+
+
+def test_colours_for_printers_are_pillows(tmp_path):
+    path = tmp_path / "cmyk.jpg"
+    path.write_bytes(saved(textured_photo(40, 30), "CMYK"))
+    assert read([path]) == read([path], "-X", "faulthandler")
