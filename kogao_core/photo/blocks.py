@@ -6,6 +6,7 @@ import dataclasses
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,7 @@ from kogao_core.photo import coefficients
 from kogao_core.photo.coefficients import Coefficients, Plane, UnreadableCoefficients
 from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 from kogao_core.stderr import hushed
+from kogao_core.threads import default_threads, share_out
 
 _SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
@@ -80,11 +82,15 @@ def read_blocks(source: Path, folder: Path) -> Blocks:
         If they can't be read.
     """
     with aside(folder) as place, hushed() as complaints:
-        try:
-            whole = coefficients.read(source.read_bytes(), place)
-        except UnreadableCoefficients as error:
-            raise CannotKeepBlocks(str(error)) from error
+        whole = _read(source.read_bytes(), place / "read")
     return Blocks(whole, tuple(complaints))
+
+
+def _read(data: bytes, copy: Path) -> Coefficients:
+    try:
+        return coefficients.read(data, copy)
+    except UnreadableCoefficients as error:
+        raise CannotKeepBlocks(str(error)) from error
 
 
 def keep_blocks(
@@ -120,18 +126,22 @@ def keep_blocks(
     if (whole.frame.height, whole.frame.width) != before.shape[:2]:
         raise CannotKeepBlocks(Text("its size has changed"))
     changed = _changed_units(before, after, whole.frame.unit_px)
-    box = _around(changed)
+    former: list[tuple[Plane, Mask, Plane]] = []
+    heads: list[tuple[bytes, Coefficients]] = []
     with aside(folder) as place, hushed() as complaints:
-        encoded = encode(_pixels(box, whole))
+
+        def renew(band: Box) -> None:
+            encoded = encode(_pixels(band, whole))
+            part = _read(encoded, place / f"read{band.top}")
+            _check_alike(whole, part)
+            former.extend(_put(part, whole, band, changed))
+            if not heads:
+                heads.append((encoded, dataclasses.replace(part, planes=())))
+
         try:
-            part = coefficients.read(encoded, place)
-        except UnreadableCoefficients as error:
-            raise CannotKeepBlocks(str(error)) from error
-        _check_alike(whole, part)
-        merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
-        former = _put(part, whole, box, changed)
-        del part  # writing takes the most memory of all
-        try:
+            share_out(_bands(_around(changed)), lambda: renew, default_threads())
+            encoded, part = heads[0]
+            merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
             data = _with_headers_of(encoded, coefficients.write(merged, place))
         finally:
             for into, mask, own in former:
@@ -170,6 +180,12 @@ def _around(changed: Mask) -> Box:
     if not len(rows):
         return Box(0, 0, 1, 1)
     return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+
+
+def _bands(units: Box) -> list[Box]:
+    """Return a box of units in bands, one for each thread."""
+    tops = np.linspace(units.top, units.bottom, 1 + min(default_threads(), units.height), dtype=int)
+    return [Box(units.left, top, units.right, end) for top, end in pairwise(tops.tolist())]
 
 
 def _pixels(units: Box, whole: Coefficients) -> Box:

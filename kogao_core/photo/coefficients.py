@@ -116,15 +116,15 @@ class Coefficients:
         return np.asarray(self.tables[self.numbers[: len(self.planes)]])
 
 
-def read(data: bytes, folder: Path) -> Coefficients:
+def read(data: bytes, copy: Path) -> Coefficients:
     """Read the coefficients of a JPEG file.
 
     Parameters
     ----------
     data : bytes
         The file.
-    folder : Path
-        Where a copy may lie for a moment: the library reads files alone.
+    copy : Path
+        What may be a copy for a moment: the library reads files alone.
 
     Raises
     ------
@@ -135,7 +135,6 @@ def read(data: bytes, folder: Path) -> Coefficients:
         needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
         frame, start = _frame(needed), file.tell()
     # The library fills arrays of the size that it reads itself: it mustn't see another frame.
-    copy = folder / "read"
     with copy.open("wb") as out:
         out.writelines([_SOI, *(segment for _, segment in needed), memoryview(data)[start:]])
     planes = tuple(np.empty((*blocks, _NUMBERS), np.int16) for blocks in frame.blocks)

@@ -13,7 +13,7 @@ from kogao_core.photo import bands, coefficients
 def read(folder, pixels, **options):
     with io.BytesIO() as file:
         Image.fromarray(pixels).save(file, "JPEG", **options)
-        return coefficients.read(file.getvalue(), folder)
+        return coefficients.read(file.getvalue(), folder / "read")
 
 
 @pytest.fixture

@@ -92,6 +92,24 @@ def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, ki
         assert (blocks[corner] != old[corner]).any()
 
 
+@pytest.mark.parametrize("kind", ["4:4:4", "4:2:2", "4:2:0"])
+def test_the_file_is_the_same_with_any_number_of_threads(tmp_path, monkeypatch, kind):
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(317, 203), subsampling=kind))
+    pixels = source.pixels.copy()
+    pixels[30:-20, 40:-30] ^= 255
+    encoded = []
+    monkeypatch.setattr(
+        "kogao_core.photo.encoding.encode", lambda *given: encoded.append(given) or encode(*given)
+    )
+    files = set()
+    for threads in (1, 2, 3, 50):
+        monkeypatch.setattr("kogao_core.photo.blocks.default_threads", lambda n=threads: n)
+        photo.write(source, pixels, tmp_path / "out.jpg", force=True)
+        files.add((tmp_path / "out.jpg").read_bytes())
+    assert len(files) == 1
+    assert len(encoded) > 1 + 2 + 3  # as many parts as there are threads, or rows of units
+
+
 def test_blocks_that_were_read_once_serve_one_file_after_the_other(tmp_path):
     path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120, 3))
     source = photo.read(path)
@@ -168,9 +186,9 @@ def no_factors(data):
 def test_a_frame_that_the_library_could_take_otherwise_is_refused(tmp_path, damaged):
     """It writes as many blocks into our arrays as it reads there itself."""
     data = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120)).read_bytes()
-    assert coefficients.read(data, tmp_path).frame.unit_px == (16, 16)
+    assert coefficients.read(data, tmp_path / "read").frame.unit_px == (16, 16)
     with pytest.raises(coefficients.UnreadableCoefficients, match="can't be read"):
-        coefficients.read(damaged(data), tmp_path)
+        coefficients.read(damaged(data), tmp_path / "read")
 
 
 def test_headers_come_from_the_new_file_once(tmp_path):
