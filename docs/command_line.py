@@ -12,6 +12,7 @@ from typing import Final
 import click
 
 from kogao_core.cli import EPILOG, PROGRAM, program
+from kogao_core.cli.words import Group
 
 PAGE: Final = Path(__file__).with_name("command-line.md")
 _HEAD: Final = """# The command line
@@ -51,8 +52,8 @@ def text() -> str:
 
 def _sections(command: click.Command, context: click.Context) -> Iterator[str]:
     """Yield a section for each command; groups only lead to theirs."""
-    if isinstance(command, click.Group):
-        for name, inner in command.commands.items():
+    if isinstance(command, Group):
+        for name, inner in command.every.items():
             yield from _sections(inner, click.Context(inner, context, info_name=name))
         return
     pieces = [piece for piece in command.collect_usage_pieces(context) if piece != "[OPTIONS]"]

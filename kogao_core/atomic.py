@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import shutil
 import stat
 import sys
@@ -167,7 +166,7 @@ def is_aside(path: Path) -> bool:
 
 def _made(folder: Path) -> tuple[Path, int | None]:
     while True:
-        place = folder / f"{_PREFIX}{secrets.token_hex(8)}{_SUFFIX}"
+        place = folder / f"{_PREFIX}{os.urandom(8).hex()}{_SUFFIX}"
         place.mkdir(mode=0o700)
         try:
             lock = _locked(place)

@@ -15,19 +15,7 @@ from contextlib import contextmanager
 import click
 
 import kogao_core
-from kogao_core.cli import (
-    batch,
-    detect,
-    doctor,
-    experiment,
-    integrate,
-    landmarks,
-    licences,
-    presets,
-    restore,
-    warp,
-    words,
-)
+from kogao_core.cli import words
 from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
 from kogao_core.language import Text, system_languages, tr, translated, use_language
 from kogao_core.memory import end_at_once, keep_freed
@@ -62,7 +50,16 @@ Errors are one line on stderr; nothing half-written is left behind.
 """)
 
 
-@words.group(no_args_is_help=False)
+# Each module that isn't needed makes the program start later.
+_MODULES = (
+    *("warp", "restore", "batch", "detect", "landmarks", "presets"),
+    *("experiment", "integrate", "doctor"),
+)
+_LATER = {name: f"{__name__}.{name}" for name in _MODULES}
+_LATER["licenses"] = f"{__name__}.licences"
+
+
+@words.group(no_args_is_help=False, later=_LATER)
 @words.chooses_language
 @click.version_option(
     kogao_core.__version__,
@@ -74,15 +71,7 @@ def program() -> None:
     """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
 
 
-_COMMANDS = (
-    *(warp, restore, batch, detect, landmarks, presets),
-    *(experiment, integrate, doctor, licences),
-)
-for module in _COMMANDS:
-    program.add_command(module.command)
-for command in (program, *program.commands.values(), *experiment.command.commands.values()):
-    assert isinstance(command, words.Command)
-    command.codes = EPILOG
+program.codes = EPILOG
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

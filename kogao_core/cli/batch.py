@@ -17,6 +17,8 @@ from kogao_core.language import Text, tr, translated
 from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from kogao_core.batch import Outcome, Workers
     from kogao_core.photo.disclosure import Disclosure
 
@@ -64,7 +66,7 @@ def command(
     jobs: int,
     report: Path | None,
     projects: bool,
-    disclosure: Disclosure,
+    disclosed: Callable[[], Disclosure],
     force: bool,
     suffix: str,
     again: bool,
@@ -82,7 +84,7 @@ def command(
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
             which=which, max_megapixels=max_megapixels, landmarks=landmarks,
-            projects=projects, suffix=f".{suffix}", disclosure=disclosure,
+            projects=projects, suffix=f".{suffix}", disclosure=disclosed(),
             report=None if again else report,
         )  # fmt: skip
         if not force and not report.exists():

@@ -223,14 +223,18 @@ def landmark_source(wanted: str | None) -> LandmarkSource:
         return source(wanted)
 
 
-def loaded_source(wanted: str | None) -> LandmarkSource:
-    """Return the same, with its networks read, for a thread beside the photo's decoding."""
+def loader(wanted: str | None) -> Callable[[], LandmarkSource]:
+    """Return what reads the networks of that source and returns it, for a thread beside others."""
     from kogao_core.landmarks import MeshSource
 
     found = landmark_source(wanted)
-    if isinstance(found, MeshSource):
-        found.load()
-    return found
+
+    def loaded() -> LandmarkSource:
+        if isinstance(found, MeshSource):
+            found.load()
+        return found
+
+    return loaded
 
 
 def check_networks() -> None:
@@ -255,18 +259,18 @@ def mention_fallback(wanted: str | None) -> None:
 
 
 def find_faces(
-    photo: Photo, landmarks: str | None, source: Callable[[], LandmarkSource] | None = None
+    photo: Photo, landmarks: str | None, source: Callable[[], LandmarkSource | None] | None = None
 ) -> list[Face]:
     """Find the faces, `in_reading_order`, or stop where there is none.
 
-    The source is the one of `landmarks`, or what `source` returns of them.
+    The source is what `source` returns, or else the one of `landmarks`.
     """
     from kogao_core.assets import AssetMissing
     from kogao_core.landmarks import ModelRefused
 
     with stopping(AssetMissing, BROKEN), stopping(ModelRefused, BROKEN):
         try:
-            found = landmark_source(landmarks) if source is None else source()
+            found = (source() if source is not None else None) or landmark_source(landmarks)
             faces = found.find(photo.pixels)
         except ValueError as error:  # what `Face` refuses
             raise Stop(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +54,7 @@ def command(
     to_json.check(json_file, force)
     to_json.check(mask_file, force)
     path = common.input_path(source, sample)
-    with beside(partial(common.loaded_source, landmarks)) as loaded:
+    with beside(common.loader(landmarks)) as loaded:
         photo = common.read_photo(path, max_megapixels)
     faces = common.find_faces(photo, landmarks, loaded)
     people = None if mask_file is None else _people(photo, faces)

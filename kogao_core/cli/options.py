@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
-from kogao_core import presets
 from kogao_core.cli import common, words
 from kogao_core.language import Text
 from kogao_core.recipe import PAPER, Recipe
@@ -174,12 +173,16 @@ _TOLD: Final = ("record", "label", "font", "picture", "corner", "share", "certif
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that disclose the retouching; the command gets them as ``disclosure``."""
+    """Add the options that disclose the retouching.
+
+    The command gets them as ``disclosed``, a function that checks them and returns a `Disclosure`:
+    it loads numpy.
+    """
 
     @wraps(command)
     def disclosing(**given: Any) -> Any:
-        disclosure = _disclosure(**{name: given.pop(name) for name in _TOLD})
-        return command(**given, disclosure=disclosure)
+        told = {name: given.pop(name) for name in _TOLD}
+        return command(**given, disclosed=partial(_disclosure, **told))
 
     result: Callable[..., Any] = disclosing
     for option in reversed(_DISCLOSING):
@@ -252,4 +255,10 @@ def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:
     """Return the recipe in `file`, or the default one, with the choices that were given."""
     given = {name: value for name, value in choices.items() if value is not None}
     with common.stopping(ValueError, common.USAGE):
-        return dataclasses.replace(presets.read(file) if file else _DEFAULTS, **given)
+        return dataclasses.replace(_read(file) if file else _DEFAULTS, **given)
+
+
+def _read(file: Path) -> Recipe:
+    from kogao_core import presets
+
+    return presets.read(file)

@@ -37,7 +37,7 @@ def faces(
     file: Path | None,
     mapping: str | None,
     landmarks: str | None,
-    source: Callable[[], LandmarkSource] | None,
+    source: Callable[[], LandmarkSource | None] | None,
 ) -> list[Face]:
     """Return the faces of a file of points, or find them where there is none."""
     if file is None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from kogao_core.background import BackgroundFinder, Bends
-    from kogao_core.face import Face
+    from kogao_core.face import Face, LandmarkSource
     from kogao_core.geometry import Image
     from kogao_core.photo import Photo
     from kogao_core.photo.disclosure import Disclosure
@@ -104,41 +104,35 @@ def command(
     feather_px: float,
     project_file: Path | None,
     save_project: bool,
-    disclosure: Disclosure,
+    disclosed: Callable[[], Disclosure],
     json_file: Path | None,
     force: bool,
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."""
-    from kogao_core.background import BackgroundFinder
-    from kogao_core.photo import read_ahead
-    from kogao_core.threads import beside
+    from kogao_core.threads import beside, take_short_turns
 
     if project_file is not None:
         projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
     path = common.input_path(source, sample)
-    if in_place:
-        _check_in_place(sample, output, save_project)
-    elif temporary:
-        raise common.Stop(Text("--temporary is about originals: add --in-place"), common.USAGE)
-    elif output is None:
-        raise common.Stop(Text("name an output with -o, or use --in-place"), common.USAGE)
-    else:
-        _check_output(path, output, force)
-    output = output or path
-    to_json.check(json_file, force)
-    if save_project:
-        projects.check_free(path, sample, force)
     is_searched = project_file is None and points_file is None
-    loading = beside(partial(common.loaded_source, landmarks)) if is_searched else nullcontext()
-    with beside(_load_modules), loading as loaded:
-        photo = common.read_photo(path, max_megapixels, output)
-    _check_photo(photo, output, in_place)
+    load = common.loader(landmarks) if is_searched else None
+    take_short_turns()
+    with beside(lambda: _loaded(load)) as loaded:
+        disclosure = disclosed()
+        to = _checked_output(path, sample, output, in_place, temporary, save_project, force)
+        to_json.check(json_file, force)
+        if save_project:
+            projects.check_free(path, sample, force)
+        photo = common.read_photo(path, max_megapixels, to)
+    _check_photo(photo, to, in_place)
+    from kogao_core.background import BackgroundFinder
+    from kogao_core.photo import read_ahead
     from kogao_core.sidecar import Applied
     from kogao_core.whole_head import unfollowed
 
-    with beside(lambda: read_ahead(photo, output)) as ahead:
+    with beside(lambda: read_ahead(photo, to)) as ahead:
         sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
         found: list[Face] = []
         if project_file is not None:
@@ -152,9 +146,7 @@ def command(
         rendering = _render(photo, done, finder)
         with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
             write = (
-                partial(_write_in_place, temporary)
-                if in_place
-                else partial(_write_to, output, force)
+                partial(_write_in_place, temporary) if in_place else partial(_write_to, to, force)
             )
             note = _write(photo, rendering, done.what, disclosure, partial(write, ahead=ahead))
     bends = measured()
@@ -163,14 +155,37 @@ def command(
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))
-    results = photo, output, done.faces, rendering, bends, notes
+    results = photo, to, done.faces, rendering, bends, notes
     to_json.deliver(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
 
 
-def _load_modules() -> None:
-    """Load what is needed once the photo is decoded, which leaves Python's lock free."""
+def _loaded(load: Callable[[], LandmarkSource] | None) -> LandmarkSource | None:
+    """Load what is needed once the photo is decoded, beside that: networks, then modules."""
+    source = load() if load is not None else None
     for name in _LATER:
         import_module(f"kogao_core.{name}")
+    return source
+
+
+def _checked_output(
+    path: Path,
+    sample: bool,
+    output: Path | None,
+    in_place: bool,
+    temporary: bool,
+    save_project: bool,
+    force: bool,
+) -> Path:
+    """Return where the result goes, or stop where it may not go there."""
+    if in_place:
+        _check_in_place(sample, output, save_project)
+        return path
+    if temporary:
+        raise common.Stop(Text("--temporary is about originals: add --in-place"), common.USAGE)
+    if output is None:
+        raise common.Stop(Text("name an output with -o, or use --in-place"), common.USAGE)
+    _check_output(path, output, force)
+    return output
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, TypeVar
 
 import click
@@ -49,7 +50,7 @@ class Command(click.Command):
         super().__init__(*names, **settings)
         self.help = inspect.cleandoc(self.help or "")
         self.codes = ""
-        """What all commands say below their own help."""
+        """What this and all commands that it leads to say below their own help."""
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """Return the first sentence of the help."""
@@ -73,14 +74,52 @@ class Command(click.Command):
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what stands below."""
-        self.epilog = self.codes and f"\b\n{translated(self.codes)}"  # \b: lines stay as they are
+        root = ctx.find_root().command
+        codes = root.codes if isinstance(root, Command) else self.codes
+        self.epilog = codes and f"\b\n{translated(codes)}"  # \b: lines stay as they are
         super().format_epilog(ctx, formatter)
 
 
 class Group(Command, click.Group):
-    """A command that leads to others."""
+    """A command that leads to others.
+
+    Parameters
+    ----------
+    *names : str
+        As click has them.
+    later : mapping of str to str, optional
+        The modules of commands by their names; each is loaded when it is asked for.
+    **settings : object
+        As click has them.
+    """
 
     command_class = Command
+
+    def __init__(
+        self, *names: Any, later: Mapping[str, str] | None = None, **settings: Any
+    ) -> None:
+        super().__init__(*names, **settings)
+        self._later = later or {}
+
+    @property
+    def every(self) -> dict[str, click.Command]:
+        """All commands by their names, in the order in which they are declared."""
+        for name in self._later:
+            self._load(name)
+        return {name: self.commands[name] for name in (*self._later, *self.commands)}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands, sorted."""
+        return sorted({*self._later, *super().list_commands(ctx)})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command of a name."""
+        self._load(cmd_name)
+        return super().get_command(ctx, cmd_name)
+
+    def _load(self, name: str) -> None:
+        if name in self._later and name not in self.commands:
+            self.add_command(import_module(self._later[name]).command)
 
 
 def command(name: str) -> Callable[[Callable[..., Any]], Command]:

@@ -209,7 +209,7 @@ class MeshSource:
             self._detector.load()
             self._network.load()
             if self._refined:
-                _ = self._edges
+                self._edges.load()
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, `in_reading_order`.

@@ -49,7 +49,7 @@ def text(table, row, column):
 
 
 def test_every_experiment_of_the_command_line_stands_in_the_menu(empty):
-    for name, command in program.commands["experiment"].commands.items():
+    for name, command in program.every["experiment"].every.items():
         if any("--html" in param.opts for param in command.params):
             assert not empty.window.actions_by_name[f"experiment-{name}"].shortcut().isEmpty()
 

@@ -89,7 +89,7 @@ def test_every_field_is_declared_with_the_choices_of_its_type():
 @pytest.mark.parametrize("command", ["warp", "batch"])
 @pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
 def test_every_field_has_an_option_with_its_choices(command, setting):
-    option = next(p for p in program.commands[command].params if p.name == setting.name)
+    option = next(p for p in program.every[command].params if p.name == setting.name)
     assert setting.help in option.help
     if setting.choices:
         assert isinstance(option.type, click.Choice)

@@ -708,7 +708,8 @@ def test_a_warp_loads_only_what_it_uses(portrait, tmp_path):
     unused = {
         *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
         *("PIL.ImageDraw", "kogao_core.landmarks.aam", "kogao_core.photo.edit_record"),
-        *("kogao_core.experiments", "kogao_core.batch"),
+        *("kogao_core.experiments", "kogao_core.batch", "kogao_core.presets", "secrets"),
+        *("kogao_core.cli.batch", "kogao_core.cli.doctor", "kogao_core.cli.experiment"),
     }
     program = (
         "import sys; from kogao_core.cli import main\n"

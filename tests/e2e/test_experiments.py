@@ -54,7 +54,7 @@ def test_every_experiment_says_how_far_it_is(cli, portrait, monkeypatch, name):
 def test_every_experiment_is_run_here_and_has_its_section():
     found = {
         name
-        for name, command in program.commands["experiment"].commands.items()
+        for name, command in program.every["experiment"].every.items()
         if any("--html" in param.opts for param in command.params)
     }
     assert found == ONCE.keys() == RECORDS.keys() == PICTURES.keys()

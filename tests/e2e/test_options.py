@@ -13,7 +13,7 @@ TAKES_NO_SAMPLE = {"batch"}
 
 def leaves(command, name=""):
     if isinstance(command, click.Group):
-        for below, one in command.commands.items():
+        for below, one in command.every.items():
             yield from leaves(one, below)
     else:
         yield name, command

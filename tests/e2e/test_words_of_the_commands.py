@@ -25,7 +25,7 @@ NAMES = re.compile(
 def commands(command=cli.program, way=()):
     yield way, command
     if isinstance(command, click.Group):
-        for name, inner in command.commands.items():
+        for name, inner in command.every.items():
             yield from commands(inner, (*way, name))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from kogao_core.geometry import Array
 from kogao_core.landmarks.edges import network
 from kogao_core.landmarks.edges.network import Floats
-from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
+from kogao_core.landmarks.edges.strips import ACROSS, ALONG, MOVES, Cut, lines_of, planes
 from kogao_core.landmarks.errors import ModelRefused
 from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
@@ -74,6 +74,11 @@ class EdgeNetwork:
                 Text("{name} isn't a model of the outline's edge; reinstall Kogao", name=path.name)
             )
         return EdgeNetwork(parameters, beards=beards)
+
+    @staticmethod
+    def load() -> None:
+        """Let OpenCV make its tables of Lab colours now, which takes 30 ms, not at a face."""
+        planes(np.zeros((ALONG, len(ACROSS), 3), np.uint8))
 
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
         """Return a finer outline and how sure each of its points is.
