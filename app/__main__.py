@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     options = _options(argv)
     if options.screenshot is not None and not options.photos:
         options.sample = True
-    alone = len(options.photos) == 1 and not options.photos[0].is_dir()
+    alone = len(options.photos) == 1 and not os.path.isdir(options.photos[0])
     ahead = _ahead(options.photos[0]) if alone else None
     from kogao_core import landmarks
     from kogao_core.originals import Originals

@@ -86,7 +86,8 @@ def reason(problem: Exception) -> str:
     """Return what an exception says of itself; some say nothing but their name."""
     if isinstance(problem, MemoryError):
         return tr("there is not enough memory; close other programs or take a smaller photo")
-    return translated(problem) or type(problem).__name__
+    said = system_reason(problem) if isinstance(problem, OSError) else translated(problem)
+    return said or type(problem).__name__
 
 
 def sentence(problem: Exception | str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,7 +106,7 @@ def recipe(settings: QSettings) -> Recipe:
 def folder(settings: QSettings, what: Preference) -> Path | None:
     """Return a preferred folder; None without one, and while its drive is away."""
     text = preferred(settings, what)
-    return Path(text) if text and Path(text).is_dir() else None
+    return Path(text) if text and os.path.isdir(text) else None
 
 
 def recipe_in(text: str) -> Recipe | None:

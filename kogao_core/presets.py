@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from pathlib import Path
 from typing import Final
@@ -72,12 +73,12 @@ def write(recipe: Recipe, file: Path) -> None:
 def listed(folder: Path) -> dict[str, Recipe]:
     """Return the presets in a folder, by name; files that this program can't read are left out."""
     found = {}
-    for file in sorted(folder.glob(f"*{ENDING}")) if folder.is_dir() else ():
+    for file in sorted(folder.glob(f"*{ENDING}")) if os.path.isdir(folder) else ():
         try:
             # A pipe would keep whoever opens it waiting.
             if file.is_file():
                 found[name_of(file)] = read(file)
-        except ValueError:  # written by a newer program, or by hand
+        except (OSError, ValueError):  # closed to us; written by a newer program, or by hand
             continue
     return found
 

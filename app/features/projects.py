@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from kogao_core import sidecar
@@ -61,7 +62,7 @@ class Projects(Feature):
         self.window.bar.clear()
         if not is_project(file):
             file, replace = file.with_name(file.name + sidecar.SUFFIX), False
-        if file.exists() and file != self._own and not replace:
+        if os.path.exists(file) and file != self._own and not replace:
             text = tr("There is another project already: {file}.", file=file.name)
             instead = BarAction(tr("Replace it"), lambda: self.save_to(file, replace=True))
             self.say(text, instead, self._elsewhere(file))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -33,7 +34,7 @@ def paths(settings: QSettings) -> list[Path]:
 
 def there(settings: QSettings) -> list[Path]:
     """Return those of them that are there now; a drive that is away may come back."""
-    return [path for path in paths(settings) if path.is_file()]
+    return [path for path in paths(settings) if os.path.isfile(path)]
 
 
 def titles(photos: Sequence[Path]) -> list[str]:

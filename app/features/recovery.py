@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import uuid
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -80,7 +82,8 @@ class Recovery(Feature):
     def finish(self) -> None:
         """Remove this program's file: it ends in good order."""
         self._own_pool.waitForDone()
-        self._file.unlink(missing_ok=True)
+        with suppress(OSError):  # out of reach by now: it is offered at the next start
+            self._file.unlink(missing_ok=True)
         for lock in (self._lock, *(one.lock for one in self._left)):
             if lock is not None:
                 lock.unlock()
@@ -112,7 +115,8 @@ class Recovery(Feature):
 
     def _put(self, kept: _Kept, photo: Photo, digest: str) -> _Kept:
         if kept.state is None:
-            self._file.unlink(missing_ok=True)
+            if os.path.exists(self._file):
+                self._file.unlink(missing_ok=True)
         else:
             self._folder.mkdir(parents=True, exist_ok=True)
             if self._lock is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -91,7 +92,7 @@ class Strip(Feature):
 
     def show_places(self, places: list[Path]) -> None:
         """Open one photo at once; of several or a folder make a film strip, and open the first."""
-        if len(places) == 1 and not places[0].is_dir():
+        if len(places) == 1 and not os.path.isdir(places[0]):
             self._files.open(places[0])
         else:
             self.show(places)
@@ -120,7 +121,7 @@ class Strip(Feature):
         places = [place.absolute() for place in places]
         if self._watcher.directories():
             self._watcher.removePaths(self._watcher.directories())
-        for folder in (place for place in places if place.is_dir()):
+        for folder in (place for place in places if os.path.isdir(place)):
             self._watcher.addPath(str(folder))
         self._places, self._paths = places, None
         self._list_again()
@@ -154,7 +155,7 @@ class Strip(Feature):
     def _name_left_out(self, paths: list[Path]) -> None:
         """Say which of the named files are no photos, until the next photo is opened."""
         places, first = self._places, (None, self.document.path, paths[0])
-        left_out = [one.name for one in places if one not in paths and not one.is_dir()]
+        left_out = [one.name for one in places if one not in paths and not os.path.isdir(one)]
         if left_out:
             text = tr("Not on the film strip, since no photo: {names}.", names=", ".join(left_out))
             self.say(text, holds=lambda: self._places is places and self.document.path in first)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
@@ -126,8 +127,8 @@ def ask_path(
         dialog.setFileMode(known.get(kind, modes.ExistingFile))
     dialog.setNameFilters(list(filters))
     if at is not None:
-        dialog.setDirectory(str(at if at.is_dir() else at.parent))
-        if not at.is_dir():
+        dialog.setDirectory(str(at if os.path.isdir(at) else at.parent))
+        if not os.path.isdir(at):
             dialog.selectFile(at.name)
     ending = dict(zip(filters, endings, strict=True)) if endings else {}
 
@@ -136,7 +137,7 @@ def ask_path(
             whole = path.with_name(path.name + ending.get(dialog.selectedNameFilter(), ""))
             if path.suffix or whole == path:
                 taken(path)
-            elif whole.exists():
+            elif os.path.exists(whole):
                 # The dialog has asked about the name as it was typed.
                 text = tr("{name} is there already. Replace it?", name=whole.name)
                 confirm(parent, text, tr("&Replace"), partial(taken, whole))
@@ -213,7 +214,7 @@ class PathLine(QWidget):
         return self.line.text().strip()
 
     def _ask(self) -> None:
-        at = Path(self.path) if self.path and Path(self.path).exists() else None
+        at = Path(self.path) if os.path.exists(self.path) else None
         put = self.line.setText
         ask_path(
             self, self._title, lambda it: put(str(it)), self._kind, filters=self._filters, at=at

@@ -225,13 +225,13 @@ def test_where_nothing_can_be_written_another_place_is_asked_for(opened, tmp_pat
 
     def read_only(project, path):
         if path.parent == tmp_path:
-            raise PermissionError(13, "Permission denied")
+            raise PermissionError(13, "Permission denied", str(path) + ".partial")
         write(project, path)
 
     monkeypatch.setattr(projects, "save", read_only)
     opened.change_something()
     save_project(opened)
-    assert "Permission denied" in opened.say()
+    assert opened.say() == "The project can't be saved there: Permission denied."
     assert opened.window.isWindowModified()
     opened.take_step("another place")
     (tmp_path / "mine").mkdir()

@@ -113,6 +113,11 @@ def test_a_picture_replaces_only_files(source, photo, tmp_path, device, capsys):
     assert device.is_char_device()
 
 
+def test_a_photo_that_the_system_tells_nothing_of_ends_with_3(source, tmp_path, shot, capsys):
+    assert run(source, tmp_path / ("x" * 300), "--screenshot", shot) == 3
+    assert "can't be read (File name too long)" in capsys.readouterr().err
+
+
 def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, capsys):
     assert run(source, photo, "--screenshot", tmp_path / "nowhere" / "window.png") == 3
     assert "can't be written" in capsys.readouterr().err

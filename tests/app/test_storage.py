@@ -3,12 +3,16 @@
 from pathlib import Path
 
 import pytest
+from kogao_app import preferences
 from kogao_app.features import recent
 from kogao_app.features.files.options import Told
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 
 from kogao_core import originals, presets
+
+# The system tells nothing of it, as of a folder closed to us or a drive that is away.
+UNREACHABLE = Path("x" * 300)
 
 
 class Trap:
@@ -80,6 +84,24 @@ def test_our_own_settings_are_kept(tmp_path):
     assert Told.remembered(again).disclosure.label == "@ByteArray(x"
     assert again.value("window/docks") == QByteArray(bytes(range(256)))
     assert not (tmp_path / "kogao.ini.damaged").exists()
+
+
+def test_what_is_out_of_reach_is_not_there(tmp_path):
+    settings = Storage.in_folder(tmp_path).settings()
+    recent.add(settings, UNREACHABLE / "a.png")
+    preferences.prefer(settings, preferences.OPEN_FOLDER, str(UNREACHABLE))
+    assert recent.there(settings) == []
+    assert preferences.folder(settings, preferences.OPEN_FOLDER) is None
+
+
+@pytest.mark.parametrize("storage", [Storage.in_folder(UNREACHABLE)])
+def test_an_editor_works_without_its_folders(start, photo):
+    driver = start(photo)
+    driver.change_something()
+    driver.qtbot.waitUntil(lambda: "kept for a crash" in driver.say())
+    assert driver.say() == "Unsaved changes can't be kept for a crash (File name too long)."
+    driver.editor.close()
+    assert not driver.window.isVisible()
 
 
 def test_originals_and_presets_lie_where_the_command_line_looks():

@@ -54,8 +54,9 @@ def test_files_that_this_program_cannot_read_are_left_out_and_left_alone(tmp_pat
     assert {name: (tmp_path / name).read_bytes() for name in strange} == strange
 
 
-def test_there_are_none_without_a_folder(tmp_path):
-    assert presets.listed(tmp_path / "none") == {}
+@pytest.mark.parametrize("name", ["none", "out of the system's reach" * 20])
+def test_there_are_none_without_a_folder(tmp_path, name):
+    assert presets.listed(tmp_path / name) == {}
     presets.remove(tmp_path / "none", "Mine")
 
 

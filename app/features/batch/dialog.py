@@ -101,7 +101,7 @@ class OrderForm(QWidget):
             if path not in listed:
                 self.inputs.addItem(str(path))
         if paths and not self.folder.text():
-            home = paths[0] if paths[0].is_dir() else paths[0].parent
+            home = paths[0] if os.path.isdir(paths[0]) else paths[0].parent
             self.folder.setText(str(home / "kogao"))
         self.changed.emit()
 
@@ -221,7 +221,7 @@ class BatchDialog(Dialog):
         self.go.setText(tr("Res&ume") if again else tr("&Start"))
         self.note.setText(text)
         self.progress.setVisible(again)
-        self.report.setEnabled(self._report is not None and self._report.exists())
+        self.report.setEnabled(self._report is not None and os.path.exists(self._report))
         self._show_bad()
         self._allow()
 

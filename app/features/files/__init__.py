@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -316,7 +317,7 @@ class Files(Feature):
         """
         self.window.bar.clear()
         original = self.document.path
-        there = original is not None and path.exists() and original.exists()
+        there = original is not None and os.path.exists(path) and os.path.exists(original)
         if original is not None and there and path.samefile(original):
             self._refuse(tr("That is the original; it is never written over."))
             return
