@@ -222,6 +222,9 @@ class PhotoCanvas(Viewport):
         at = event.position()
         left = event.button() == Qt.MouseButton.LeftButton
         takes = left and not self._space
+        if event.buttons() == event.button():
+            # A pen or a finger comes without a move, and marks come with what points at a face.
+            self._look_at(at)
         if takes and self.on_knob(at):
             self._wiping = True
         elif takes and self._fetches(event):
@@ -261,14 +264,17 @@ class PhotoCanvas(Viewport):
         elif self.panning:
             self.pan_to(at)
         elif event.buttons() == Qt.MouseButton.NoButton:
-            handle = None if self._space or self.on_knob(at) else self.handle_at(at)
-            self._point_at(handle)
-            if self.on_knob(at):
-                self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
-            elif handle is None and self._answers_a_click(at):
-                self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
-            self.hovered.emit(handle, *self.to_photo(at).tolist())
+            self._look_at(at)
         event.accept()
+
+    def _look_at(self, at: QPointF) -> None:
+        handle = None if self._space or self.on_knob(at) else self.handle_at(at)
+        self._point_at(handle)
+        if self.on_knob(at):
+            self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
+        elif handle is None and self._answers_a_click(at):
+            self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
+        self.hovered.emit(handle, *self.to_photo(at).tolist())
 
     def _answers_a_click(self, at: QPointF) -> bool:
         return self.line_at(at) is not None or self.face_at(at) not in (None, self.shown.face)

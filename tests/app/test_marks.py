@@ -51,6 +51,12 @@ def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
     np.testing.assert_array_equal(picture(retouch), bare)
 
 
+def test_a_press_without_a_move_takes_the_point_that_it_meets(retouch):
+    assert not marks(retouch)
+    retouch.drag(retouch.on_screen(CHIN), QPoint(6, 9))
+    assert retouch.editor.document.undo.undoText().startswith("outline 11, chin")
+
+
 def test_marks_go_while_a_setting_moves(retouch):
     retouch.move(middle(retouch))
     slider = retouch.panel("recipe").percent.slider
