@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, Signal
@@ -26,6 +25,7 @@ from .stage import Stage
 from .theme import GRID_PX, Theme
 from .view_state import ViewState
 from .widgets.controls import column_of, segmented
+from .widgets.dialogs import files_in
 from .widgets.docks import ColumnArea, Dock, Docks, RowArea
 from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
 from .widgets.messages import MessageBar, StatusLine
@@ -46,7 +46,7 @@ class Window(QMainWindow):
     Signals
     -------
     dropped(list of Path)
-        Files or folders were dropped.
+        Files or folders were dropped, or none of this computer.
     original_held(bool)
         The key for the original goes down or up.
     activated(bool)
@@ -222,10 +222,8 @@ class Window(QMainWindow):
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Pass files and folders on."""
-        urls = [url for url in event.mimeData().urls() if url.isLocalFile()]
-        if urls:
-            event.acceptProposedAction()
-            self.dropped.emit([Path(url.toLocalFile()) for url in urls])
+        event.acceptProposedAction()
+        self.dropped.emit(files_in(event.mimeData()))
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Leave the decision to whoever knows about unsaved changes."""

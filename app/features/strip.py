@@ -92,7 +92,9 @@ class Strip(Feature):
 
     def show_places(self, places: list[Path]) -> None:
         """Open one photo at once; of several or a folder make a film strip, and open the first."""
-        if len(places) == 1 and not os.path.isdir(places[0]):
+        if not places:
+            self.say(tr("That is no file of this computer; save it here, then open it."))
+        elif len(places) == 1 and not os.path.isdir(places[0]):
             self._files.open(places[0])
         else:
             self.show(places)

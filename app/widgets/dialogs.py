@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QShowEvent
+from PySide6.QtCore import QMimeData, QSize, Qt
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -177,6 +177,30 @@ def button(text: str, slot: Callable[[], object]) -> QPushButton:
     return made
 
 
+def files_in(data: QMimeData) -> list[Path]:
+    """Return the files and folders of this computer among what is dropped."""
+    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
+
+
+class PathEdit(QLineEdit):
+    """A line for a path; a file or folder that is dropped on it gives its own."""
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Accept files, besides text."""
+        super().dragEnterEvent(event)
+        if files_in(event.mimeData()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Take the first file or folder, else the text."""
+        files = files_in(event.mimeData())
+        if files:
+            self.setText(str(files[0]))
+            event.acceptProposedAction()
+        else:
+            super().dropEvent(event)
+
+
 class PathLine(QWidget):
     """A line for a path, and a button to look for one.
 
@@ -201,7 +225,7 @@ class PathLine(QWidget):
     ) -> None:
         super().__init__()
         self._title, self._filters, self._kind = title, filters, kind
-        self.line = QLineEdit(path)
+        self.line = PathEdit(path)
         self.line.setAccessibleName(title)
         self.line.setPlaceholderText(title)
         self.choose = button(tr("Choose…"), self._ask)

@@ -112,6 +112,8 @@ class ValueField(QLineEdit):
         self.rename(name, scale)
         self.setProperty("value", "true")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        # A photo that is dropped here is for the window, and its address no value.
+        self.setAcceptDrops(False)
         self.setToolTip(tr("Type a value; Enter takes it, Escape gives it up"))
         self.editingFinished.connect(self._take)
 

@@ -67,6 +67,13 @@ def lines(folder):
     return [json.loads(line) for line in text.splitlines()]
 
 
+def test_a_folder_dropped_on_the_line_for_results_is_its_path(empty, folder, tmp_path):
+    box = asked(empty, folder)
+    drop_on(box.form.folder, tmp_path)
+    assert box.form.folder.text() == str(tmp_path)
+    assert box.form.paths == [folder]
+
+
 def test_good_photos_are_done_and_the_bad_one_is_named(empty, folder, tmp_path, monkeypatch):
     box = asked(empty, folder)
     assert box.form.folder.text() == str(folder / "kogao")

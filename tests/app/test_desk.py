@@ -51,6 +51,10 @@ def choose(menu, words):
 def drop(driver, *paths):
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    drop_data(driver, data)
+
+
+def drop_data(driver, data):
     at, copy = QPointF(300, 300), Qt.DropAction.CopyAction
     held = (data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier)
     QApplication.sendEvent(driver.window, QDragEnterEvent(at.toPoint(), copy, *held))
@@ -392,6 +396,18 @@ def test_a_folder_without_photos_is_said(empty, tmp_path):
     place.mkdir()
     drop(empty, place)
     assert "no photo in that folder" in empty.say()
+
+
+def test_what_is_dropped_from_elsewhere_gets_a_sentence(opened, photo):
+    data = QMimeData()
+    data.setUrls([QUrl("https://example.com/portrait.jpg")])
+    drop_data(opened, data)
+    assert "no file of this computer" in opened.say()
+    assert opened.editor.document.path == photo
+
+
+def test_a_value_takes_no_dropped_photo(opened):
+    assert not opened.panel("recipe").percent.field.acceptDrops()
 
 
 def test_a_folder_can_be_chosen_by_key(empty, folder):

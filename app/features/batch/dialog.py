@@ -12,7 +12,6 @@ from PySide6.QtGui import QDesktopServices, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QLabel,
-    QLineEdit,
     QListWidget,
     QProgressBar,
     QPushButton,
@@ -25,7 +24,7 @@ from kogao_core.recipe import Recipe
 from ...i18n import tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
-from ...widgets.dialogs import Dialog, ask_path, button, photo_filter
+from ...widgets.dialogs import Dialog, PathEdit, ask_path, button, files_in, photo_filter
 from .order import BatchProgress, Order
 
 _MOST_JOBS: Final = 64
@@ -51,7 +50,7 @@ class OrderForm(QWidget):
         self.setAcceptDrops(True)
         self._recipes: list[Recipe] = []
         self.inputs = _framed_list()
-        self.folder = QLineEdit()
+        self.folder = PathEdit()
         self.folder.setToolTip(tr("Made if need be; no photo of yours is ever written over"))
         self.folder.textChanged.connect(self.changed)
         self.settings = ChoiceBox()
@@ -134,13 +133,13 @@ class OrderForm(QWidget):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Accept files."""
-        if event.mimeData().hasUrls():
+        if files_in(event.mimeData()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Add files and folders."""
         event.acceptProposedAction()
-        self.add([Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()])
+        self.add(files_in(event.mimeData()))
 
     def _ask_photos(self) -> None:
         title = tr("Add photos")
