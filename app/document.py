@@ -364,16 +364,16 @@ class ReplaceState(QUndoCommand):
         self, restore: Callable[[State], None], before: State, after: State, text: str
     ) -> None:
         super().__init__(text)
-        self._restore, self._before, self._after = restore, before, after
+        self._restore, self.before, self.after = restore, before, after
 
     def change(self, into: Callable[[State], State]) -> None:
         """Make other states of those around the gesture."""
-        self._before, self._after = into(self._before), into(self._after)
+        self.before, self.after = into(self.before), into(self.after)
 
     def redo(self) -> None:
         """Show the later state."""
-        self._restore(self._after)
+        self._restore(self.after)
 
     def undo(self) -> None:
         """Show the earlier state."""
-        self._restore(self._before)
+        self._restore(self.before)

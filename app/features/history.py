@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import QEvent, Signal
+from PySide6.QtGui import QKeyEvent, QUndoCommand
 from PySide6.QtWidgets import QUndoView
 
 from ..actions import Spec
-from ..document import State
-from ..i18n import tr
+from ..document import ReplaceState
+from ..i18n import tr, tr_count
 from ..widgets.docks import Dock
 from .feature import Context, Feature
 
@@ -27,7 +29,8 @@ class History(Feature):
             Spec("undo", tr("&Undo"), "Ctrl+Z", tr("Take the last gesture back"), self.undo),
             Spec("redo", tr("&Redo"), "Ctrl+Shift+Z", tr("Do it again"), self.redo),
         )
-        self.panel: QUndoView = QUndoView(self.document.undo)
+        self.panel: Steps = Steps(self.document.undo)
+        self.panel.left.connect(self._tell)
         self.panel.setEmptyLabel(tr("As it was opened"))
         self.panel.setAccessibleName(tr("History"))
         self.dock = Dock(tr("History"))
@@ -43,18 +46,29 @@ class History(Feature):
         if self.document.in_gesture:
             self.document.abort()
         else:
-            text, before = self.document.undo.undoText(), self.document.committed
+            before = self.document.undo.index()
             self.document.undo.undo()
-            what = _step_name(text, before, self.document.committed)
-            self.working.emit(tr("Undone: {what}", what=what) if text else "")
+            self._tell(before)
 
     def redo(self) -> None:
         """Do the gesture again that was taken back."""
         if not self.document.in_gesture:
-            text, before = self.document.undo.redoText(), self.document.committed
+            before = self.document.undo.index()
             self.document.undo.redo()
-            what = _step_name(text, before, self.document.committed)
-            self.working.emit(tr("Done again: {what}", what=what) if text else "")
+            self._tell(before)
+
+    def _tell(self, before: int) -> None:
+        """Say which steps lie between the one before and the one at hand."""
+        stack = self.document.undo
+        now = stack.index()
+        low, high = sorted((before, now))
+        if low == high:
+            self.working.emit("")
+            return
+        count = high - low
+        what = tr_count(count, "{n} step", "{n} steps") if count > 1 else _name(stack.command(low))
+        undone, again = tr("Undone: {what}", what=what), tr("Done again: {what}", what=what)
+        self.working.emit(undone if now < before else again)
 
     def stop(self) -> None:
         """Follow no more: a stack of undo steps tells of its own end, too."""
@@ -74,8 +88,39 @@ class History(Feature):
             named[name].setEnabled(path is not None)
 
 
-def _step_name(text: str, before: State, after: State) -> str:
+class Steps(QUndoView):
+    """The list of steps; a click or an arrow key goes to another one.
+
+    Signals
+    -------
+    left(int)
+        The step that was at hand before.
+    """
+
+    left = Signal(int)
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        """Tell when the mouse has chosen a step."""
+        before = self.stack().index()
+        done = super().viewportEvent(event)
+        self._compare(before)
+        return done
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Tell when a key has."""
+        before = self.stack().index()
+        super().keyPressEvent(event)
+        self._compare(before)
+
+    def _compare(self, before: int) -> None:
+        if self.stack().index() != before:
+            self.left.emit(before)
+
+
+def _name(step: QUndoCommand) -> str:
     """Return what a step is called, and whose it is if that is one of several faces."""
+    assert isinstance(step, ReplaceState)
+    text, before, after = step.text(), step.before, step.after
     fewer, more = sorted((before, after), key=lambda state: len(state.faces))
     changed = {index for index, face in enumerate(more.faces) if face not in fewer.faces}
     if len(more.faces) == len(fewer.faces):

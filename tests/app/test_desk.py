@@ -77,9 +77,13 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     opened.editor.window.docks.show("history")
     opened.qtbot.waitUntil(view.isVisible)
     first = view.visualRect(view.model().index(0, 0)).center()
+    said = opened.window.status
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=first)
     assert opened.state.recipe == Recipe()
     assert opened.editor.document.undo.canRedo()
+    assert said.hint_text == "Undone: 2 steps"
+    opened.press_key(view, KEYS.Key_Down)
+    assert said.hint_text == "Done again: Warp distance 4.0 → 5.0 % of D"
 
 
 @pytest.mark.parametrize("answer", ["Cancel", "Discard"])
