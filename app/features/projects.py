@@ -7,6 +7,7 @@ from pathlib import Path
 
 from kogao_core import sidecar
 from kogao_core.photo import Photo
+from kogao_core.photo.model import Stamp
 from kogao_core.project import save
 
 from ..actions import Spec
@@ -20,6 +21,10 @@ from .files.opening import EarlierWork, is_project, is_sample, to_keep_beside
 from .files.saver import Request, Saver, Then
 
 
+class _ChangedSince(Exception):
+    """Somebody else has written the project since it was read or written here."""
+
+
 class Projects(Feature):
     """Saves what was done to the open photo, and says what has come back with it."""
 
@@ -28,6 +33,8 @@ class Projects(Feature):
         self._saver, self._files = saver, files
         # What was read from there, or written there, may be written over without a question.
         self._own: Path | None = None
+        # As it was then; whoever writes looks, one after the other.
+        self._stamps: dict[Path, Stamp | None] = {}
         self.add_actions(
             Spec(
                 "save-project",
@@ -64,15 +71,28 @@ class Projects(Feature):
             file, replace = file.with_name(file.name + sidecar.SUFFIX), False
         if os.path.exists(file) and file != self._own and not replace:
             text = tr("There is another project already: {file}.", file=file.name)
-            instead = BarAction(tr("Replace it"), lambda: self.save_to(file, replace=True))
-            self.say(text, instead, self._elsewhere(file))
+            self._ask_replace(file, text)
             return
 
         def write(photo: Photo, state: State) -> str:
+            now = _stamp(file)
+            if not replace and now not in (None, self._stamps.get(file)):
+                raise _ChangedSince
             save(to_keep_beside(state, photo), file)
+            self._stamps[file] = _stamp(file)
             return ""
 
-        self._saver.save(file, write, self._written, self._not_written, then, whole=True)
+        def failed(problem: Exception) -> None:
+            if isinstance(problem, _ChangedSince):
+                self._ask_replace(file, tr("{file} was changed elsewhere.", file=file.name))
+            else:
+                self._not_written(problem)
+
+        self._saver.save(file, write, self._written, failed, then, whole=True)
+
+    def _ask_replace(self, file: Path, why: str) -> None:
+        instead = BarAction(tr("Replace it"), lambda: self.save_to(file, replace=True))
+        self.say(why, instead, self._elsewhere(file))
 
     def _ask_place(self, suggested: Path, then: Then | None) -> None:
         self._saver.forget()
@@ -108,6 +128,7 @@ class Projects(Feature):
         if work.file is None:
             return
         self._own = work.file
+        self._stamps[work.file] = _stamp(work.file)
         lines = [tr("Your work on this photo is back, from {file}.", file=work.file.name)]
         if note:
             lines.append(sentence(note))
@@ -118,3 +139,10 @@ class Projects(Feature):
         path = self.document.path
         if path is not None:
             self._files.read(path, afresh=True)
+
+
+def _stamp(file: Path) -> Stamp | None:
+    try:
+        return Stamp.of(file.stat())
+    except OSError:
+        return None

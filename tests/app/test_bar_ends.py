@@ -37,9 +37,9 @@ ENDS = {
     "features/presets._import": "try",
     "features/presets._keep": "try",
     "features/presets._try": "try",
+    "features/projects._ask_replace": "try",
     "features/projects._not_written": "try",
     "features/projects._take_up": "open",
-    "features/projects.save_to": "try",
     "features/rating._browse": "try",
     "features/rating.open": "try",
     "features/recipe/__init__.paste": "try",
@@ -48,6 +48,7 @@ ENDS = {
     "features/recovery._not_looked": "open",
     "features/recovery._warn": "open",
     "features/strip._show_strip": "open",
+    "features/strip.show_places": "try",
     "features/surroundings._show": "time",
 }
 

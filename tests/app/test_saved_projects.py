@@ -135,6 +135,27 @@ def test_one_can_start_afresh_and_the_project_stays(start, photo):
     assert load(file).automatic.recipe.percent == 4.0
 
 
+def test_what_another_window_has_saved_since_is_replaced_only_if_told_to(worked, start, photo):
+    file = sidecar_of(photo)
+    other = start(photo)
+    other.change_something()
+    save_project(other)
+    save_project(other)
+    assert other.say() == "", "its own it writes over"
+    theirs = file.read_bytes()
+    worked.change_something()
+    worked.change_something()
+    worked.editor.projects.save()  # its key is the other window's now
+    worked.settle()
+    assert "changed elsewhere" in worked.say()
+    assert file.read_bytes() == theirs
+    assert worked.window.isWindowModified()
+    worked.take_step("Replace it")
+    worked.settle()
+    assert load(file).automatic.recipe.percent == worked.state.recipe.percent
+    assert not worked.window.isWindowModified()
+
+
 def test_a_resized_photo_takes_its_project_along_and_says_so(worked, start, photo):
     outline = worked.state.faces[0].outline
     larger = cv2.resize(cv2.imread(str(photo)), None, fx=2, fy=2)
