@@ -156,6 +156,7 @@ class Editor(QObject):
         for feature in self.features:
             feature.message.connect(window.bar.say)
             feature.working.connect(window.status.hint)
+            feature.did.connect(window.status.tell)
         shown = (
             *(self.manual, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.both, self.history, self.strip),

@@ -68,11 +68,14 @@ class Feature(QObject):
     message(Message)
         For the bar over the canvas.
     working(str)
-        What is under way or has just been done; empty for nothing.
+        What is under way; empty for nothing.
+    did(str)
+        What has just been done; it is said until the next step.
     """
 
     message = Signal(object)
     working = Signal(str)
+    did = Signal(str)
     # What it adds to the window: a panel in the column at the side, or in a dock of its own. By
     # this name workspaces know it.
     name: str = ""

@@ -35,7 +35,8 @@ class History(Feature):
         self.panel.setAccessibleName(tr("History"))
         self.dock = Dock(tr("History"))
         self.document.undo.indexChanged.connect(self.show)
-        self.document.undo.indexChanged.connect(self.window.bar.move_on)
+        for said in (self.window.bar, self.window.status):
+            self.document.undo.indexChanged.connect(said.move_on)
         self.document.opened.connect(self.window.bar.move_on)
         self.document.marked.connect(self.show)
         document = self.document
@@ -63,12 +64,12 @@ class History(Feature):
         now = stack.index()
         low, high = sorted((before, now))
         if low == high:
-            self.working.emit("")
+            self.window.status.move_on()
             return
         count = high - low
         what = tr_count(count, "{n} step", "{n} steps") if count > 1 else _name(stack.command(low))
         undone, again = tr("Undone: {what}", what=what), tr("Done again: {what}", what=what)
-        self.working.emit(undone if now < before else again)
+        self.did.emit(undone if now < before else again)
 
     def stop(self) -> None:
         """Follow no more: a stack of undo steps tells of its own end, too."""

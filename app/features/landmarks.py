@@ -140,7 +140,7 @@ class Exchange(Feature):
         # Into the mode at work: points by hand may come from a file as well.
         state = dataclasses.replace(self.document.state, faces=tuple(faces), off=frozenset())
         self.document.step(state, tr("Import landmarks"))
-        self.working.emit(tr("Landmarks from {name}", name=path.name))
+        self.did.emit(tr("Landmarks from {name}", name=path.name))
 
     def ask_export(self) -> None:
         """Ask where to write the points; the chosen kind tells the format."""
@@ -173,7 +173,7 @@ class Exchange(Feature):
         else:
             notes = {translated(one.note) for one in written if one.note}
             text = tr("Landmarks written to {name}", name=path.name)
-            self.working.emit("; ".join([text, *sorted(notes)]))
+            self.did.emit("; ".join([text, *sorted(notes)]))
 
     def _faces(self) -> list[Face]:
         return list(self.document.state.faces)

@@ -224,8 +224,11 @@ class Points(Feature):
     def make_automatic(self) -> None:
         """Put the selected target back on its line to the centre."""
         handle, state = self.view.selected, self.document.state
-        if handle is not None and handle.kind == "target":
-            face = state.faces[handle.face].with_target(handle.index, None)
+        if handle is None or handle.kind != "target":
+            return
+        face = state.faces[handle.face]
+        if face.targets is not None and np.isfinite(face.targets[handle.index]).all():
+            face = face.with_target(handle.index, None)
             self.document.step(state.with_face(handle.face, face), tr("Automatic target"))
 
     def let_selection_go(self) -> None:

@@ -235,7 +235,7 @@ class Figure(Feature):
         except OSError as problem:
             self.say(unwritten(path, problem))
         else:
-            self.working.emit(tr("Figure written to {name}", name=path.name))
+            self.did.emit(tr("Figure written to {name}", name=path.name))
 
     def picture(self) -> QPixmap:
         """Return canvas, caption and figures below each other."""

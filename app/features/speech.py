@@ -49,7 +49,7 @@ class Speech(Feature):
         points.restyled.connect(self._tell_point)
         recipe.chosen.connect(self._tell_face)
         faces.found.connect(self._tell_found)
-        history.working.connect(self._say)
+        history.did.connect(self._say)
         self.live.drawn.connect(self._tell_drawn)
         self.window.bar.appeared.connect(self._tell_message)
         for action in self.actions.values():

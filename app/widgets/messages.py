@@ -204,6 +204,7 @@ class StatusLine(QStatusBar):
         self._cursor, self._photo, self._speed = (QLabel() for _ in range(3))
         self._zoom = QLabel()
         self._tool = self._lasting = ""
+        self._told = False
         self._hint.setContentsMargins(8, 0, 0, 0)
         self.addWidget(self._hint, 1)
         for label in (self._cursor, self._photo, self._speed, self._zoom):
@@ -218,9 +219,20 @@ class StatusLine(QStatusBar):
             self.hint("")
 
     def hint(self, text: str) -> None:
-        """Say what is under way or has just been done; an empty text brings the tool back."""
+        """Say what is under way; an empty text brings the tool back."""
+        self._told = False
         self._lasting = text or self._tool
         self._hint.setText(self._lasting)
+
+    def tell(self, text: str) -> None:
+        """Say what has just been done, until the next step."""
+        self.hint(text)
+        self._told = True
+
+    def move_on(self) -> None:
+        """Take a step of the document as the end of what was done before."""
+        if self._told:
+            self.hint("")
 
     def name_point(self, text: str) -> None:
         """Name the point in question; an empty name brings the hint back."""

@@ -81,6 +81,16 @@ def test_the_photos_settings_leave_a_face_with_its_own_alone(two):
     assert [two.state.recipe_of(face).percent for face in (0, 1)] == [15.0, 0.0]
 
 
+def test_settings_that_are_there_already_are_no_step(two):
+    two.key(KEYS.Key_C, CONTROL, SHIFT)
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    assert two.editor.document.undo.count() == 0
+    two.editor.recipe.choose(0)
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    two.key(KEYS.Key_V, CONTROL, SHIFT)
+    assert two.editor.document.undo.count() == 1, "but they become its own"
+
+
 @pytest.mark.parametrize("row", [0, 1])
 def test_the_way_back_to_the_photos_settings(two, row):
     choose(two, 1)

@@ -166,6 +166,9 @@ def test_a_dragged_target_stays_until_it_is_made_automatic(opened):
     opened.key(KEYS.Key_Delete)
     assert opened.state.faces[0].targets is None
     np.testing.assert_array_equal(position(opened.state, target), automatic)
+    steps = opened.editor.document.undo.count()
+    opened.key(KEYS.Key_Delete)
+    assert opened.editor.document.undo.count() == steps, "there was none to take back"
 
 
 def test_arrows_nudge_the_selected_point(opened):

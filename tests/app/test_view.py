@@ -206,6 +206,18 @@ def test_the_hint_is_that_of_the_tool_in_hand(two):
     assert status.hint_text == "Drag a point to correct it"
 
 
+def test_what_was_done_is_said_until_the_next_step(opened):
+    status = opened.window.status
+    opened.editor.projects.save()
+    opened.settle()
+    assert status.hint_text.startswith("Saved")
+    opened.change_something()
+    assert status.hint_text == "Drag a point to correct it"
+    opened.editor.files.working.emit("Opening…")
+    opened.change_something()
+    assert status.hint_text == "Opening…", "it goes on"
+
+
 def test_a_label_lies_within_the_canvas_as_a_whole(qapp):
     area, font = QRectF(0, 0, 300, 200), qapp.font()
     for x, y in ((290, 100), (10, 3), (299, 199), (-5, 100)):

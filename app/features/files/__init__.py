@@ -231,7 +231,7 @@ class Files(Feature):
     def _go_on(self, work: EarlierWork, state: State, note: str) -> None:
         if work.file is None:
             self.document.step(state, tr("Restore"))
-            self.working.emit(tr("The unsaved changes are back"))
+            self.did.emit(tr("The unsaved changes are back"))
         else:
             self.document.begin_with(state)
             self.live.go_on()

@@ -169,7 +169,7 @@ class Saver(Feature):
         self.document.end_saving(request.saving, written=written)
         then = request.then if request is self._goes_on else None
         if written:
-            self.working.emit(tr("Saved {name}", name=request.file.name))
+            self.did.emit(tr("Saved {name}", name=request.file.name))
         else:
             self.working.emit("")
         report()

@@ -117,8 +117,10 @@ class RecipeEditing(Feature):
             self.document.step(state, tr("Use the photo's settings"))
 
     def use(self, recipe: Recipe, text: str) -> None:
-        """Take a whole recipe; a chosen face takes its own part of it."""
+        """Take a whole recipe; a chosen face takes its own part of it. The same is no step."""
         state, chosen = self.document.state, self.view.face
+        if recipe == (state.recipe if chosen is None else state.faces[chosen].recipe):
+            return
         if chosen is None:
             state = dataclasses.replace(state, recipe=recipe)
         else:
