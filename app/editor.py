@@ -141,7 +141,7 @@ class Editor(QObject):
         self.rating = Rating(context)
         self.readings = Readings(context)
         self.figure = Figure(context, self.readings)
-        self.hints = Hints(context, self.points, self.recipe, self.protect, self.manual)
+        self.hints = Hints(context, self.recipe, self.protect, self.manual)
         self.screen = Screen(context)
         self.workspaces = Workspaces(context)
         self.marks = Marks(context, self.recipe, self.files)

@@ -12,7 +12,6 @@ from ..widgets.dialogs import room
 from ..workspaces import Workspace
 from .feature import Context, Feature
 from .manual import Manual, marking
-from .points import Points
 from .protect import Protect
 from .recipe import RecipeEditing
 
@@ -91,13 +90,13 @@ class Hints(Feature):
     def __init__(
         self,
         context: Context,
-        points: Points,
         recipe: RecipeEditing,
         protect: Protect,
         manual: Manual,
     ) -> None:
         super().__init__(context)
-        for changed in (points.restyled, recipe.chosen, protect.changed, manual.changed):
+        redrawn = self.window.canvas.redrawn
+        for changed in (redrawn, recipe.chosen, protect.changed, manual.changed):
             changed.connect(self._show)
         self._quiet = False
         self.window.arranged.connect(self._arrange)
@@ -109,7 +108,9 @@ class Hints(Feature):
         self._show()
 
     def _show(self) -> None:
-        self.window.status.show_tool(self._hint())
+        # A chosen face that is gone is let go in a moment, which is told.
+        if self.view.face is None or self.view.face < len(self.view.state.faces):
+            self.window.status.show_tool(self._hint())
 
     def _hint(self) -> str:
         view, faces = self.view, self.view.state.faces

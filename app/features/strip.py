@@ -79,6 +79,12 @@ class Strip(Feature):
             ),
         )
 
+        self._enable(False)
+
+    def _enable(self, filled: bool) -> None:
+        for name in ("next-photo", "previous-photo"):
+            self.actions[name].setEnabled(filled)
+
     def stop(self) -> None:
         """Start nothing more."""
         super().stop()
@@ -144,6 +150,7 @@ class Strip(Feature):
 
     def _show_strip(self, paths: list[Path]) -> None:
         self.window.docks.offer("strip", bool(paths))
+        self._enable(bool(paths))
         if not paths:
             self.say(tr("There is no photo in that folder; choose another one."))
             return

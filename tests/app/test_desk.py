@@ -387,8 +387,11 @@ def test_the_panel_of_the_strip_is_only_there_with_something_on_it(empty, folder
     assert not toggle.isVisible()
     empty.open(folder / "0.png")
     assert not toggle.isVisible()
+    steps = [empty.window.actions_by_name[name] for name in ("next-photo", "previous-photo")]
+    assert not any(step.isEnabled() for step in steps)
     drop(empty, folder)
     assert toggle.isVisible()
+    assert all(step.isEnabled() for step in steps)
     (tmp_path / "none").mkdir()
     drop(empty, tmp_path / "none")
     assert not toggle.isVisible()

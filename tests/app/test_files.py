@@ -93,6 +93,7 @@ def test_without_a_face_the_bar_offers_one_to_place(start, source, photo, pixels
     driver.settle()
     assert [face.source for face in driver.state.faces] == ["manual"]
     assert driver.editor.view.placing == 0
+    assert driver.window.status.hint_text.startswith("Drag the frame")
     assert (driver.shown != pixels).any()
     driver.key(Qt.Key.Key_Z, CONTROL)
     driver.settle()
