@@ -254,6 +254,10 @@ class FilmStrip(QListWidget):
         self.itemClicked.connect(self._tell)
         self.itemActivated.connect(self._tell)
 
+    def sizeHint(self) -> QSize:
+        """Return room for one row: what lies below it is the photo's."""
+        return QSize(super().sizeHint().width(), self.minimumHeight())
+
     def show_paths(self, paths: Sequence[Path]) -> None:
         """Show these photos; their thumbnails come later."""
         self.clear()

@@ -252,6 +252,14 @@ def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
     assert strip.currentRow() == 1
 
 
+def test_a_film_strip_is_one_row_high_and_the_rest_is_the_photos(start, folder):
+    driver = start(workspace="retouch")
+    drop(driver, folder)
+    strip = driver.panel("strip")
+    assert strip.isVisible()
+    assert strip.height() == strip.minimumHeight()
+
+
 def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(empty, folder):
     drop(empty, folder)
     shutil.copy(folder / "0.png", folder / "3.png")
