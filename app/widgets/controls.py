@@ -12,6 +12,9 @@ from PySide6.QtWidgets import (
     QLabel,
     QSizePolicy,
     QSpinBox,
+    QStyle,
+    QStyleOptionComboBox,
+    QStylePainter,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -41,11 +44,24 @@ def turn_in_focus_only(control: QWidget) -> None:
 
 
 class ChoiceBox(QComboBox):
-    """A box to choose from."""
+    """A box to choose from; what is chosen ends in … where it is cut."""
 
     def __init__(self) -> None:
         super().__init__()
         turn_in_focus_only(self)
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
+        """Write as much as fits."""
+        option = QStyleOptionComboBox()
+        self.initStyleOption(option)
+        box = QStyle.ComplexControl.CC_ComboBox
+        field = QStyle.SubControl.SC_ComboBoxEditField
+        room_px = self.style().subControlRect(box, option, field, self).width()
+        end = Qt.TextElideMode.ElideRight
+        option.currentText = self.fontMetrics().elidedText(self.currentText(), end, room_px)
+        painter = QStylePainter(self)
+        painter.drawComplexControl(box, option)
+        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
 
 class WholeNumber(QSpinBox):

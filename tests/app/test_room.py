@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 from kogao_app import theme
+from kogao_app.widgets.controls import ChoiceBox
 from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -22,6 +23,8 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QScrollBar,
+    QStyle,
+    QStyleOptionComboBox,
     QTabBar,
     QToolBar,
     QToolButton,
@@ -147,6 +150,23 @@ def test_no_text_of_a_dialog_is_cut(request, text_size, look, share, dress):
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
         assert dialog.width() <= LEAST[0]
         assert dialog.height() <= dialog.screen().availableSize().height()
+
+
+def test_a_choice_that_is_cut_ends_in_dots(qtbot):
+    whole, short = ChoiceBox(), ChoiceBox()
+    for box in (whole, short):
+        qtbot.addWidget(box)
+        box.setFixedWidth(120)
+    whole.addItem("Threshold: pixels that move")
+    option = QStyleOptionComboBox()
+    whole.initStyleOption(option)
+    field = QStyle.SubControl.SC_ComboBoxEditField
+    room = whole.style().subControlRect(QStyle.ComplexControl.CC_ComboBox, option, field, whole)
+    end = Qt.TextElideMode.ElideRight
+    short.addItem(whole.fontMetrics().elidedText(whole.currentText(), end, room.width()))
+    assert short.currentText().endswith("…")
+    assert whole.grab().toImage() == short.grab().toImage()
+    assert whole.currentText() == "Threshold: pixels that move"
 
 
 # What a hand may need at any moment; the rest has its key and its place in a menu.
