@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core.cli import common, figures, reports, study, words
+from kogao_core.cli import common, figures, options, reports, study, words
 from kogao_core.language import Text
 from kogao_core.wording import system_reason
 
@@ -22,6 +22,7 @@ def command() -> None:
 
 @command.command("timing")
 @reports.takes_photos
+@options.chooses_percent
 @words.option(
     "--size", type=click.Choice(["own", "960x720", "both"]), default="both", show_default=True,
     help="The photo's own size, or the paper's (cut to its shape and scaled).",
@@ -76,6 +77,7 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
 
 @command.command("domains")
 @reports.takes_photos
+@options.chooses_percent
 @words.option("--repeats", type=click.IntRange(1), default=5, show_default=True)
 def domains_command(repeats: int, **given: Any) -> int:
     """Figures 14 and 15: pixels of the domains, and the error of each threshold."""
@@ -97,10 +99,6 @@ def distortion_command(**given: Any) -> int:
     """Table 1 and figure 11 beside numbers: area, folds, bent lines, missed targets."""
     from kogao_core.experiments import distortion, distortion_report
 
-    if given["percent"] is not None:
-        raise common.Stop(
-            Text("it tries every distance of table 1; leave --percent out"), common.USAGE
-        )
     work = reports.Work("distortion", given)
     found: list[distortion.Distortion] = []
     for subject in work.subjects(work.source()):
@@ -111,6 +109,7 @@ def distortion_command(**given: Any) -> int:
 
 @command.command("methods")
 @reports.takes_photos
+@options.chooses_percent
 @words.option("--repeats", type=click.IntRange(1), default=3, show_default=True)
 def methods_command(repeats: int, **given: Any) -> int:
     """B-splines beside other warps: speed, exactness, folds, domain, pictures."""

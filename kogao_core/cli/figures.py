@@ -31,6 +31,7 @@ _KINDS: Final = ("png", "svg")
     "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
     metavar="PX", help="Width of each figure.",
 )  # fmt: skip
+@options.chooses_percent
 @options.chooses_as_the_paper
 @common.forces
 def command(

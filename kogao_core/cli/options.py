@@ -229,21 +229,18 @@ def _disclosure(
     return Disclosure(record, label or "", font, laid, signer)
 
 
-_PAPERS: Final = (
-    words.option("--percent", type=float, help=_with_default(SETTINGS["percent"], "4")),
-    _recipe_file(Text("A saved recipe (JSON) [the paper's].")),
-    chooses_faces,
+chooses_percent = words.option(
+    "--percent", type=float, help=_with_default(SETTINGS["percent"], "4")
 )
+_PAPERS_RECIPE: Final = _recipe_file(Text("A saved recipe (JSON) [the paper's]."))
 
 
 def chooses_as_the_paper(command: _Command) -> _Command:
-    """Add ``--percent``, ``--recipe`` and ``--face`` to a command that repeats the paper's work."""
-    for option in reversed(_PAPERS):
-        command = option(command)
-    return command
+    """Add ``--recipe`` and ``--face`` to a command that repeats the paper's work."""
+    return _PAPERS_RECIPE(chooses_faces(command))
 
 
-def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
+def paper_recipe_of(file: Path | None, percent: float | None = None) -> Recipe:
     """Return the recipe in `file`, or the paper's, at the percentage that was given."""
     if file is not None:
         return recipe_of(file, {"percent": percent})

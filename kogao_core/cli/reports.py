@@ -50,7 +50,7 @@ class Work:
 
     def __init__(self, name: str, given: Mapping[str, Any]) -> None:
         self._given = given
-        self.recipe = options.paper_recipe_of(given["recipe_file"], given["percent"])
+        self.recipe = options.paper_recipe_of(given["recipe_file"], given.get("percent"))
         self._paths = common.input_paths(given["inputs"], given["sample"])
         self._outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
         self.left_out: list[str] = []

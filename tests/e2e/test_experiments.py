@@ -51,6 +51,11 @@ def test_every_experiment_says_how_far_it_is(cli, portrait, monkeypatch, name):
     assert re.fullmatch(re.escape(begun) + r", (\d+) of \1 steps", steps[-1]), "all are done"
 
 
+def test_an_experiment_that_tries_every_distance_offers_none(cli):
+    assert "--percent" in cli("domains", "--help")[1]
+    assert "--percent" not in cli("distortion", "--help")[1]
+
+
 def test_every_experiment_is_run_here_and_has_its_section():
     found = {
         name
@@ -148,7 +153,7 @@ def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, 
         (("{empty}",), 2, "there is no photo in"),
         (("{faceless}",), 4, "no face in"),
         (("missing.png",), 3, "missing.png"),
-        (("{photo}", "--percent", 20), 2, "leave --percent out"),
+        (("{photo}", "--percent", 5), 2, "No such option '--percent'"),
         (("{photo}", "--recipe", "{photo}"), 2, "is not JSON"),
         (("{photo}", "--face", 7), 2, "there is no face 7"),
         (("{photo}", "--json", "{empty}/none/x.json"), 3, "there is no folder"),
