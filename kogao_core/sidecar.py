@@ -15,6 +15,7 @@ from kogao_core.project import Original, Project, Sheet
 from kogao_core.protection import Protection
 from kogao_core.recipe import Recipe
 from kogao_core.strict import BadFile
+from kogao_core.wording import printable
 
 SUFFIX: Final = ".kogao.json"
 
@@ -202,7 +203,7 @@ def original(path: Path, sha256: str, pixels: Image) -> Original:
     >>> original(Path("in/me.jpg"), "0" * 64, np.zeros((3, 4), np.uint8)).path
     'me.jpg'
     """
-    name = "".join(letter if letter.isprintable() else "?" for letter in path.name)
+    name = printable(path.name)
     height, width = pixels.shape[:2]
     return Original(name, sha256, width, height)
 

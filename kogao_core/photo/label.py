@@ -12,6 +12,7 @@ from PIL import ImageDraw, ImageFont
 from kogao_core.geometry import Box, Image
 from kogao_core.language import Text
 from kogao_core.photo.errors import CannotDisclose
+from kogao_core.wording import printable
 
 LONGEST: Final = 100
 _HEIGHT_SHARE: Final = 0.025  # of the shorter side
@@ -67,7 +68,7 @@ def check_label(text: str, font: str | None = None) -> None:
     CannotDisclose
         If it is no line of at most `LONGEST` letters, or the font is missing or lacks a letter.
     """
-    if not text.strip() or len(text) > LONGEST or not text.isprintable():
+    if not text.strip() or len(text) > LONGEST or printable(text) != text:
         raise CannotDisclose(
             Text(
                 "a label is one line of 1 to {longest} letters; write another one", longest=LONGEST
@@ -98,7 +99,7 @@ def _lacking(text: str, font: str | None) -> str:
     face = _font(font, _READABLE_PX)
     # U+FFFF is no character: what a font shows for it is what it shows for those it lacks.
     blank = bytes(face.getmask("\uffff"))
-    letters = (one for one in sorted(set(text)) if not one.isspace())
+    letters = (one for one in sorted(set(text)) if one != " ")
     return next((one for one in letters if bytes(face.getmask(one)) == blank), "")
 
 

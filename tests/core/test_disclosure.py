@@ -192,6 +192,7 @@ def test_letters_grow_with_the_photo_and_shrink_to_fit():
         ("x" * (LONGEST + 1), None, "one line"),
         ("x" * LONGEST, None, "too small"),
         ("加工", None, "has no '加'"),
+        ("a\u3000b", None, r"has no '\\u3000'"),
         ("Retouched", "missing.ttf", "can't be used as a font"),
     ],
 )
@@ -216,7 +217,7 @@ def test_letters_that_the_built_in_font_lacks_are_drawn_by_one_of_the_system():
     there = [font for font in label._OF_SYSTEM if label._is_there(font)]
     if not there:
         pytest.skip("this system has no font with Japanese letters")
-    changed = draw_label(pixels, "レタッチ済み") != pixels
+    changed = draw_label(pixels, "レタッチ\u3000済み") != pixels
     assert changed[-1, -1]
     assert not changed[:200].any()
 

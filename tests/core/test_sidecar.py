@@ -118,9 +118,9 @@ def test_the_mode_decides_whose_faces_count():
 
 def test_names_that_are_no_text_are_written_as_text(tmp_path):
     pixels = textured_photo(WIDTH, HEIGHT)
-    original = sidecar.original(Path("secret/folder/a\nb\x1b\udcff.jpg"), HASH, pixels)
+    original = sidecar.original(Path("secret/folder/a\nb\x1b\udcff\u3000c.jpg"), HASH, pixels)
     save(project(original=original), tmp_path / "p.json")
-    assert load(tmp_path / "p.json").original == Original("a?b??.jpg", HASH, WIDTH, HEIGHT)
+    assert load(tmp_path / "p.json").original == Original("a?b??\u3000c.jpg", HASH, WIDTH, HEIGHT)
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):

@@ -196,12 +196,12 @@ def test_photos_with_odd_names_and_the_present_folder_make_a_study_that_can_be_r
 ):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    odd = Subject("a\nb\udcff.png", textured_photo(240, 320), (oval_face(240, 320),))
+    odd = Subject("a\nb\udcff\u3000c.png", textured_photo(240, 320), (oval_face(240, 320),))
     kinds = variants()[:2]
-    key = making.make([odd], Path(), making.Choices(variants=kinds))
+    key = making.make([odd], Path(), making.Choices(variants=kinds, seed="一\u3000二"))
     assert plan.key_path(Path()) == tmp_path / "here.key.json"
     assert plan.load_key(plan.key_path(Path())) == key
-    assert [face.name for face in key.subjects] == ["a?b?.png"]
+    assert [face.name for face in key.subjects] == ["a?b?\u3000c.png"]
 
 
 def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):

@@ -17,6 +17,7 @@ from kogao_core.experiments.study.variants import Variant, variants
 from kogao_core.experiments.subjects import Progress, Subject, no_progress
 from kogao_core.language import Text
 from kogao_core.recipe import PAPER, Recipe
+from kogao_core.wording import printable
 
 PAGE_FILE: Final = "index.html"
 _SEED_BYTES: Final = 16
@@ -50,7 +51,7 @@ class Choices:
 
     def __post_init__(self) -> None:
         """Refuse a seed that a key couldn't hold."""
-        if self.seed and (len(self.seed) > plan.LONGEST_SEED or not self.seed.isprintable()):
+        if self.seed and (len(self.seed) > plan.LONGEST_SEED or printable(self.seed) != self.seed):
             raise ValueError(
                 Text(
                     "a seed has at most {most} printable letters",

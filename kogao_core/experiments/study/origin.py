@@ -15,6 +15,7 @@ from kogao_core.experiments.subjects import Subject
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe import Recipe
 from kogao_core.strict import Node
+from kogao_core.wording import printable
 
 _MOST_POINTS: Final = 1000
 _LARGEST: Final = 1e9
@@ -75,7 +76,7 @@ class PhotoRecord:
     @staticmethod
     def of(subject: Subject) -> PhotoRecord:
         """Return what a key holds of a subject; letters that can't be printed become '?'."""
-        name = "".join(letter if letter.isprintable() else "?" for letter in subject.name)
+        name = printable(subject.name)
         points = [(float(x), float(y)) for x, y in _points(subject)]
         return PhotoRecord(name, subject.sha256, tuple(points))
 
