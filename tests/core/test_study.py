@@ -568,6 +568,15 @@ def test_a_copy_and_an_early_copy_count_once(copy):
     assert max(share.answers for share in counted(copy).shares.values()) == 2
 
 
+def test_who_rated_in_several_studies_is_one_rater(copy, tmp_path):
+    making.make([subject(3)], tmp_path / "third", making.Choices(variants=variants()[:2]))
+    folders = copy, tmp_path / "third"
+    for folder, rater in ((folders[0], "r1"), (folders[1], "r1"), (folders[1], "r2")):
+        rated(folder, rater, strict)
+    found = tally([(folder, plan.key_path(folder)) for folder in folders])
+    assert (found.subjects, found.raters) == (3, 2)
+
+
 def test_two_files_that_contradict_each_other_are_refused(copy):
     rated(copy, "r1", strict, 5)
     other = rated(copy, "r1", lenient, 50, place="elsewhere")

@@ -34,8 +34,10 @@ class Tally:
         Satisfaction, 0 to 100.
     skipped : int
         Pictures that weren't graded.
-    subjects, raters, torn : int
-        How many photos, people (a code counts once a study) and torn lines.
+    subjects, torn : int
+        How many photos, and torn lines.
+    codes : set of str
+        Of the raters; one code is one person in all studies.
     measured : mapping of Variant to PictureFigures
         Means over the subjects; without variants that a key doesn't have.
     keys : list of Key
@@ -50,12 +52,17 @@ class Tally:
     grades: list[int] = field(default_factory=list)
     skipped: int = 0
     subjects: int = 0
-    raters: int = 0
     torn: int = 0
+    codes: set[str] = field(default_factory=set)
     measured: dict[Variant, PictureFigures] = field(default_factory=dict)
     keys: list[Key] = field(default_factory=list)
     unfinished: list[Session] = field(default_factory=list)
     foreign: list[tuple[Path, str]] = field(default_factory=list)
+
+    @property
+    def raters(self) -> int:
+        """How many people answered."""
+        return len(self.codes)
 
     @property
     def satisfaction(self) -> Grades:
@@ -169,7 +176,8 @@ def _session(study: plan.Study, ratings: Ratings) -> Session:
 def _count(
     session: Session, key: Key, total: Tally, hits: Counter[Variant], answers: Counter[Variant]
 ) -> None:
-    total.raters += bool(session.answered)
+    if session.answered:
+        total.codes.add(session.rater)
     if session.answered and session.current is not None:
         total.unfinished.append(session)
     for record in session.answered:
