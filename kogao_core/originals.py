@@ -27,7 +27,11 @@ _LONGEST_RECORD: Final = 1 << 12
 
 
 class NoOriginal(Exception):
-    """A file's original isn't kept, or the file has changed since; the message says what to do."""
+    """A file's original isn't kept; the message says what to do."""
+
+
+class ChangedSince(NoOriginal):
+    """What others have written there since would be lost."""
 
 
 def data_folder() -> Path:
@@ -72,6 +76,10 @@ class Entry:
     def made(self, present: str) -> bool:
         """Return whether bytes of this hash are this program's own."""
         return self.knows(present) and present != self.original
+
+    def has(self, present: str) -> bool:
+        """Return whether bytes of this hash can go: they are kept, or can be made again."""
+        return self.knows(present) or present == self.original
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,44 +157,63 @@ class Originals:
         found = self._of(place, present)
         return next(((kept, record.read) for kept, record in found if record.made(present)), None)
 
-    def restore(self, path: Path, *, force: bool = False) -> bool:
+    def kept(self, path: Path) -> list[Path]:
+        """Return what is kept of a file, the newest first.
+
+        There are several where another program has changed it between two times.
+
+        Raises
+        ------
+        NoOriginal
+            If there is nothing.
+        OSError
+            If the file can't be read.
+        """
+        place = Path(os.path.realpath(path))
+        return [kept for kept, _ in self._found(path, place, _present(place))]
+
+    def restore(self, path: Path, number: int | None = None, *, force: bool = False) -> bool:
         """Bring a file's original back, byte for byte; tell whether there was anything to do.
 
         Parameters
         ----------
         path : Path
             The file; one that was moved or renamed since is known by its bytes.
+        number : int, optional
+            Which of those that are `kept`, from 1; by itself the one of which the file was made,
+            else the newest.
         force : bool
             Whether to replace what was written there by others since.
 
         Raises
         ------
         NoOriginal
-            If none is kept, or the file has changed since and `force` isn't set.
+            If none is kept, or none of this number.
+        ChangedSince
+            If the file has changed since and `force` isn't set.
         OSError
             If a file can't be read or written.
         """
         place = Path(os.path.realpath(path))
-        present = _sha256([place.read_bytes()]) if place.exists() else ""
-        found = list(self._of(place, present))
-        if not found:
+        present = _present(place)
+        found = self._found(path, place, present)
+        if number is not None and not 1 <= number <= len(found):
             raise NoOriginal(
                 Text(
-                    "no original of {path} is kept in {folder}; name a file that was "
-                    "changed in place, by the name it had then if it has been moved "
-                    "and changed since",
+                    "there is no original {number} of {path}; name one of 1 to {most}",
+                    number=number,
                     path=path,
-                    folder=self.folder,
+                    most=len(found),
                 )
             )
-        last = found[0]
-        kept, record = next((one for one in found if one[1].knows(present)), last)
+        its_own = next((one for one in found if one[1].has(present)), None)
+        kept, record = found[number - 1] if number is not None else its_own or found[0]
         if present == record.original:
             return False
-        if present and not record.knows(present) and not force:
-            raise NoOriginal(
+        if present and its_own is None and not force:
+            raise ChangedSince(
                 Text(
-                    "{path} has changed since it was written in place; --force "
+                    "{path} has changed since it was written in place; force=True "
                     "brings the original back all the same",
                     path=path,
                 )
@@ -203,6 +230,20 @@ class Originals:
         put(data, place, like=None if place.exists() else kept)
         shutil.copystat(kept, place)
         return True
+
+    def _found(self, path: Path, place: Path, present: str) -> list[tuple[Path, Entry]]:
+        found = list(self._of(place, present))
+        if not found:
+            raise NoOriginal(
+                Text(
+                    "no original of {path} is kept in {folder}; name a file that was "
+                    "changed in place, by the name it had then if it has been moved "
+                    "and changed since",
+                    path=path,
+                    folder=self.folder,
+                )
+            )
+        return found
 
     def _of(self, place: Path, present: str) -> Iterator[tuple[Path, Entry]]:
         """Yield what is kept of a place, then of what was written elsewhere; the newest first.
@@ -234,6 +275,10 @@ class Originals:
                 if room < 0:
                     _beside(one).unlink(missing_ok=True)
                     one.unlink()
+
+
+def _present(place: Path) -> str:
+    return _sha256([place.read_bytes()]) if place.exists() else ""
 
 
 def _beside(kept: Path) -> Path:

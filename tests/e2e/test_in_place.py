@@ -165,6 +165,32 @@ def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
     assert jpeg.read_bytes() == before
 
 
+def test_every_original_of_a_photo_is_listed_and_comes_back(cli, jpeg, store):
+    first = jpeg.read_bytes()
+    assert cli("warp", "--in-place", jpeg)[0] == 0
+    with Image.open(jpeg) as theirs:
+        theirs.transpose(Image.Transpose.FLIP_LEFT_RIGHT).save(jpeg)
+    second = jpeg.read_bytes()
+    assert cli("warp", "--in-place", jpeg)[0] == 0
+    code, listed, _ = cli("restore", jpeg, "--list")
+    kept = [line.split("  ") for line in listed.splitlines()]
+    assert (code, [(number, Path(file).read_bytes()) for number, *_, file in kept]) == (
+        0,
+        [("1", second), ("2", first)],
+    )
+    assert {Path(file).parent for *_, file in kept} == {store}
+    for number, whole in (("2", first), ("1", second), ("2", first)):
+        assert cli("restore", jpeg, "--original", number)[0] == 0
+        assert jpeg.read_bytes() == whole
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was\n"), "not the newest"
+    jpeg.write_bytes(b"theirs")
+    assert cli("restore", jpeg, "--original", 2)[0] == 2
+    assert cli("restore", jpeg, "--original", 2, "--force")[0] == 0
+    assert jpeg.read_bytes() == first
+    code, _, err = cli("restore", jpeg, "--original", 3)
+    assert (code, "there is no original 3" in err, "1 to 2" in err) == (2, True, True)
+
+
 def test_without_a_face_the_photo_stays_untouched(cli, faceless, weights, store):
     assert weights
     before = faceless.read_bytes(), faceless.stat().st_mtime_ns
@@ -260,9 +286,10 @@ def test_an_output_has_to_be_named(cli):
 
 
 def test_no_original_is_no_restoring(cli, jpeg):
-    code, _, err = cli("restore", jpeg)
-    assert code == 2
-    assert "no original of" in err
+    for option in ((), ("--list",), ("--original", 1)):
+        code, said, err = cli("restore", jpeg, *option)
+        assert (code, said) == (2, "")
+        assert "no original of" in err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a file in the way of a folder")
