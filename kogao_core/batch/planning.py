@@ -128,8 +128,7 @@ def check_free(tasks: Sequence[Task]) -> None:
         count = Text.counted(len(taken), "a file exists", "{n} files exist")
         raise NothingToDo(
             Text(
-                "{count} where results would go, such as {taken}; choose another "
-                "folder, or --force to replace them",
+                "{count} where results would go, such as {taken}; choose another folder",
                 count=count,
                 taken=taken[0],
             )

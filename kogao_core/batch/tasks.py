@@ -206,7 +206,7 @@ def _sentence(error: Exception) -> str:
         return said
     text = " ".join(said.split())
     if isinstance(error, MemoryError):
-        return Text("there isn't enough memory for this photo; try fewer --jobs")
+        return Text("there isn't enough memory for this photo; work on fewer at a time")
     built_in = type(error).__module__ == "builtins"
     if built_in and not isinstance(error, OSError | ValueError | RuntimeError):
         return Text(

@@ -137,7 +137,10 @@ def run(
             if stop():
                 return
             yield _result(workers.submit(task)) or Outcome(
-                task.source, task.output, "failed", Text("the worker died at it; try fewer --jobs")
+                task.source,
+                task.output,
+                "failed",
+                Text("the worker died at it; work on fewer at a time"),
             )
 
 

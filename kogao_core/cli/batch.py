@@ -17,9 +17,9 @@ from kogao_core.language import Text, tr, translated
 from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from kogao_core.batch import Outcome, Workers
+    from kogao_core.batch import Outcome, Task, Workers
     from kogao_core.photo.disclosure import Disclosure
 
 
@@ -88,7 +88,7 @@ def command(
             report=None if again else report,
         )  # fmt: skip
         if not force and not report.exists():
-            batch.check_free(tasks)
+            _check_free(tasks)
     common.landmark_source(landmarks)
     common.check_networks()
     common.mention_fallback(landmarks)
@@ -108,6 +108,17 @@ def command(
         ) from error
     progress.end(report)
     return common.SOME_FAILED if progress.bad else 0
+
+
+def _check_free(tasks: Sequence[Task]) -> None:
+    from kogao_core import batch
+
+    try:
+        batch.check_free(tasks)
+    except batch.NothingToDo as error:
+        raise common.Stop(
+            Text("{error}, or --force to replace them", error=error), common.USAGE
+        ) from None
 
 
 def _expanded(inputs: tuple[Path, ...]) -> list[Path]:

@@ -200,7 +200,8 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
             common.USAGE,
         )
     with _writing():
-        check_output(output, force=force)
+        check_output(output, force=True)
+    common.check_free(output, force)
 
 
 def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> None:

@@ -177,8 +177,8 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
         raise UnreadablePhoto(
             Text(
                 "{path} is {width} x {height} px, {megapixels} megapixels; the limit "
-                "is {max_megapixels:g}: raise --max-megapixels on the command line "
-                "if it is genuine, or make it smaller",
+                "is {max_megapixels:g}: raise it by kogao-cli --max-megapixels if the "
+                "photo is genuine, or make it smaller",
                 path=path,
                 width=width,
                 height=height,

@@ -89,7 +89,7 @@ def write(
     ...     kogao.write(photo, pixels, "marked.png")
     ... except kogao.CannotWrite as problem:
     ...     print(problem)
-    marked.png exists; choose another name, or --force to replace it
+    marked.png exists; choose another name, or force=True to replace it
     """
     path = Path(path)
     form = check_output(path, force=force)
@@ -230,7 +230,7 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
         ) from None
     if path.exists() and not force:
         raise RefusedOutput(
-            Text("{path} exists; choose another name, or --force to replace it", path=path)
+            Text("{path} exists; choose another name, or force=True to replace it", path=path)
         )
     return form
 

@@ -137,7 +137,7 @@ def test_what_nobody_may_replace_is_refused(empty, folder, tmp_path):
     box.form.folder.setText(str(out))
     click(box.go)
     finish(empty)
-    assert "b.jpg exists; choose another folder" in box.note.text()
+    assert "b.jpg; choose another folder" in box.note.text()
     assert (out / "b.jpg").read_bytes() == b"mine"
     (tmp_path / "file").write_bytes(b"mine")
     box.form.folder.setText(str(tmp_path / "file" / "in it"))

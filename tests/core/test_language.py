@@ -95,6 +95,16 @@ def test_the_system_says_which_language(environment, found, monkeypatch):
     assert language.use_language(*language.system_languages()) == found == language.language()
 
 
+def test_the_core_speaks_of_a_commands_options_by_the_commands_name(catalogues):
+    """Editor and programs in Python say its sentences, too."""
+    options = re.compile(r"(?<![\w-])--[a-z]")
+    for one in catalogues.gathered():
+        places = [place for place, _ in one.locations]
+        if any(place.startswith("kogao_core/") and "/cli/" not in place for place in places):
+            for text in one.id if one.pluralizable else [one.id]:
+                assert re.search("kogao-cli|pip", text) or not options.search(text), text
+
+
 @pytest.mark.parametrize("path", CATALOGUES, ids=lambda path: path.stem)
 def test_every_catalogue_has_every_text_and_keeps_its_fields(path, catalogues):
     catalogue, words = catalogues.read(path), catalogues.gathered()

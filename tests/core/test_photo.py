@@ -356,7 +356,7 @@ def test_a_truncated_file_is_refused_without_noise(tmp_path, deep_picture, kind,
 def test_too_large_is_refused_before_decoding(tmp_path):
     path = tmp_path / "large.png"
     path.write_bytes(png_header(40_000, 40_000))
-    assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise --max-mega")
+    assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise it")
     path.write_bytes(png_header(14_000, 14_000))  # beyond Pillow's own limit, within ours
     assert_refused(path, "damaged or incomplete")
     assert_refused(path, "the limit is 100", max_megapixels=100)

@@ -290,7 +290,7 @@ def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
     path = Path(shutil.copy(portrait, tmp_path / "in.jpg"))
     fails(2, "is the photo itself", "warp", path, "-o", path)
     (tmp_path / "out.jpg").write_text("mine")
-    fails(2, "exists; choose another name, or --force", "warp", path, "-o", tmp_path / "out.jpg")
+    fails(2, "exists; --force replaces it", "warp", path, "-o", tmp_path / "out.jpg")
     for out in (tmp_path / "out.jpg", path):
         assert cli("warp", path, "-o", out, "--force")[0] == 0
         assert photo.read(out).pixels.shape == photo.read(portrait).pixels.shape
@@ -554,7 +554,7 @@ def test_unreadable_photos(fails, tmp_path):
 
 @pytest.mark.usefixtures("portrait")
 def test_the_size_limit_can_be_raised(fails, faceless):
-    fails(3, "the limit is 0.01: raise --max-mega", "detect", faceless, "--max-megapixels", 0.01)
+    fails(3, "the limit is 0.01: raise it by", "detect", faceless, "--max-megapixels", 0.01)
     fails(4, "no face", "detect", faceless, "--max-megapixels", 0.02)
 
 

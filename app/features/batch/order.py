@@ -136,10 +136,8 @@ def carry_out(
         disclosure=order.disclosure,
         report=None if order.again else report,
     )
-    taken = next((task.output for task in tasks if Path(task.output).exists()), None)
-    if taken is not None and not report.exists():
-        # What no batch of ours has written isn't ours to replace.
-        raise batch.NothingToDo(tr("{file} exists; choose another folder", file=taken))
+    if not report.exists():  # what no batch of ours has written isn't ours to replace
+        batch.check_free(tasks)
     planned(len(tasks))
     try:
         batch.record(batch.run(tasks, Workers.processes(order.jobs), stop), report, went)

@@ -158,7 +158,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
             Text(
-                "{key_file} is the key of another study; name the right one with --key",
+                "{key_file} is the key of another study; name the right one",
                 key_file=key_file,
             )
         )
