@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .storage import Storage
 
 _DESKTOP_ID: Final = "org.kogao.Kogao"
+_OF_SCREENSHOT: Final = ("show", "percent", "protect")  # what only a picture can show
 
 
 def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None) -> int:
@@ -170,8 +171,11 @@ def _language(argv: Sequence[str] | None) -> str | None:
 def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = _parser()
     options = parser.parse_args(argv)
-    if options.screenshot is not None and len(options.photos) > 1:
+    if options.screenshot is not None and (len(options.photos) > 1 or options.rate is not None):
         parser.error(tr("--screenshot shows one photo; name one"))
+    for name in _OF_SCREENSHOT if options.screenshot is None else ():
+        if getattr(options, name) is not None:
+            parser.error(tr("{option} needs {other}", option=f"--{name}", other="--screenshot"))
     if options.edit and (options.screenshot is not None or not options.photos):
         parser.error(
             tr("--edit takes the photos to be written over; name them, and no --screenshot")

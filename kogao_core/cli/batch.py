@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 @common.limits_megapixels
 @common.chooses_landmarks
 @words.option(
-    "--dask", metavar="ADDRESS",
+    "--dask", metavar="ADDRESS", excludes=("--jobs",),
     help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files.",
 )  # fmt: skip
 def command(

@@ -126,6 +126,7 @@ _DISCLOSING: Final = (
     words.option(
         "--label-font",
         "font",
+        needs="--label",
         metavar="FILE",
         help="A font file for the label [built in; the system's for letters that it lacks].",
     ),
@@ -138,6 +139,7 @@ _DISCLOSING: Final = (
     words.option(
         "--label-corner",
         "corner",
+        needs="--label-picture",
         type=click.Choice(tuple(CORNERS)),
         default=LABEL_CORNER,
         help=Text("Which corner the picture is laid over [{corner}].", corner=LABEL_CORNER),
@@ -145,6 +147,7 @@ _DISCLOSING: Final = (
     words.option(
         "--label-share",
         "share",
+        needs="--label-picture",
         type=common.Number(*LABEL_SHARE),
         default=LABEL_PERCENT,
         metavar="PERCENT",
@@ -158,6 +161,7 @@ _DISCLOSING: Final = (
     words.option(
         "--sign-certificate",
         "certificate",
+        needs="--sign-key",
         metavar="FILE",
         help="Sign content credentials (C2PA) that name the photo as the source; your certificate "
         "and those that vouch for it, as PEM (pip install 'kogao[credentials]').",
@@ -165,6 +169,7 @@ _DISCLOSING: Final = (
     words.option(
         "--sign-key",
         "key",
+        needs="--sign-certificate",
         metavar="FILE",
         help="The certificate's private key, as PEM; its password from KOGAO_SIGN_PASSWORD.",
     ),
@@ -203,10 +208,6 @@ def _disclosure(
     """Return what results disclose, after checking that they can."""
     from kogao_core.photo.disclosure import Disclosure
 
-    if (certificate is None) != (key is None):
-        raise common.Stop(
-            Text("a signature takes both --sign-certificate and --sign-key"), common.USAGE
-        )
     laid, signer = None, None
     if label is not None or picture is not None or (certificate is not None and key is not None):
         from kogao_core.photo.credentials import Signer, check_signer

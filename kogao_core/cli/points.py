@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import click
 
 from kogao_core.cli import common, words
-from kogao_core.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
@@ -18,10 +17,11 @@ if TYPE_CHECKING:
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 _FILE: Final = words.option(
     "--points", "points_file", type=click.Path(path_type=Path), metavar="FILE",
+    excludes=("--landmarks",),
     help="Take the landmarks from a .tem, .pts, .csv or .json file instead of looking for faces.",
 )  # fmt: skip
 _MAP: Final = words.option(
-    "--points-map", metavar="MAP",
+    "--points-map", metavar="MAP", needs="--points",
     help="Which of the file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
     "[by their number: 27, 68 or 189].",
 )  # fmt: skip
@@ -41,8 +41,6 @@ def faces(
 ) -> list[Face]:
     """Return the faces of a file of points, or find them where there is none."""
     if file is None:
-        if mapping is not None:
-            raise common.Stop(Text("--points-map needs --points"), common.USAGE)
         return common.find_faces(photo, landmarks, source)
     from kogao_core import interchange
     from kogao_core.geometry import Box

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from kogao_core.cli import common
+from kogao_core.cli import common, words
 from kogao_core.language import Text
 from kogao_core.settings import SETTINGS
 
@@ -31,10 +31,8 @@ _FROM_PROJECT: Final = (
 
 def refuse_choices(context: click.Context) -> None:
     """Stop when choices are given beside a project, which holds all of them."""
-    by_user = click.core.ParameterSource.COMMANDLINE
     for parameter in context.command.params:
-        name = parameter.name or ""
-        if name in _FROM_PROJECT and context.get_parameter_source(name) is by_user:
+        if parameter.name in _FROM_PROJECT and words.is_given(parameter, context):
             raise common.Stop(
                 Text("--project holds every choice; leave out {option}", option=parameter.opts[0]),
                 common.USAGE,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @words.command("restore")
 @click.argument("file", metavar="PHOTO", type=click.Path(path_type=Path, readable=False))
 @words.option(
-    "--list", "only_list", is_flag=True,
+    "--list", "only_list", is_flag=True, excludes=("--original", "--force"),
     help="List what is kept of it, the newest first: there are several where another program has "
     "changed it between two times.",
 )  # fmt: skip

@@ -70,10 +70,11 @@ def _corners(value: str) -> list[list[float]]:
 )  # fmt: skip
 @words.option(
     "--protect-width", "width_px", type=common.Number(0.0), default=0.0, metavar="PX",
-    help="Width of the protected lines [0: the line alone].",
+    needs="--protect", help="Width of the protected lines [0: the line alone].",
 )  # fmt: skip
 @words.option(
     "--protect-feather", "feather_px", type=common.Number(0.0), default=0.0, metavar="PX",
+    needs="--protect",
     help="Keep the lines' very bytes and let the move fade in over PX beside them [0: don't].",
 )  # fmt: skip
 @words.option(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, TypeVar
@@ -27,14 +27,26 @@ class Option(click.Option):
         As click has them.
     help : str, Text or callable, optional
         What it does; a literal is found for the catalogues.
+    needs : str, optional
+        The option without which it says nothing.
+    excludes : sequence of str
+        Options that say nothing beside it.
     **settings : object
         As click has them.
     """
 
-    def __init__(self, *names: Any, help: Help = None, **settings: Any) -> None:  # noqa: A002
+    def __init__(
+        self,
+        *names: Any,
+        help: Help = None,  # noqa: A002
+        needs: str | None = None,
+        excludes: Sequence[str] = (),
+        **settings: Any,
+    ) -> None:
         settings["help"] = None if callable(help) else help
         super().__init__(*names, **settings)
         self._words = help
+        self.needs, self.excludes = needs, excludes
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help."""
@@ -71,6 +83,15 @@ class Command(click.Command):
         if option is not None:
             option.help = looked_up("Show this message and exit.")
         return option
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it, unless an option is given that would say nothing."""
+        given = [one for one in self.params if is_given(one, ctx)]
+        spelled = {name for one in given for name in one.opts}
+        for one in given:
+            if isinstance(one, Option):
+                _check_partners(one, spelled, ctx)
+        return super().invoke(ctx)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what stands below."""
@@ -120,6 +141,27 @@ class Group(Command, click.Group):
     def _load(self, name: str) -> None:
         if name in self._later and name not in self.commands:
             self.add_command(import_module(self._later[name]).command)
+
+
+def is_given(one: click.Parameter, ctx: click.Context) -> bool:
+    """Return whether somebody has typed an option or argument."""
+    return ctx.get_parameter_source(one.name or "") is click.core.ParameterSource.COMMANDLINE
+
+
+def _check_partners(option: Option, given: Collection[str], ctx: click.Context) -> None:
+    name = option.opts[0]
+    if option.needs is not None and option.needs not in given:
+        raise click.UsageError(Text("{option} needs {other}", option=name, other=option.needs), ctx)
+    for other in option.excludes:
+        if other in given:
+            raise click.UsageError(
+                Text(
+                    "{option} and {other} don't go together; leave one out",
+                    option=name,
+                    other=other,
+                ),
+                ctx,
+            )
 
 
 def command(name: str) -> Callable[[Callable[..., Any]], Command]:

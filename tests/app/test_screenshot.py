@@ -188,6 +188,10 @@ def fail(*_, **__):
         ["--protect", "1,2 nan,3"],
         ["--percent", "nan"],
         ["--percent", "16"],
+        ["--sample", "--show", "lattice"],
+        ["--sample", "--protect", "80,40 80,600"],
+        ["--sample", "--percent", "4"],
+        ["--rate", "folder", "--screenshot", "a.png"],
     ],
 )
 def test_a_wrong_call_ends_with_2(source, wrong, capsys):

@@ -138,7 +138,7 @@ def project_case(rng: Rng) -> Trial:
 
 def options_case(rng: Rng) -> Trial:
     """Return a warp by damaged options."""
-    given = {"--points": "p.csv"}
+    given = {"--points": "p.csv", "--protect": "10,20 60,70"}
     for _ in range(rng.integers(1, 4)):
         option, value = OPTIONS[rng.integers(len(OPTIONS))]
         changed = damaged(value.encode(), rng).decode("utf-8", "replace").replace("\0", "")

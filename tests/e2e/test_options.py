@@ -1,11 +1,13 @@
 """An option means the same in every command."""
 
 import json
+import re
 
 import click
 import pytest
 
 from kogao_core.cli import common, program
+from kogao_core.cli.words import Option
 
 # Many photos into a folder, where the sample would only be in the way.
 TAKES_NO_SAMPLE = {"batch"}
@@ -42,6 +44,74 @@ def test_it_takes_the_same_kind_of_value(spelled):
         if known == spelled
     }
     assert len(set(kinds.values())) == 1, kinds
+
+
+def paths(command, before=()):
+    if isinstance(command, click.Group):
+        for name, below in command.commands.items():
+            yield from paths(below, (*before, name))
+    else:
+        yield before, command
+
+
+def given(*options):
+    for option in options:
+        yield option.opts[0]
+        if not option.is_flag:
+            yield option.type.choices[0] if isinstance(option.type, click.Choice) else "1"
+
+
+PARTNERS = [
+    (path, command, option)
+    for path, command in paths(program)
+    for option in command.params
+    if isinstance(option, Option) and (option.needs or option.excludes)
+]
+
+
+@pytest.mark.parametrize(
+    ("path", "command", "option"),
+    PARTNERS,
+    ids=[f"{'-'.join(path)} {option.opts[0]}" for path, _, option in PARTNERS],
+)
+def test_an_option_that_would_say_nothing_is_refused(
+    cli, tmp_path, monkeypatch, path, command, option
+):
+    monkeypatch.chdir(tmp_path)
+    known = {name: one for one in command.params for name in one.opts}
+    required = [one for one in command.params if one.required and one is not option]
+    call = [*path, *given(*(one for one in required if one.opts[0].startswith("-")))]
+    call += ["photo.jpg" for one in required if isinstance(one, click.Argument)]
+    name = option.opts[0]
+    wrong = [([], f"{name} needs {option.needs}")] if option.needs else []
+    wrong += [(known[one], f"{name} and {one} don't go together") for one in option.excludes]
+    assert option.needs is None or option.needs in known
+    for others, sentence in wrong:
+        code, said, err = cli(*call, *given(option, *([others] if others else [])))
+        assert (code, said) == (2, "")
+        assert err.startswith(f"kogao-cli: {sentence}")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("warp", "--protect-width", 3),
+        ("warp", "--protect-feather", 3),
+        ("warp", "--points-map", "0-16/36,39,42,45/48,54"),
+        ("warp", "--label-font", "x.ttf"),
+        ("warp", "--label-corner", "top-left"),
+        ("warp", "--label-share", 5),
+        ("warp", "--sign-key", "x.pem"),
+        ("warp", "--points", "x.csv", "--landmarks", "aam"),
+        ("batch", "--label-share", 5),
+        ("batch", "--jobs", 2, "--dask", "tcp://127.0.0.1:1"),
+    ],
+)
+def test_half_a_pair_is_one_sentence(cli, small_portrait, tmp_path, arguments):
+    code, said, err = cli(*arguments, small_portrait, "-o", tmp_path / "out.png")
+    assert (code, said) == (2, "")
+    assert re.fullmatch(r"kogao-cli: [^\n]+ (needs --|don't go together)[^\n]+\n", err), err
 
 
 @pytest.mark.parametrize("spelled", ["--json", "--csv", "--html"])

@@ -345,7 +345,7 @@ def test_a_result_is_signed_by_whoever_was_named(cli, kept, tmp_path):
 @pytest.mark.parametrize(
     ("asked", "code", "words"),
     [
-        (["--sign-key", "k.pem"], 2, "takes both --sign-certificate and --sign-key"),
+        (["--sign-key", "k.pem"], 2, "--sign-key needs --sign-certificate"),
         (["--sign-key", "k.pem", "--sign-certificate", "c.pem"], 1, "needs an extra: pip install"),
     ],
 )
