@@ -29,8 +29,10 @@ from kogao_core.language import Text
 from kogao_core.limits import MOST_LANDMARKS
 from kogao_core.strict import BadFile, Node
 from kogao_core.strict import parse as parse_json
+from kogao_core.wording import shown
 
 _MOST_FACES: Final = 1000
+_TOLD: Final = 4  # fields of a file of others
 
 
 def parse_csv(data: bytes) -> list[PointSet]:
@@ -147,7 +149,9 @@ def parse_faces(data: bytes) -> list[Face]:
     BadFile
         If it is none.
     """
-    faces = parse_json(data, MOST_BYTES).field("faces").items(_MOST_FACES)
+    top = parse_json(data, MOST_BYTES)
+    _check_ours(top.value)
+    faces = top.field("faces").items(_MOST_FACES)
     if not faces:
         raise BadFile(Text("the file holds no face"))
     if sum(face.count("outline") for face in faces) > MOST_LANDMARKS:
@@ -158,6 +162,23 @@ def parse_faces(data: bytes) -> list[Face]:
             )
         )
     return [_face(face) for face in faces]
+
+
+def _check_ours(found: object) -> None:
+    """Say what a file of another program, or of another kind, is taken for."""
+    if not isinstance(found, dict) or not found or "faces" in found:
+        return
+    if "unit_px" in found:
+        raise BadFile(
+            Text("it is a project; open it in the editor, or use it by kogao-cli warp --project")
+        )
+    raise BadFile(
+        Text(
+            "it holds {fields} in place of the faces that kogao-cli detect --json writes; write "
+            "the points of other programs, such as LabelMe, as a .csv file with columns x and y",
+            fields=shown(", ".join(list(found)[:_TOLD])),
+        )
+    )
 
 
 def _face(node: Node) -> Face:

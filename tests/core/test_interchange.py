@@ -247,6 +247,7 @@ HOSTILE = {
     "one-place.csv": b"x,y\n" + b"5,5\n" * 27,
     "none.json": b'{"faces": []}',
     "list.json": b"[1, 2]",
+    "other.json": b'{"%s": []}' % (b"x" * 10_000),
     "nan.json": b'{"faces": [{"outline": [[NaN, 1]], "eyes": [], "mouth": []}]}',
     "triple.json": b'{"faces": [{"outline": [[1, 1, 1]], "eyes": [], "mouth": []}]}',
     "few.json": b'{"faces": [{"outline": [[1, 1]], "eyes": [], "mouth": []}]}',
@@ -281,6 +282,20 @@ def test_more_points_than_photos_have_faces_for_are_refused(tmp_path, name, cont
     (tmp_path / name).write_bytes(content)
     with pytest.raises(BadFile, match=words):
         read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("content", "found", "advice"),
+    [
+        ('{"version": "5.4.1", "flags": {}, "shapes": []}', "version, flags, shapes", ".csv file"),
+        ('{"images": [], "annotations": []}', "images, annotations", ".csv file"),
+        ('{"format": "kogao-project", "unit_px": 1024}', "a project", "--project"),
+    ],
+)
+def test_json_of_others_is_named_with_a_way_out(tmp_path, content, found, advice):
+    (tmp_path / "a.json").write_text(content)
+    with pytest.raises(BadFile, match=f"it (holds|is) .*{found}.*; .*{advice}"):
+        read(tmp_path / "a.json")
 
 
 def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):

@@ -104,7 +104,7 @@ def said(strange, monkeypatch, capsys):  # noqa: ARG001
         (["warp", "text.jpg", "-o", "a.png"], 3),
         (["warp", "--sample", "-o", "a.png", "--project", "broken.json"], 2),
         (["warp", "--sample", "-o", "a.png", "--recipe", "broken.json"], 2),
-        (["warp", "--sample", "-o", "a.png", "--points", "broken.json"], 3),
+        (["warp", "--sample", "-o", "a.png", "--points", "points.json"], 3),
         (["batch", "no.folder", "-o", "out"], 2),
         (["experiment", "timing", "--sample", "--setting-time", "no.file"], 3),
         (["presets", "show", "no.preset"], 2),
@@ -120,6 +120,7 @@ def test_every_word_of_an_error_is_translated(arguments, code, said, tmp_path, m
     (tmp_path / "text.jpg").write_text("a text, not a photo")
     (tmp_path / "broken.jpg").write_bytes(b"\xff\xd8\xff\xe0 and no more")
     (tmp_path / "broken.json").write_text('{"version": "x"}')
+    (tmp_path / "points.json").write_text('{"faces": "x"}')
     ended, text = said(*arguments)
     text = text.replace(str(tmp_path), "")
     assert (ended, plain(text)) == (code, []), text
