@@ -406,6 +406,17 @@ def test_damaged_bytes_never_raise_anything_else(tmp_path, picture, kind):
             pass
 
 
+def test_numbers_without_a_profile_are_said_to_be_seen_as_srgb(tmp_path, deep_picture):
+    floating = deep_picture[..., 0].astype(np.float32) / 65535.0
+    assert photo.read(saved(tmp_path / "with.tif", floating, icc_profile=SRGB)).notes == ()
+    bare = photo.read(saved(tmp_path / "bare.tif", floating))
+    assert bare.icc_profile is None
+    (note,) = bare.notes
+    assert "seen as sRGB" in note
+    assert note in photo.write(bare, 0.5 * bare.pixels, tmp_path / "changed.tif")
+    assert photo.write(bare, bare.pixels, tmp_path / "same.tif") == ""
+
+
 # ---- bad output -----------------------------------------------------------------------------
 
 

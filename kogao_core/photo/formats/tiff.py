@@ -35,6 +35,12 @@ _KEPT: Final = {
     32773,
     32946,
 }  # none, LZW, Deflate, PackBits, Deflate's old number
+# Readers differ: darktable and libvips take them for linear, Java's for sRGB, as is whatever was
+# divided by 255.
+_SEEN: Final = Text(
+    "32-bit numbers without a colour profile are seen as sRGB: linear ones look dark, and are "
+    "written right all the same"
+)
 
 
 def _decode(source: Source) -> Photo:
@@ -51,6 +57,8 @@ def _decode(source: Source) -> Photo:
     if tags.is_deep:
         tags.check_layout(path)
         pixels = tags.decode(file)
+        if pixels.dtype == np.float32 and profile is None:
+            notes = (_SEEN,)
     else:
         file.seek(0)
         with Pillow.open(file, formats=["TIFF"]) as image:
