@@ -23,6 +23,10 @@ MOST_CONTROL_POINTS: Final = 2**20
 # Landmarks and protected places that are solved for at once, where lattices reach into each other:
 # 230 faces that all touch.
 MOST_TOGETHER: Final = 5000
+# Faces whose middles lie on one another: that is nobody's photo, and solving for them takes longer
+# than for as many that merely touch.
+MOST_ON_ONE: Final = 20
+_ON_ONE: Final = 0.25  # of a face's size
 # Places along and across a protected stroke, near one face.
 MOST_SAMPLES: Final = 2**20
 # Corners of all protected lines together.
@@ -53,7 +57,7 @@ def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> No
     Raises
     ------
     OutOfBounds
-        If one lies farther outside.
+        If one lies farther outside, or more than `MOST_ON_ONE` faces lie on one.
 
     Examples
     --------
@@ -71,6 +75,25 @@ def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> No
         if face.targets is not None:
             _check_near(
                 face.targets, image, room, Text("target {{}} of face {number}", number=number)
+            )
+    _check_apart(faces)
+
+
+def _check_apart(faces: Sequence[Face]) -> None:
+    """Check that no more than `MOST_ON_ONE` faces lie in one place."""
+    middles = np.array([np.median(face.points, axis=0) for face in faces]).reshape(-1, 2)
+    for number, face in enumerate(faces, start=1):
+        off = middles - middles[number - 1]
+        on_it = int((np.hypot(*off.T) < _ON_ONE * size_px(face)).sum())
+        if on_it > MOST_ON_ONE:
+            raise OutOfBounds(
+                Text(
+                    "{count} faces lie where face {number} does, and at most {most} are worked on; "
+                    "take those away that are there twice",
+                    count=on_it,
+                    number=number,
+                    most=MOST_ON_ONE,
+                )
             )
 
 

@@ -102,6 +102,15 @@ def test_hundreds_of_faces_on_one_another_are_refused(name):
         rendered([oval_face()] * 500, Recipe(fit=name))
 
 
+def test_more_faces_in_one_place_than_anybody_has_are_refused():
+    crowd = [oval_face(center=(240 + k, 180)) for k in range(21)]
+    check_faces(crowd[:20], IMAGE)
+    with pytest.raises(OutOfBounds, match="21 faces lie where face 1 does"):
+        check_faces(crowd, IMAGE)
+    apart = [oval_face(600, 600, center=(9 * k, 300), size=0.05) for k in range(60)]
+    check_faces(apart, Box(0, 0, 600, 600))
+
+
 def test_a_hundred_people_who_touch_are_worked_on():
     pitch = 60.0
     places = [((k % 10 + 0.5) * pitch, (k // 10 + 0.5) * pitch) for k in range(100)]
