@@ -6,7 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -65,6 +65,30 @@ class Task:
     project: str = ""
     disclosure: Disclosure = NO_DISCLOSURE
     done: str = ""
+
+    def rooted(self) -> Task:
+        """Return a task that names the same files in whatever folder a worker was started."""
+        from kogao_core.landmarks import CHOICES
+
+        told, model = self.disclosure, self.landmarks
+        is_file = model is not None and model not in {choice.name for choice in CHOICES}
+        if told.picture is not None:
+            told = replace(told, picture=replace(told.picture, file=_rooted(told.picture.file)))
+        if told.signer is not None:
+            files = _rooted(told.signer.certificate), _rooted(told.signer.key)
+            told = replace(told, signer=replace(told.signer, certificate=files[0], key=files[1]))
+        return replace(
+            self,
+            source=_rooted(self.source),
+            output=_rooted(self.output),
+            project=_rooted(self.project),
+            landmarks=_rooted(model) if model and is_file else model,
+            disclosure=replace(told, font=_rooted(told.font) if told.font else None),
+        )
+
+
+def _rooted(path: str) -> str:
+    return str(Path.cwd() / path) if path else path
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import dataclasses
 import multiprocessing
 import os
 import signal
@@ -29,6 +30,19 @@ class NoWorkers(Exception):
     """A cluster's scheduler has nobody to do the work."""
 
 
+def _send(executor: Executor, task: Task) -> Future[Outcome]:
+    return executor.submit(work, task)
+
+
+def _send_afar(executor: Executor, task: Task) -> Future[Outcome]:
+    """Hand a task to workers that were started in other folders; the report names it as here."""
+    return executor.submit(_work_afar, task.rooted(), task.source, task.output)
+
+
+def _work_afar(task: Task, source: str, output: str) -> Outcome:
+    return dataclasses.replace(work(task), source=source, output=output)
+
+
 class Workers:
     """Where tasks are worked on; a context manager.
 
@@ -40,13 +54,19 @@ class Workers:
         Tasks that it works on at a time.
     close : callable
         Called at the end.
+    send : callable
+        Hands a task to an executor.
     """
 
     def __init__(
-        self, make: Callable[[], Executor], count: int, close: Callable[[], object] = lambda: None
+        self,
+        make: Callable[[], Executor],
+        count: int,
+        close: Callable[[], object] = lambda: None,
+        send: Callable[[Executor, Task], Future[Outcome]] = _send,
     ) -> None:
         self.count = count
-        self._make, self._close = make, close
+        self._make, self._close, self._send = make, close, send
         self._executor: Executor | None = None
 
     @staticmethod
@@ -82,7 +102,7 @@ class Workers:
             client.close()
             raise NoWorkers from None
         count = max(1, sum(client.nthreads().values()))
-        return Workers(lambda: client.get_executor(retries=2), count, client.close)
+        return Workers(lambda: client.get_executor(retries=2), count, client.close, _send_afar)
 
     def submit(self, task: Task) -> Future[Outcome]:
         """Hand out a task."""
@@ -91,7 +111,7 @@ class Workers:
                 self._executor = self._make()
             try:
                 with _uninterrupted():
-                    return self._executor.submit(work, task)
+                    return self._send(self._executor, task)
             except BrokenProcessPool:
                 self._executor = None
         raise RuntimeError("workers can't be started on this machine")

@@ -56,7 +56,8 @@ if TYPE_CHECKING:
 @common.chooses_landmarks
 @words.option(
     "--dask", metavar="ADDRESS", excludes=("--jobs",),
-    help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files.",
+    help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files, "
+    "and its scheduler and workers have the same Kogao.",
 )  # fmt: skip
 def command(
     inputs: tuple[Path, ...],

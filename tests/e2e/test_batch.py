@@ -4,11 +4,14 @@ import concurrent.futures
 import dataclasses
 import json
 import os
+import pickle
 import re
 import shutil
 import signal
 import subprocess
 import sys
+from concurrent.futures import Executor
+from pathlib import Path
 
 import beside
 import numpy as np
@@ -20,6 +23,8 @@ from shortly import few_of
 from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.cli import main
+from kogao_core.photo.disclosure import Disclosure
+from kogao_core.photo.label_picture import LabelPicture
 from kogao_core.recipe import Recipe
 
 
@@ -314,6 +319,27 @@ def test_a_cluster_writes_the_bytes_of_one_process(small_portrait, tmp_path):
     assert batch.work(alone).status == "done"
     name = small_portrait.name
     assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+
+
+def test_a_cluster_may_have_been_started_in_another_folder(small_portrait, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(small_portrait, "me.jpg")
+    shutil.copy(small_portrait, "mark.jpg")
+    disclosure = Disclosure(picture=LabelPicture("mark.jpg"))
+    (task,) = batch.plan([Path("me.jpg")], Path("out"), Recipe(), disclosure=disclosure)
+    sent = []
+
+    class Cluster(Executor):
+        def submit(self, *call):
+            sent.append(call)
+
+    workers._send_afar(Cluster(), task)
+    ((function, *arguments),) = sent
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    outcome = function(*pickle.loads(pickle.dumps(arguments)))
+    assert (outcome.status, outcome.source) == ("done", "me.jpg"), outcome
+    assert (tmp_path / outcome.output).is_file()
 
 
 @pytest.mark.slow
