@@ -27,6 +27,7 @@ _LINE: Final = (
 )
 _VARIABLES: Final = {".config": "XDG_CONFIG_HOME", ".local/share": "XDG_DATA_HOME"}
 _DESKTOP: Final = "desktop"
+_OUTSIDE: Final = "kogao_outside.py"  # what starts this program from others' Python
 _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
 
@@ -86,12 +87,13 @@ _QUOTED: Final[Mapping[str, Callable[[Path], str]]] = {
 
 
 def _gimp(version: str, files: Mapping[str, str]) -> Host:
-    files = {**files, "common.py": "common.py"}
+    ours = {f"gimp/{name}": theirs for name, theirs in files.items()}
+    files = {**ours, "gimp/common.py": "common.py", _OUTSIDE: _OUTSIDE}
     return Host(
         lambda: _settings("APPDATA", "Library/Application Support", ".config", f"GIMP/{version}"),
         "org.gimp.GIMP",
         "",
-        {f"gimp/{ours}": f"plug-ins/kogao/{theirs}" for ours, theirs in files.items()},
+        {name: f"plug-ins/kogao/{theirs}" for name, theirs in files.items()},
         is_filled_once=True,
     )
 
@@ -118,6 +120,7 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
             "data/krita",
             {
                 "krita/kogao.py": "pykrita/kogao/__init__.py",
+                _OUTSIDE: f"pykrita/kogao/{_OUTSIDE}",
                 "krita/kogao.desktop": "pykrita/kogao.desktop",
             },
             then=Text("then tick Kogao in Settings > Configure Krita > Python Plugin Manager"),

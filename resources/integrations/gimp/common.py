@@ -1,21 +1,12 @@
-"""What the plug-ins for GIMP 3 and GIMP 2.10 say and do alike: entries, and a file's way and back.
-
-`kogao-cli integrate gimp` fills in where the programs lie. Kogao runs as a program of its own, on a
-file that it writes over.
-"""
+"""What the plug-ins for GIMP 3 and 2.10 say and do alike: entries, and a file's way and back."""
 
 import os
 import subprocess
 import tempfile
 from pathlib import Path
 
-# Within a Flatpak: out of its sandbox, whose /tmp others may not see; its cache is a usual folder.
-SANDBOXED = "FLATPAK_ID" in os.environ
-OUT = ["flatpak-spawn", "--host"] if SANDBOXED else []
-SHARED = os.environ.get("XDG_CACHE_HOME") if SANDBOXED else None
-EDITOR = [*OUT, "@KOGAO@", "--edit", "--temporary"]
-BY_ITSELF = [*OUT, "@KOGAO_CLI@", "warp", "--in-place", "--temporary"]
-CANCELLED = 6
+from kogao_outside import BY_ITSELF, CANCELLED, EDITOR, SHARED, THEIRS
+
 COMMANDS = {
     "kogao-edit": ("_Kogao: edit…", EDITOR),
     "kogao-by-itself": ("Kogao: _smaller faces", BY_ITSELF),
@@ -26,8 +17,6 @@ DOCUMENTATION = "Make faces smaller", "The result is a new layer."
 ATTRIBUTION = "Kogao", "Kogao", "2026"
 LAYER = "Kogao"
 CLOSED = "The picture was closed meanwhile."
-# What packages of GIMP set for their own Python and libraries would lead other programs astray.
-THEIRS = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH")
 
 
 class Cancelled(Exception):

@@ -1,10 +1,8 @@
 """Kogao for Krita: the picture goes to Kogao, and comes back as a new layer.
 
-Installed by `kogao-cli integrate krita`, which fills in where the programs lie. Krita's Python has
-none of Kogao's libraries, so Kogao runs as a program of its own, on a file that it writes over.
+Krita's Python has none of Kogao's libraries, so that Kogao runs as a program of its own.
 """
 
-import os
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -13,19 +11,12 @@ from krita import Extension, InfoObject, Krita
 from PyQt5.QtCore import QEventLoop, QProcess, QProcessEnvironment
 from PyQt5.QtWidgets import QMessageBox
 
-# Within a Flatpak: out of its sandbox, whose /tmp others may not see; its cache is a usual folder.
-SANDBOXED = "FLATPAK_ID" in os.environ
-OUT = ["flatpak-spawn", "--host"] if SANDBOXED else []
-SHARED = os.environ.get("XDG_CACHE_HOME") if SANDBOXED else None
-EDITOR = [*OUT, "@KOGAO@", "--edit", "--temporary"]
-BY_ITSELF = [*OUT, "@KOGAO_CLI@", "warp", "--in-place", "--temporary"]
-CANCELLED = 6
+from .kogao_outside import BY_ITSELF, CANCELLED, EDITOR, SHARED, THEIRS
+
 ACTIONS = {
     "kogao_edit": ("Kogao: edit…", EDITOR),
     "kogao_by_itself": ("Kogao: smaller faces", BY_ITSELF),
 }
-# What Krita's own packages set for their Python and Qt would lead other programs astray.
-THEIRS = ("PYTHONHOME", "PYTHONPATH", "LD_LIBRARY_PATH", "QT_PLUGIN_PATH")
 
 
 class Scripts(Extension):
@@ -65,7 +56,7 @@ class Scripts(Extension):
             return 1, "The picture can't be written as a PNG file."
         process, done = QProcess(), QEventLoop()
         surroundings = QProcessEnvironment.systemEnvironment()
-        for name in THEIRS:
+        for name in (*THEIRS, "QT_PLUGIN_PATH"):
             surroundings.remove(name)
         process.setProcessEnvironment(surroundings)
         process.finished.connect(done.quit)
