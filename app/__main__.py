@@ -181,7 +181,7 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
             tr("--edit takes the photos to be written over; name them, and no --screenshot")
         )
     if options.temporary and not options.edit:
-        parser.error(tr("--temporary is about originals: add --edit"))
+        parser.error(tr("{option} needs {other}", option="--temporary", other="--edit"))
     return options
 
 

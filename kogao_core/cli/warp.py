@@ -59,7 +59,7 @@ def _corners(value: str) -> list[list[float]]:
     help="Write over IN itself, as a file of the same kind; kogao-cli restore brings it back.",
 )  # fmt: skip
 @words.option(
-    "--temporary", is_flag=True,
+    "--temporary", is_flag=True, needs="--in-place",
     help="With --in-place: IN is a copy that another program made for this; keep no original.",
 )  # fmt: skip
 @options.chooses
@@ -122,7 +122,7 @@ def command(
     take_short_turns()
     with beside(lambda: _loaded(load)) as loaded:
         disclosure = disclosed()
-        to = _checked_output(path, sample, output, in_place, temporary, save_project, force)
+        to = _checked_output(path, sample, output, in_place, save_project, force)
         to_json.check(json_file, force)
         if save_project:
             projects.check_free(path, sample, force)
@@ -173,7 +173,6 @@ def _checked_output(
     sample: bool,
     output: Path | None,
     in_place: bool,
-    temporary: bool,
     save_project: bool,
     force: bool,
 ) -> Path:
@@ -181,8 +180,6 @@ def _checked_output(
     if in_place:
         _check_in_place(sample, output, save_project)
         return path
-    if temporary:
-        raise common.Stop(Text("--temporary is about originals: add --in-place"), common.USAGE)
     if output is None:
         raise common.Stop(Text("name an output with -o, or use --in-place"), common.USAGE)
     _check_output(path, output, force)

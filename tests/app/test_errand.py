@@ -175,7 +175,7 @@ def test_at_the_first_start_the_window_fits_its_screen(qapp, source, photo, stor
     [
         (["--edit"], "--edit takes the photos"),
         (["--edit", "a.jpg", "--screenshot", "b.png"], "--edit takes the photos"),
-        (["--temporary", "a.jpg"], "--temporary is about originals: add --edit"),
+        (["--temporary", "a.jpg"], "--temporary needs --edit"),
     ],
 )
 def test_an_errand_that_makes_no_sense_is_a_wrong_call(words, said, source, capsys):

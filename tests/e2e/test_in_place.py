@@ -68,11 +68,6 @@ def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
     assert list(for_now.iterdir()) == []
     assert cli("warp", "--in-place", copied)[0] == 0
     assert jpeg.read_bytes() == copied.read_bytes()
-    assert cli("warp", "--temporary", jpeg, "-o", tmp_path / "out.jpg") == (
-        2,
-        "",
-        "kogao-cli: --temporary is about originals: add --in-place\n",
-    )
 
 
 def test_the_same_pixels_come_as_in_a_copy(cli, small_portrait, tmp_path):

@@ -98,6 +98,7 @@ def test_an_option_that_would_say_nothing_is_refused(
     [
         ("warp", "--protect-width", 3),
         ("warp", "--protect-feather", 3),
+        ("warp", "--temporary"),
         ("warp", "--points-map", "0-16/36,39,42,45/48,54"),
         ("warp", "--label-font", "x.ttf"),
         ("warp", "--label-corner", "top-left"),
