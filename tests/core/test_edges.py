@@ -76,7 +76,7 @@ def test_gradients_are_those_of_differences() -> None:
 
 
 def test_a_mirrored_strip_gets_the_mirrored_answer() -> None:
-    strips = np.random.default_rng(2).normal(size=(1, 5, 41, 63)).astype(np.float32)
+    strips = np.random.default_rng(2).normal(size=(1, 5, 41, len(ACROSS))).astype(np.float32)
     there = network.forward(some_parameters(), strips)
     back = network.forward(some_parameters(), np.ascontiguousarray(strips[:, :, ::-1]))
     np.testing.assert_allclose(back[:, :, ::-1], there, atol=1e-4)
@@ -101,8 +101,9 @@ def test_hidden_lines_follow_their_neighbours() -> None:
     assert confidence[19:21].max() < 0.5 < confidence[[5, 35]].min()
 
 
-def test_a_long_beard_is_within_reach_and_the_cheeks_stay() -> None:
-    beard = np.round(12.0 + 12.0 * np.cos(np.linspace(-np.pi, np.pi, 41)))
+@pytest.mark.parametrize("longest", [24.0, 38.0])
+def test_a_long_beard_is_within_reach_and_the_cheeks_stay(longest: float) -> None:
+    beard = np.round(longest / 2 * (1.0 + np.cos(np.linspace(-np.pi, np.pi, 41))))
     seen = np.where(beard[:, None] == MOVES, 9.0, 0.0)
     moves, _ = refine.settle(seen, np.full(41, -9.0))
     np.testing.assert_allclose(moves, beard, atol=1.5)
@@ -167,9 +168,25 @@ def test_a_beard_stands_out_against_the_skin_of_the_cheeks() -> None:
 
 
 def test_labels_of_long_beards_are_learnt_from() -> None:
-    image, face, edge = drawn_face(20.0)
+    image, face, edge = drawn_face(30.0)
     one = training.labelled_cut("face", Pyramid(image), face, edge, (), 1.0)
-    np.testing.assert_allclose(one.moves[10:31], 20.0, atol=0.5)
+    np.testing.assert_allclose(one.moves[14:27], 30.0, atol=0.5)
+
+
+def test_a_beard_drawn_out_has_its_label_where_its_edge_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training, "_COVERED", 0.0)
+    monkeypatch.setattr(training, "_SPREADS", np.zeros(9))
+    image, face, edge = drawn_face(12.0)
+    one = training.labelled_cut("face", Pyramid(image), face, edge, (), 1.0)
+    chin = slice(15, 26)
+    longest = []
+    for seed in range(12):
+        strip, moves, _ = training._drawn(one, [one], np.random.default_rng(seed))
+        change = np.abs(cv2.blur(strip[2, chin, 2:] - strip[2, chin, :-2], (1, 5)))
+        shown = ACROSS[1:-1][change.argmax(axis=1)]
+        assert np.median(np.abs(shown - moves[chin])) < 1.0
+        longest.append(moves[chin].max())
+    assert min(longest) < 10.0 < 16.0 < max(longest)
 
 
 def test_a_report_tells_how_far_off_unseen_faces_are_and_whether_it_was_known() -> None:

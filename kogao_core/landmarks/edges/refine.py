@@ -29,8 +29,10 @@ _DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, Runtime
 _INWARDS: Final = 2.5
 _OUTWARDS: Final = 20.0
 _GUESSED: Final = 10.0
-_CHANGE: Final = 1.0
+_CHANGE: Final = 1.5
 _SAME: Final = 3.0
+# Neighbouring lines are seen together, so each counts as so much of evidence of its own.
+_OWN_SHARE: Final = 0.5
 _NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])
 _SEEN: Final = np.exp(-0.5 * (MOVES / np.where(MOVES > 0, _OUTWARDS, _INWARDS)) ** 2)
 _OF_CHIN: Final = np.abs(MOVES) <= 2.0 * _INWARDS
@@ -110,7 +112,7 @@ class EdgeNetwork:
 
 
 def split(outputs: Floats) -> tuple[Floats, Floats]:
-    """Return the log-odds of each move, shape (..., 41, 43), and of unseen edges, (..., 41)."""
+    """Return the log-odds of each move, shape (..., 41, 55), and of unseen edges, (..., 41)."""
     window = outputs[..., INSIDE : INSIDE + len(MOVES)]
     return window[..., 0, :, :], window[..., 1, :, :].mean(axis=-1)
 
@@ -122,7 +124,7 @@ def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array,
 
     Parameters
     ----------
-    seen : array of shape (41, 43)
+    seen : array of shape (41, 55)
         Log-odds of the moves `MOVES`.
     unseen : array of shape (41,)
         Log-odds that nothing can be seen, against all of them together.
@@ -143,7 +145,9 @@ def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array,
         own = own * _OF_CHIN + 1e-12
         share = own.sum(axis=1, keepdims=True)
         visible, own = visible * share, own / share
-    likely = visible * own * _SEEN + (1.0 - visible) * _UNSEEN / _UNSEEN.sum()
+    alone = own**_OWN_SHARE
+    alone /= alone.sum(axis=1, keepdims=True)
+    likely = visible * alone * _SEEN + (1.0 - visible) * _UNSEEN / _UNSEEN.sum()
     moves = _along_chain(likely) @ MOVES
     # What each line sees for itself says more than the chain, which is sure of everything: areas
     # under the curve for errors above 5 % are 0.86 and 0.72.

@@ -14,8 +14,8 @@ from kogao_core.landmarks.outline import resampled
 from kogao_core.landmarks.pixels import Pyramid
 
 ALONG: Final = 41
-ACROSS: Final = np.arange(-24, 39)  # steps from inside to outside
-MOVES: Final = np.arange(-14, 29)  # the part of them where the edge may be: beards are long
+ACROSS: Final = np.arange(-24.0, 51.0)  # steps from inside to outside
+MOVES: Final = np.arange(-14, 41)  # the part of them where the edge may be: beards are long
 UNIT: Final = 100  # steps per outer inter-ocular distance
 # Where a beard seldom grows, so that one stands out against it: the lines from the chin (0) to the
 # ends (1), and how far inside.
@@ -69,9 +69,9 @@ class Cut:
         to_image = Affine(turn.matrix, middle - turn((half, half)))
         return Cut(image.sample(to_image, _SIDE, cv2.BORDER_REPLICATE), to_image)
 
-    def strip(self, lines: Lines) -> Image:
-        """Return the picture across these lines, shape (41, 63, 3)."""
-        grid = lines.points[:, None] + ACROSS[None, :, None] * lines.normals[:, None]
+    def strip(self, lines: Lines, steps: Array = ACROSS) -> Image:
+        """Return the picture across these lines, shape (41, 75, 3), there or at other steps."""
+        grid = lines.points[:, None] + steps[..., None] * lines.normals[:, None]
         x, y = np.moveaxis(grid.astype(np.float32), -1, 0)
         strip = cv2.remap(self.picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return np.asarray(strip)
@@ -96,7 +96,7 @@ def smooth(outline: Array) -> Array:
 
 
 def planes(strip: Image) -> Floats:
-    """Return what the network sees of a strip, shape (5, 41, 63): Lab against the skin, places."""
+    """Return what the network sees of a strip, shape (5, 41, 75): Lab against the skin, places."""
     lab = cv2.cvtColor(np.ascontiguousarray(strip), cv2.COLOR_RGB2LAB).astype(np.float32)
     away = np.abs(np.linspace(-1.0, 1.0, ALONG))
     cheeks = lab[(away > _CHEEKS[0]) & (away < _CHEEKS[1])][:, ACROSS < _DEEP]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from kogao_core.landmarks.mesh import MeshSource
 from kogao_core.landmarks.pixels import Pyramid
 
 from ..aam.detected import read
-from ..evaluate import Labels, nearest
+from ..evaluate import Labels, distance_to_line, nearest
 from .learn import LabelledCut, labelled_cut
 
 STUDIO: Final = ("canada", "composites", "frll")
@@ -24,6 +24,7 @@ _MOUTH: Final = [87, 93]
 _JAW: Final = slice(125, 134)
 _WILD_WEIGHT: Final = 2.0
 _BEARD_WEIGHT: Final = 4.0
+_BEARD_ALONE_WEIGHT: Final = 2.0
 
 
 def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
@@ -44,10 +45,7 @@ def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
     """Yield the hand-labelled faces of a table, each pass of each face for itself."""
     source = MeshSource(refined=False)
     for face in json.loads(table.read_text(encoding="utf-8"))["faces"]:
-        image = read(data / face["file"])
-        if "crop" in face:
-            left, top, width, height = face["crop"]
-            image = np.ascontiguousarray(image[top : top + height, left : left + width])
+        image = _picture(data, face)
         passes = [face[name] for name in ("first", "second") if name in face]
         bearded = "beard" in face["tags"]
         weight = (_BEARD_WEIGHT if bearded else _WILD_WEIGHT) / len(passes)
@@ -56,6 +54,24 @@ def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
         for one in passes:
             labels = Labels.of(one)
             yield from _example(source, name, image, labels, labels.jaw, weight, tags)
+
+
+def beards(data: Path, table: Path) -> Iterator[LabelledCut]:
+    """Yield the faces of a table of which the edge of the beard alone is labelled, or a part."""
+    source = MeshSource(refined=False)
+    for edge in json.loads(table.read_text(encoding="utf-8"))["edges"]:
+        image, line = _picture(data, edge), np.array(edge["outline"])
+        face = min(source.find(image), key=lambda one: distance_to_line(line, one.outline).mean())
+        name = str(data / edge["file"])
+        yield labelled_cut(name, Pyramid(image), face, line, (), _BEARD_ALONE_WEIGHT)
+
+
+def _picture(data: Path, face: dict[str, Any]) -> Image:
+    image = read(data / face["file"])
+    if "crop" not in face:
+        return image
+    left, top, width, height = face["crop"]
+    return np.ascontiguousarray(image[top : top + height, left : left + width])
 
 
 def _example(

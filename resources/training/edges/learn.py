@@ -13,12 +13,12 @@ from kogao_core.face import Face
 from kogao_core.geometry import Array, Image
 from kogao_core.landmarks.edges import network, refine
 from kogao_core.landmarks.edges.network import Floats
-from kogao_core.landmarks.edges.strips import MOVES, Cut, Lines, lines_of, planes
+from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, Lines, lines_of, planes
 from kogao_core.landmarks.pixels import Pyramid
 
 from .backward import backward, forward
 
-_REACH: Final = 26.0  # steps; a label further off belongs to another part of the outline
+_REACH: Final = 38.0  # steps; a label further off belongs to another part of the outline
 _SOFT: Final = 1.2
 _SPREADS: Final = 1.6 * np.array([1.0, 0.8, 0.8, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1])
 _STEPS: Final = 1100
@@ -26,6 +26,9 @@ _BATCH: Final = 16
 _RATE: Final = 4e-3
 _DECAY: Final = 1e-3
 _COVERED: Final = 0.6  # share of the examples with something in front of the face
+# Share of those whose beard, or neck, is drawn out or shortened, and by what factor at most.
+_STRETCHED: Final = 0.5
+_LONGER: Final = 1.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,7 +167,7 @@ def _slope(outputs: Floats, moves: Array, unseen: np.ndarray) -> Floats:
 def _drawn(
     one: LabelledCut, others: Sequence[LabelledCut], rng: np.random.Generator
 ) -> tuple[Floats, Array, np.ndarray]:
-    """Return an example with its silhouette off by chance, covered, mirrored, in another light."""
+    """Return an example by chance: silhouette off, covered, stretched, mirrored, relit."""
     waves = np.cos(np.outer(np.linspace(0.0, np.pi, len(one.moves)), np.arange(len(_SPREADS))))
     off = waves @ rng.normal(0.0, _SPREADS)
     picture: Image = one.cut.picture
@@ -175,9 +178,14 @@ def _drawn(
         edge = np.round(one.lines.moved(np.nan_to_num(one.moves))).astype(int)
         x, y = np.clip(edge, 0, len(picture) - 1).T
         unseen = unseen | covered[y, x]
-    strip = Cut(picture, one.cut.to_image).strip(Lines(one.lines.moved(off), one.lines.normals))
+    longer = _LONGER ** rng.uniform(-1.0, 1.0) if rng.random() < _STRETCHED else 1.0
+    steps = off[:, None] + ACROSS
+    steps = np.where(steps > 0.0, steps / longer, steps)
+    moves = np.where(one.moves > 0.0, one.moves * longer, one.moves) - off
+    moves[moves > MOVES[-1] + 1] = np.nan
+    strip = Cut(picture, one.cut.to_image).strip(one.lines, steps)
     side = slice(None, None, -1 if rng.random() < 0.5 else 1)
-    return planes(_relit(strip, rng)[side]), (one.moves - off)[side], unseen[side]
+    return planes(_relit(strip, rng)[side]), moves[side], unseen[side]
 
 
 def _covered(
