@@ -89,14 +89,13 @@ class BrushRing(Overlay):
             return
         (at,) = place.points(self.shown.cursor)
         radius = max(2.0, self.shown.brush.radius_px * place.zoom)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        for pen in (QPen(glyphs.CASE, 3.0), QPen(glyphs.HALO, 1.4)):
-            painter.setPen(pen)
-            painter.drawEllipse(at, radius, radius)
-            if self.shown.brush.tool == "eraser":
-                arm = QPointF(3.0, 3.0)
-                painter.drawLine(at - arm, at + arm)
-                painter.drawLine(at + QPointF(-3.0, 3.0), at + QPointF(3.0, -3.0))
+        ring = QPainterPath()
+        ring.addEllipse(at, radius, radius)
+        if self.shown.brush.tool == "eraser":
+            for arm in (QPointF(3.0, 3.0), QPointF(3.0, -3.0)):
+                ring.moveTo(at - arm)
+                ring.lineTo(at + arm)
+        glyphs.outlined(painter, ring, glyphs.HALO)
 
 
 def _shapes(stroke: Stroke) -> tuple[QPainterPath, QPainterPath]:
