@@ -112,7 +112,7 @@ class Interleaving:
         self._opened = self._restored = False
         editor.document.opened.connect(self._note_opened)
         editor.files.restored.connect(self._note_restored)
-        editor.saver.working.connect(self._note_report)
+        editor.saver.did.connect(self._note_report)
         editor.document.undo.indexChanged.connect(self._note_step)
         editor.window.resize(800, 500)
         editor.window.show()
