@@ -109,6 +109,15 @@ def test_a_long_beard_is_within_reach_and_the_cheeks_stay(longest: float) -> Non
     np.testing.assert_allclose(moves, beard, atol=1.5)
 
 
+def test_the_cheek_of_a_turned_head_is_believed_before_a_wall_behind_it() -> None:
+    """Photographed: the cheek is seen 8 steps inside the silhouette, a wall's edge 7 outside."""
+    cheek, wall = (np.exp(-0.5 * ((MOVES - at) / 1.5) ** 2) for at in (-8.0, 7.0))
+    seen = np.where(np.arange(41)[:, None] < 8, 6.0 * cheek + 2.5 * wall, 6.0 * (MOVES == 0.0))
+    moves, _ = refine.settle(seen, np.full(41, -3.0))
+    np.testing.assert_allclose(moves[:5], -8.0, atol=2.0)
+    np.testing.assert_allclose(moves[12:], 0.0, atol=1.0)
+
+
 def test_of_a_chin_a_beard_is_no_edge_and_what_is_near_by_is() -> None:
     beard = np.round(12.0 + 12.0 * np.cos(np.linspace(-np.pi, np.pi, 41)))
     seen = np.where(beard[:, None] == MOVES, 9.0, 0.0)

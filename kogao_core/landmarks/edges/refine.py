@@ -22,19 +22,24 @@ from kogao_core.language import Text
 MODEL: Final = "models/edges.npz"
 _DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError)
 
-# Steps, each 1 % of the outer inter-ocular distance: how far an edge that is seen lies inside the
-# silhouette, and outside of it, where beards hang over; how far one that isn't seen; how much the
-# distance changes from line to line; and what counts as the same place. Of a chin, what is seen
-# farther out than twice the first is the edge of something else.
+# Steps, each 1 % of the outer inter-ocular distance: how far inside the silhouette an edge that is
+# seen lies at the chin, and outside of it, where beards hang over; how far either way on the
+# cheeks; how far one that isn't seen; how much the distance changes from line to line; and what
+# counts as the same place. Of a chin, what is seen farther out than twice the first is the edge of
+# something else.
 _INWARDS: Final = 2.5
 _OUTWARDS: Final = 20.0
+_ON_CHEEKS: Final = 5.0
 _GUESSED: Final = 10.0
 _CHANGE: Final = 1.5
 _SAME: Final = 3.0
 # Neighbouring lines are seen together, so each counts as so much of evidence of its own.
 _OWN_SHARE: Final = 0.5
 _NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])
-_SEEN: Final = np.exp(-0.5 * (MOVES / np.where(MOVES > 0, _OUTWARDS, _INWARDS)) ** 2)
+# 0 where lines belong to the chin, 1 where to a cheek.
+_CHEEK: Final = np.clip(2.0 * np.abs(np.linspace(-1.0, 1.0, ALONG)) - 0.5, 0.0, 1.0)[:, None]
+_AT_CHIN: Final = np.where(MOVES > 0, _OUTWARDS, _INWARDS)
+_SEEN: Final = np.exp(-0.5 * (MOVES / (_AT_CHIN + _CHEEK * (_ON_CHEEKS - _AT_CHIN))) ** 2)
 _OF_CHIN: Final = np.abs(MOVES) <= 2.0 * _INWARDS
 _UNSEEN: Final = np.exp(-0.5 * (MOVES / _GUESSED) ** 2) * (-MOVES[0] >= MOVES)  # either way alike
 INSIDE: Final = int(MOVES[0] - ACROSS[0])
