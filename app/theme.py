@@ -51,6 +51,8 @@ def apply(app: QApplication, choice: Choice = "system") -> Theme:
     # Each of these goes through every widget there is, four times for what is worn already.
     if app.styleSheet() != sheet:
         app.setStyle("Fusion")
+        # There an icon takes the check mark's place and fades on the accent of the row.
+        app.setAttribute(Qt.ApplicationAttribute.AA_DontShowIconsInMenus)
         app.setFont(_tabular(app.font()))
         app.setPalette(_palette(theme))
         app.setStyleSheet(sheet)

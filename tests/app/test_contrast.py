@@ -9,11 +9,13 @@ import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
 from kogao_app.canvas.overlays.background import tinted
+from kogao_app.widgets import icons
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
+from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialogButtonBox,
+    QMenu,
     QProxyStyle,
     QPushButton,
     QRadioButton,
@@ -311,3 +313,23 @@ def test_where_people_end_is_seen_on_any_grey():
     people[:, 20:] = 255
     edge = tinted(people)
     assert worst_on_grey(lambda painter: painter.drawImage(0, 0, edge)) >= MARK
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_an_entry_of_a_menu_looks_as_without_an_icon(qtbot, qapp, name):
+    """On the accent an icon fades, and where an entry is checked it hides the mark."""
+    theme.apply(qapp, name)
+
+    def shown(drawn):
+        menu = QMenu()
+        qtbot.addWidget(menu)
+        entry = menu.addAction("Undo")
+        entry.setIcon(drawn)
+        entry.setCheckable(True)
+        entry.setChecked(True)
+        menu.setActiveAction(entry)
+        menu.ensurePolished()
+        menu.resize(menu.sizeHint())
+        return menu.grab().toImage()
+
+    assert shown(icons.icon("undo", THEMES[name])) == shown(QIcon())
