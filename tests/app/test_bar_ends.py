@@ -113,6 +113,7 @@ def test_a_clipboard_without_settings_is_forgotten_once_some_are_copied(opened):
     opened.editor.recipe.copy()
     assert Recipe.from_dict(json.loads(QApplication.clipboard().text()))
     assert opened.say() == ""
+    assert opened.window.status.hint_text == "Settings copied"
 
 
 @pytest.mark.usefixtures("read")

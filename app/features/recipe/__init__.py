@@ -133,6 +133,7 @@ class RecipeEditing(Feature):
         self.window.bar.clear()
         recipe = self.document.state.recipe_of(self.view.face)
         QGuiApplication.clipboard().setText(json.dumps(recipe.to_dict(), indent=1))
+        self.did.emit(tr("Settings copied"))
 
     def paste(self) -> None:
         """Take the settings that lie on the clipboard."""
