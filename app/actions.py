@@ -2,43 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
+from PySide6.QtWidgets import QMenu, QMenuBar
 
 from .i18n import bare, tr
 
 Names = tuple[str | None, ...]
-_FIRST_KEY = "first_key"
-
-
-@dataclass(frozen=True, slots=True)
-class Spec:
-    """One action of a feature.
-
-    Parameters
-    ----------
-    name : str
-        By which menus, toolbar and settings know it.
-    text, key, tip : str
-        What it is called, its shortcut and what it does.
-    slot : callable, optional
-        What happens when the user takes it.
-    toggled : callable, optional
-        What happens when it is switched on or off, by whomever; it takes which.
-    checked : bool, optional
-        Initial state of an action that toggles; None for one that doesn't, or is off at first.
-    """
-
-    name: str
-    text: str
-    key: str
-    tip: str
-    slot: Callable[[], object] | None = None
-    toggled: Callable[[bool], object] | None = None
-    checked: bool | None = None
+FIRST_KEY = "first_key"
 
 
 def layout(actions: Sequence[str]) -> dict[str, Names]:
@@ -102,25 +74,6 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
     }
 
 
-def build(owner: QWidget, spec: Spec) -> QAction:
-    """Return an action as a child of `owner`, where its key holds."""
-    action = QAction(owner)
-    call(action, spec.text)
-    action.setShortcut(QKeySequence(spec.key))
-    action.setProperty(_FIRST_KEY, spec.key)
-    action.setToolTip(f"{spec.tip} ({spec.key})" if spec.key else spec.tip)
-    action.setStatusTip(spec.tip)
-    action.setCheckable(spec.checked is not None or spec.toggled is not None)
-    action.setChecked(bool(spec.checked))
-    slot = spec.slot
-    if slot is not None:
-        action.triggered.connect(lambda: slot())
-    if spec.toggled is not None:
-        action.toggled.connect(spec.toggled)
-    owner.addAction(action)
-    return action
-
-
 def call(action: QAction, text: str) -> None:
     """Give an action its text; on buttons Qt would leave the letter of ``開く(&O)``."""
     action.setText(text)
@@ -129,7 +82,7 @@ def call(action: QAction, text: str) -> None:
 
 def first_key(action: QAction) -> QKeySequence:
     """Return the key that an action comes with."""
-    return QKeySequence(str(action.property(_FIRST_KEY)))
+    return QKeySequence(str(action.property(FIRST_KEY)))
 
 
 def fill_menus(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, Signal
@@ -80,11 +80,6 @@ class Window(QMainWindow):
         self._side = QWidget()
         self._column = column_of(self._side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
         self.stage = Stage(view, self.canvas, self.original, self.bar)
-
-    def add_actions(self, specs: Iterable[actions.Spec]) -> None:
-        """Add what can be done; its keys hold in the whole window."""
-        for spec in specs:
-            self.actions_by_name[spec.name] = actions.build(self, spec)
 
     def lay_out(self, panels: Mapping[str, tuple[QWidget, Dock | None]]) -> None:
         """Put everything in its place, once all features have added their actions.

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from kogao_core import __version__
 
-from ..actions import Spec, first_key
+from ..actions import first_key
 from ..i18n import bare, tr
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label, row_of
@@ -236,29 +236,27 @@ class Commands(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_actions(
-            Spec(
-                "palette",
-                tr("&Commands…"),
-                "Ctrl+Shift+P",
-                tr("Find every command by its name"),
-                self._show_palette,
-            ),
-            Spec("keys", tr("&Keys…"), "Ctrl+K", tr("Choose other keys"), self._show_keys),
-            Spec(
-                "copy-report",
-                tr("Copy a &report"),
-                "Shift+F1",
-                tr("What is installed here, for a report of what went wrong"),
-                self._copy_report,
-            ),
-            Spec(
-                "about",
-                tr("&About Kogao"),
-                "Ctrl+Shift+F1",
-                tr("Version, paper and licences"),
-                lambda: about_box(self.window).open(),
-            ),
+        self.add_action(
+            "palette",
+            tr("&Commands…"),
+            "Ctrl+Shift+P",
+            tr("Find every command by its name"),
+            self._show_palette,
+        )
+        self.add_action("keys", tr("&Keys…"), "Ctrl+K", tr("Choose other keys"), self._show_keys)
+        self.add_action(
+            "copy-report",
+            tr("Copy a &report"),
+            "Shift+F1",
+            tr("What is installed here, for a report of what went wrong"),
+            self._copy_report,
+        )
+        self.add_action(
+            "about",
+            tr("&About Kogao"),
+            "Ctrl+Shift+F1",
+            tr("Version, paper and licences"),
+            lambda: about_box(self.window).open(),
         )
 
     def restore(self) -> None:

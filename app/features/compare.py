@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 from PySide6.QtGui import QActionGroup
 
-from ..actions import Spec
 from ..i18n import tr
 from ..view_state import GAIN, CompareName
 from .feature import Context, Feature
@@ -19,52 +19,37 @@ class Compare(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_actions(
-            self._kind(
-                "wipe",
-                tr("Wipe"),
-                "W",
-                tr("Before and after, with a divider to drag; , and . move it"),
-            ),
-            self._kind("side", tr("Side by side"), "Y", tr("Before and after beside each other")),
-            self._kind(
-                "difference",
-                tr("Difference"),
-                "X",
-                tr("What has changed, {n} times as strong", n=GAIN),
-            ),
-            Spec(
-                "wipe-left",
-                tr("Divider to the &left"),
-                ",",
-                tr("See more of the result"),
-                lambda: self.wipe_by(-_WIPE_STEP),
-            ),
-            Spec(
-                "wipe-right",
-                tr("Divider to the &right"),
-                ".",
-                tr("See more of the original"),
-                lambda: self.wipe_by(_WIPE_STEP),
-            ),
-            Spec(
-                "loupe",
-                tr("Lo&upe"),
-                "Z",
-                tr("Before and after magnified"),
-                toggled=self.use_loupe,
-            ),
+        self._add_kind(
+            "wipe", tr("Wipe"), "W", tr("Before and after, with a divider to drag; , and . move it")
+        )
+        self._add_kind("side", tr("Side by side"), "Y", tr("Before and after beside each other"))
+        self._add_kind(
+            "difference", tr("Difference"), "X", tr("What has changed, {n} times as strong", n=GAIN)
+        )
+        self.add_action(
+            "wipe-left",
+            tr("Divider to the &left"),
+            ",",
+            tr("See more of the result"),
+            lambda: self.wipe_by(-_WIPE_STEP),
+        )
+        self.add_action(
+            "wipe-right",
+            tr("Divider to the &right"),
+            ".",
+            tr("See more of the original"),
+            lambda: self.wipe_by(_WIPE_STEP),
+        )
+        self.add_action(
+            "loupe", tr("Lo&upe"), "Z", tr("Before and after magnified"), toggled=self.use_loupe
         )
         kinds = self.one_of("compare-wipe", "compare-side", "compare-difference")
         kinds.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
         self.window.canvas.wiped.connect(self.wipe_to)
         self.document.opened.connect(self._open)
 
-    def _kind(self, name: CompareName, text: str, key: str, tip: str) -> Spec:
-        def toggle(on: bool) -> None:
-            self.toggle(name, on)
-
-        return Spec(f"compare-{name}", text, key, tip, toggled=toggle)
+    def _add_kind(self, name: CompareName, text: str, key: str, tip: str) -> None:
+        self.add_action(f"compare-{name}", text, key, tip, toggled=partial(self.toggle, name))
 
     def toggle(self, name: CompareName, on: bool) -> None:
         """Compare this way, or no longer."""

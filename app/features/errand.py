@@ -9,7 +9,6 @@ from typing import Final
 from kogao_core.originals import Originals
 from kogao_core.photo import CannotWrite, check_in_place
 
-from ..actions import Spec
 from ..ahead import Ahead
 from ..i18n import sentence, tr
 from ..widgets.messages import BarAction
@@ -28,14 +27,12 @@ class Errand(Feature):
         super().__init__(context)
         self._files, self._strip, self._faces = files, strip, faces
         self._asked, self._saved, self._waits = False, False, False
-        self.add_actions(
-            Spec(
-                "done",
-                tr("&Done"),
-                "Ctrl+Shift+Return",
-                tr("Save, close, and go back to the program that asked"),
-                self.finish_photo,
-            )
+        self.add_action(
+            "done",
+            tr("&Done"),
+            "Ctrl+Shift+Return",
+            tr("Save, close, and go back to the program that asked"),
+            self.finish_photo,
         )
         self.actions["done"].setVisible(False)
         files.saved_over.connect(self._remember)

@@ -17,7 +17,6 @@ from kogao_core.face import Face, LandmarkSource, in_reading_order
 from kogao_core.geometry import Box
 from kogao_core.landmarks import template_face
 
-from ..actions import Spec
 from ..ahead import FaceSearch
 from ..document import State
 from ..i18n import reason, sentence, tr
@@ -62,21 +61,19 @@ class Faces(Feature):
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
         self.document.changed.connect(self._make_way)
-        self.add_actions(
-            Spec(
-                "find",
-                tr("&Find faces again"),
-                "Ctrl+F",
-                tr("Undo all corrections of points"),
-                self.find,
-            ),
-            Spec(
-                "place",
-                tr("&Place a face by hand"),
-                "Ctrl+P",
-                tr("A mean face to drag into place"),
-                self.place_template,
-            ),
+        self.add_action(
+            "find",
+            tr("&Find faces again"),
+            "Ctrl+F",
+            tr("Undo all corrections of points"),
+            self.find,
+        )
+        self.add_action(
+            "place",
+            tr("&Place a face by hand"),
+            "Ctrl+P",
+            tr("A mean face to drag into place"),
+            self.place_template,
         )
         self.panel: FacesPanel = FacesPanel()
         self.dock = Dock(tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)

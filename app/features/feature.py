@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
-from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QWidget
 
-from ..actions import Spec
+from ..actions import FIRST_KEY, call
 from ..document import Document
 from ..render.live import Live
 from ..storage import Storage
@@ -120,9 +120,45 @@ class Feature(QObject):
         self._lanes.append(lane)
         return lane
 
-    def add_actions(self, *specs: Spec) -> None:
-        """Add actions to the window."""
-        self.window.add_actions(specs)
+    def add_action(
+        self,
+        name: str,
+        text: str,
+        key: str,
+        tip: str,
+        slot: Callable[[], object] | None = None,
+        *,
+        toggled: Callable[[bool], object] | None = None,
+        checked: bool | None = None,
+    ) -> None:
+        """Add an action to the window, in all of which its key holds.
+
+        Parameters
+        ----------
+        name : str
+            By which menus, toolbar and settings know it.
+        text, key, tip : str
+            What it is called, its shortcut and what it does.
+        slot : callable, optional
+            What happens when the user takes it.
+        toggled : callable, optional
+            What happens when it is switched on or off, by whomever; it takes which.
+        checked : bool, optional
+            Initial state of an action that toggles; None for one that doesn't, or is off at first.
+        """
+        action = self.window.actions_by_name[name] = QAction(self.window)
+        call(action, text)
+        action.setShortcut(QKeySequence(key))
+        action.setProperty(FIRST_KEY, key)
+        action.setToolTip(f"{tip} ({key})" if key else tip)
+        action.setStatusTip(tip)
+        action.setCheckable(checked is not None or toggled is not None)
+        action.setChecked(bool(checked))
+        if slot is not None:
+            action.triggered.connect(lambda: slot())
+        if toggled is not None:
+            action.toggled.connect(toggled)
+        self.window.addAction(action)
 
     def one_of(self, *names: str) -> QActionGroup:
         """Let only one of these actions be checked at a time."""

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QLineEdit, QPushButton, QTextBrowser, QWidget
 from kogao_core import assets
 from kogao_core.language import language
 
-from ..actions import Spec
 from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, row_of
@@ -137,14 +136,12 @@ class Documentation(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_actions(
-            Spec(
-                "documentation",
-                tr("&Documentation"),
-                "F1",
-                tr("All there is to know of this version, without a network"),
-                self.open,
-            )
+        self.add_action(
+            "documentation",
+            tr("&Documentation"),
+            "F1",
+            tr("All there is to know of this version, without a network"),
+            self.open,
         )
 
     def open(self) -> None:

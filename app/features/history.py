@@ -6,7 +6,6 @@ from PySide6.QtCore import QEvent, Signal
 from PySide6.QtGui import QKeyEvent, QUndoCommand
 from PySide6.QtWidgets import QUndoView
 
-from ..actions import Spec
 from ..document import ReplaceState
 from ..i18n import tr, tr_count
 from ..widgets.docks import Dock
@@ -25,10 +24,8 @@ class History(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_actions(
-            Spec("undo", tr("&Undo"), "Ctrl+Z", tr("Take the last gesture back"), self.undo),
-            Spec("redo", tr("&Redo"), "Ctrl+Shift+Z", tr("Do it again"), self.redo),
-        )
+        self.add_action("undo", tr("&Undo"), "Ctrl+Z", tr("Take the last gesture back"), self.undo)
+        self.add_action("redo", tr("&Redo"), "Ctrl+Shift+Z", tr("Do it again"), self.redo)
         self.panel: Steps = Steps(self.document.undo)
         self.panel.left.connect(self._tell)
         self.panel.setEmptyLabel(tr("As it was opened"))

@@ -21,7 +21,6 @@ from kogao_core.landmarks import (
 from kogao_core.language import Text
 from kogao_core.strict import BadFile
 
-from ..actions import Spec
 from ..i18n import lettered, sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path
 from .faces import Faces
@@ -41,30 +40,26 @@ class LandmarkSources(Feature):
         self.wanted = None if choice is None else choice.name
         if choice is not None and not choice.needs_networks and not networks_are_here():
             faces.found.connect(self._tell_of_fallback)
-        specs = [
-            Spec(
-                f"landmarks-{choice.name}",
-                tr("Landmarks by the {title}", title=_lettered(choice)),
+        for one, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False):
+            self.add_action(
+                f"landmarks-{one.name}",
+                tr("Landmarks by the {title}", title=_lettered(one)),
                 key,
-                translated(choice.help) if choice.help else _figures(choice.measured),
-                partial(self.use, choice.name),
+                translated(one.help) if one.help else _figures(one.measured),
+                partial(self.use, one.name),
                 checked=False,
             )
-            for choice, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False)
-        ]
-        specs.append(
-            Spec(
-                "landmarks-file",
-                tr("Landmarks by a model of &yours…"),
-                "Shift+F6",
-                tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
-                self.ask_for_file,
-                checked=False,
-            )
+        self.add_action(
+            "landmarks-file",
+            tr("Landmarks by a model of &yours…"),
+            "Shift+F6",
+            tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
+            self.ask_for_file,
+            checked=False,
         )
-        self.add_actions(*specs)
-        self._group = self.one_of(*(spec.name for spec in specs))
-        self._now = self.actions.get(f"landmarks-{first.name}", self.actions[specs[0].name])
+        names = [f"landmarks-{one.name}" for one in CHOICES]
+        self._group = self.one_of(*names, "landmarks-file")
+        self._now = self.actions.get(f"landmarks-{first.name}", self.actions[names[0]])
         self._now.setChecked(True)
 
     def use(self, wanted: str) -> None:
@@ -104,21 +99,19 @@ class Exchange(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_actions(
-            Spec(
-                "import-landmarks",
-                tr("I&mport landmarks…"),
-                "Ctrl+Shift+I",
-                tr("Points from WebMorph, iBUG or a table in place of those found"),
-                self.ask_import,
-            ),
-            Spec(
-                "export-landmarks",
-                tr("&Export landmarks…"),
-                "Ctrl+Shift+E",
-                tr("The points for WebMorph, iBUG or a table"),
-                self.ask_export,
-            ),
+        self.add_action(
+            "import-landmarks",
+            tr("I&mport landmarks…"),
+            "Ctrl+Shift+I",
+            tr("Points from WebMorph, iBUG or a table in place of those found"),
+            self.ask_import,
+        )
+        self.add_action(
+            "export-landmarks",
+            tr("&Export landmarks…"),
+            "Ctrl+Shift+E",
+            tr("The points for WebMorph, iBUG or a table"),
+            self.ask_export,
         )
         self.watch(lambda: bool(self.document.photo and self._faces()), self._show)
 

@@ -24,7 +24,6 @@ from kogao_core.pipeline import render
 from kogao_core.project import Mode, Sheet
 from kogao_core.sidecar import Applied
 
-from ..actions import Spec
 from ..canvas.handles import Handle, name
 from ..document import State
 from ..i18n import reason, tr
@@ -74,14 +73,12 @@ class Modes(Feature):
         super().__init__(context)
         self._faces, self._clock = faces, manual.clock
         self._lane = self.lane(self._show, self._not_compared)
-        self.add_actions(
-            Spec(
-                "compare-modes",
-                tr("&Both modes…"),
-                "F4",
-                tr("Manual and automatic side by side, with their times"),
-                self.compare,
-            )
+        self.add_action(
+            "compare-modes",
+            tr("&Both modes…"),
+            "F4",
+            tr("Manual and automatic side by side, with their times"),
+            self.compare,
         )
         manual.panel.add_button(self.actions["compare-modes"])
 

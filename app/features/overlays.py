@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -10,7 +11,6 @@ from PySide6.QtCore import QSize, QTimer
 from PySide6.QtGui import QAction, QIcon
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
 
-from ..actions import Spec
 from ..canvas.handles import Handle, face_at
 from ..canvas.overlays import glyphs
 from ..canvas.overlays.listed import LISTED
@@ -82,29 +82,25 @@ class Overlays(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_actions(
-            *map(self._switch, LISTED),
-            Spec(
-                "hide-overlays",
-                tr("Hide all o&verlays"),
-                "O",
-                tr("The photo without marks, or the same marks again"),
-                toggled=self._hide_all,
-            ),
+        for overlay in LISTED:
+            self._add_switch(overlay)
+        self.add_action(
+            "hide-overlays",
+            tr("Hide all o&verlays"),
+            "O",
+            tr("The photo without marks, or the same marks again"),
+            toggled=self._hide_all,
         )
         self.actions["hide-overlays"].setIconText(tr("Hide overlays"))
         self.panel: OverlaysPanel = OverlaysPanel(
             [self.actions[f"overlay-{overlay.name}"] for overlay in LISTED]
         )
 
-    def _switch(self, overlay: type[Overlay]) -> Spec:
-        title, name = translated(overlay.title), overlay.name
-
-        def show(on: bool) -> None:
-            self.window.canvas.show_overlay(name, on)
-
+    def _add_switch(self, overlay: type[Overlay]) -> None:
+        title = translated(overlay.title)
+        show = partial(self.window.canvas.show_overlay, overlay.name)
         tip = tr("Show or hide: {what}", what=title)
-        return Spec(f"overlay-{name}", title, overlay.key, tip, toggled=show)
+        self.add_action(f"overlay-{overlay.name}", title, overlay.key, tip, toggled=show)
 
     def _hide_all(self, hidden: bool) -> None:
         self.panel.hide_all(hidden)

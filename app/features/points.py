@@ -11,7 +11,6 @@ from PySide6.QtCore import QSettings, Qt, Signal
 from kogao_core.geometry import Array
 from kogao_core.limits import OutOfBounds, check_faces
 
-from ..actions import Spec
 from ..canvas import handles
 from ..canvas.handles import Handle
 from ..document import State
@@ -55,28 +54,26 @@ class Points(Feature):
         self.document.opened.connect(self._forget)
         self.document.aborted.connect(self._drop)
         tip = tr("Select a point for the arrow keys")
-        self.add_actions(
-            Spec("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1)),
-            Spec(
-                "previous-point", tr("Pre&vious point"), "Ctrl+Shift+.", tip, lambda: self._walk(-1)
+        self.add_action("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1))
+        self.add_action(
+            "previous-point", tr("Pre&vious point"), "Ctrl+Shift+.", tip, lambda: self._walk(-1)
+        )
+        self.add_action(
+            "fetch-point",
+            tr("Nea&rest point to the mouse"),
+            "R",
+            tr("Move the nearest landmark of the outline to where the mouse is"),
+            self.fetch_to_cursor,
+        )
+        self.add_action(
+            "abort",
+            tr("&Abort the gesture"),
+            "Escape",
+            tr(
+                "Leave everything as it was; without a gesture, close the message, "
+                "then let the point go, then the face"
             ),
-            Spec(
-                "fetch-point",
-                tr("Nea&rest point to the mouse"),
-                "R",
-                tr("Move the nearest landmark of the outline to where the mouse is"),
-                self.fetch_to_cursor,
-            ),
-            Spec(
-                "abort",
-                tr("&Abort the gesture"),
-                "Escape",
-                tr(
-                    "Leave everything as it was; without a gesture, close the message, "
-                    "then let the point go, then the face"
-                ),
-                self.abort,
-            ),
+            self.abort,
         )
         canvas = self.window.canvas
         self.document.aborted.connect(canvas.let_go)
@@ -287,37 +284,35 @@ class SoftSelection(Feature):
     def __init__(self, context: Context, points: Points) -> None:
         super().__init__(context)
         self.view.following = _remembered(self.settings)
-        self.add_actions(
-            Spec(
-                "soft",
-                tr("Nei&ghbours follow"),
-                "Q",
-                tr("Neighbours on the outline follow a landmark; turn the wheel while dragging"),
-                toggled=lambda on: self._take(soft=on),
-                checked=self.view.following.soft,
-            ),
-            Spec(
-                "symmetric",
-                tr("&Both sides"),
-                "Shift+Q",
-                tr("The landmark across the face makes the mirrored move"),
-                toggled=lambda on: self._take(symmetric=on),
-                checked=self.view.following.symmetric,
-            ),
-            Spec(
-                "reach-wider",
-                tr("Follow far&ther"),
-                "Ctrl+]",
-                tr("More neighbours follow"),
-                lambda: self.widen(1.0),
-            ),
-            Spec(
-                "reach-narrower",
-                tr("Follow &less far"),
-                "Ctrl+[",
-                tr("Fewer neighbours follow"),
-                lambda: self.widen(-1.0),
-            ),
+        self.add_action(
+            "soft",
+            tr("Nei&ghbours follow"),
+            "Q",
+            tr("Neighbours on the outline follow a landmark; turn the wheel while dragging"),
+            toggled=lambda on: self._take(soft=on),
+            checked=self.view.following.soft,
+        )
+        self.add_action(
+            "symmetric",
+            tr("&Both sides"),
+            "Shift+Q",
+            tr("The landmark across the face makes the mirrored move"),
+            toggled=lambda on: self._take(symmetric=on),
+            checked=self.view.following.symmetric,
+        )
+        self.add_action(
+            "reach-wider",
+            tr("Follow far&ther"),
+            "Ctrl+]",
+            tr("More neighbours follow"),
+            lambda: self.widen(1.0),
+        )
+        self.add_action(
+            "reach-narrower",
+            tr("Follow &less far"),
+            "Ctrl+[",
+            tr("Fewer neighbours follow"),
+            lambda: self.widen(-1.0),
         )
         self.window.canvas.widened.connect(self.widen)
         self.changed.connect(points.follow_anew)

@@ -18,7 +18,6 @@ from kogao_core.presets import listed
 from kogao_core.recipe import Recipe
 
 from .. import preferences, theme
-from ..actions import Spec
 from ..i18n import bare, tr, translated
 from ..preferences import PREFERENCES, Preference
 from ..theme import GRID_PX
@@ -121,14 +120,12 @@ class Preferences(Feature):
     def __init__(self, context: Context, editing: RecipeEditing) -> None:
         super().__init__(context)
         self._editing = editing
-        self.add_actions(
-            Spec(
-                "preferences",
-                tr("Pre&ferences…"),
-                "Ctrl+,",
-                tr("Language, colours, size, settings to start with, folders"),
-                self.ask,
-            )
+        self.add_action(
+            "preferences",
+            tr("Pre&ferences…"),
+            "Ctrl+,",
+            tr("Language, colours, size, settings to start with, folders"),
+            self.ask,
         )
         self.changed.connect(self._follow)
         self._follow()

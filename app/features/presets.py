@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 from kogao_core import presets
 from kogao_core.recipe import Recipe
 
-from ..actions import Spec
 from ..i18n import sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path, confirm
 from .feature import Context, Feature
@@ -29,28 +28,26 @@ class Presets(Feature):
     def __init__(self, context: Context, recipe: RecipeEditing) -> None:
         super().__init__(context)
         self._recipe = recipe
-        self.add_actions(
-            Spec(
-                "save-preset",
-                tr("Save as a &preset…"),
-                "Ctrl+Alt+S",
-                tr("Keep these settings under a name"),
-                self._ask_name,
-            ),
-            Spec(
-                "import-preset",
-                tr("&Import presets…"),
-                "Ctrl+Alt+I",
-                tr("Take settings in files as presets of your own"),
-                self._ask_files,
-            ),
-            Spec(
-                "export-preset",
-                tr("&Export settings…"),
-                "Ctrl+Alt+E",
-                tr("Write the settings of the photo or of the selected face as a file"),
-                self._ask_target,
-            ),
+        self.add_action(
+            "save-preset",
+            tr("Save as a &preset…"),
+            "Ctrl+Alt+S",
+            tr("Keep these settings under a name"),
+            self._ask_name,
+        )
+        self.add_action(
+            "import-preset",
+            tr("&Import presets…"),
+            "Ctrl+Alt+I",
+            tr("Take settings in files as presets of your own"),
+            self._ask_files,
+        )
+        self.add_action(
+            "export-preset",
+            tr("&Export settings…"),
+            "Ctrl+Alt+E",
+            tr("Write the settings of the photo or of the selected face as a file"),
+            self._ask_target,
         )
         self.menu = self.window.menus["presets"] = QMenu(tr("Prese&ts"), self.window)
         self.menu.aboutToShow.connect(self.fill)

@@ -10,7 +10,6 @@ from kogao_core.photo import Photo
 from kogao_core.photo.model import Stamp
 from kogao_core.project import save
 
-from ..actions import Spec
 from ..document import State
 from ..i18n import reason, sentence, tr
 from ..widgets.dialogs import ask_path
@@ -35,14 +34,12 @@ class Projects(Feature):
         self._own: Path | None = None
         # As it was then; whoever writes looks, one after the other.
         self._stamps: dict[Path, Stamp | None] = {}
-        self.add_actions(
-            Spec(
-                "save-project",
-                tr("Save pro&ject"),
-                "Ctrl+Alt+P",
-                tr("Keep points and settings beside the photo, to go on with another time"),
-                self.save,
-            )
+        self.add_action(
+            "save-project",
+            tr("Save pro&ject"),
+            "Ctrl+Alt+P",
+            tr("Keep points and settings beside the photo, to go on with another time"),
+            self.save,
         )
         self.document.opened.connect(self._forget)
         files.restored.connect(self._take_up)

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 from kogao_core.geometry import Array
 from kogao_core.protection import NOTHING
 
-from ..actions import Spec
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..view_state import Brush, ToolName
@@ -54,44 +53,42 @@ class Protect(Feature):
         super().__init__(context)
         # Of the stroke in hand, px of the photo; empty without one.
         self._path: list[tuple[float, float]] = []
-        self.add_actions(
-            self._tool("points", tr("Points"), "A", tr("Drag landmarks and targets")),
-            self._tool("brush", tr("Brush"), "B", tr("Paint what must not move")),
-            self._tool(
-                "line",
-                tr("Line"),
-                "N",
-                tr("Protect a straight edge; Shift keeps it level or upright"),
-            ),
-            self._tool("eraser", tr("Eraser"), "E", tr("Rub protection out")),
-            Spec(
-                "hard",
-                tr("&Hard edge"),
-                "Shift+B",
-                tr("Not a pixel of it moves"),
-                toggled=self.set_hard,
-            ),
-            Spec(
-                "smaller",
-                tr("&Smaller brush"),
-                "[",
-                tr("Make brush and eraser smaller"),
-                lambda: self.resize(-1),
-            ),
-            Spec(
-                "larger",
-                tr("&Larger brush"),
-                "]",
-                tr("Make brush and eraser larger"),
-                lambda: self.resize(1),
-            ),
-            Spec(
-                "unprotect",
-                tr("&Remove all protection"),
-                "Shift+E",
-                tr("Let every place move again"),
-                self.clear,
-            ),
+        self._add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
+        self._add_tool("brush", tr("Brush"), "B", tr("Paint what must not move"))
+        self._add_tool(
+            "line",
+            tr("Line"),
+            "N",
+            tr("Protect a straight edge; Shift keeps it level or upright"),
+        )
+        self._add_tool("eraser", tr("Eraser"), "E", tr("Rub protection out"))
+        self.add_action(
+            "hard",
+            tr("&Hard edge"),
+            "Shift+B",
+            tr("Not a pixel of it moves"),
+            toggled=self.set_hard,
+        )
+        self.add_action(
+            "smaller",
+            tr("&Smaller brush"),
+            "[",
+            tr("Make brush and eraser smaller"),
+            lambda: self.resize(-1),
+        )
+        self.add_action(
+            "larger",
+            tr("&Larger brush"),
+            "]",
+            tr("Make brush and eraser larger"),
+            lambda: self.resize(1),
+        )
+        self.add_action(
+            "unprotect",
+            tr("&Remove all protection"),
+            "Shift+E",
+            tr("Let every place move again"),
+            self.clear,
         )
         tools = self.one_of(*(f"tool-{name}" for name in get_args(ToolName)))
         self.panel: ProtectPanel = ProtectPanel(
@@ -113,9 +110,9 @@ class Protect(Feature):
         # Each photo begins with a brush that suits it.
         self.watch(lambda: self.document.photo is not None, self._allow)
 
-    def _tool(self, name: ToolName, text: str, key: str, tip: str) -> Spec:
+    def _add_tool(self, name: ToolName, text: str, key: str, tip: str) -> None:
         first = name == self.view.brush.tool
-        return Spec(f"tool-{name}", text, key, tip, lambda: self.take(name), checked=first)
+        self.add_action(f"tool-{name}", text, key, tip, lambda: self.take(name), checked=first)
 
     # -- the brush -------------------------------------------------------------------------------
 

@@ -11,7 +11,6 @@ from PySide6.QtGui import QDesktopServices, QGuiApplication
 from kogao_core.strict import BadFile
 from kogao_core.wording import system_reason
 
-from ..actions import Spec
 from ..i18n import tr
 from ..widgets.dialogs import ask_path
 from ..widgets.messages import BarAction
@@ -27,14 +26,12 @@ class Rating(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._server: Server | None = None
-        self.add_actions(
-            Spec(
-                "rate",
-                tr("&Rate pictures…"),
-                "Ctrl+R",
-                tr("Say which pictures of a study look natural (table 1, figure 11)"),
-                self.ask_folder,
-            )
+        self.add_action(
+            "rate",
+            tr("&Rate pictures…"),
+            "Ctrl+R",
+            tr("Say which pictures of a study look natural (table 1, figure 11)"),
+            self.ask_folder,
         )
 
     def ask_folder(self) -> None:

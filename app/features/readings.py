@@ -15,7 +15,6 @@ from kogao_core.pipeline import Rendering
 from kogao_core.settings import DOMAINS, DomainName
 from kogao_core.timing import STAGES
 
-from ..actions import Spec
 from ..canvas.overlays import glyphs
 from ..i18n import tr, translated, unwritten
 from ..theme import GRID_PX
@@ -203,14 +202,12 @@ class Figure(Feature):
     def __init__(self, context: Context, readings: Readings) -> None:
         super().__init__(context)
         self._readings: QWidget = readings.panel
-        self.add_actions(
-            Spec(
-                "export-figure",
-                tr("Export a fi&gure…"),
-                "Shift+F12",
-                tr("The canvas with its overlays and legend, and the figures, as one picture"),
-                self.ask,
-            )
+        self.add_action(
+            "export-figure",
+            tr("Export a fi&gure…"),
+            "Shift+F12",
+            tr("The canvas with its overlays and legend, and the figures, as one picture"),
+            self.ask,
         )
         self.watch(lambda: self.document.photo is None, self._enable)
 

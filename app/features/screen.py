@@ -6,7 +6,6 @@ from typing import Final
 
 from PySide6.QtCore import QByteArray, QSize
 
-from ..actions import Spec
 from ..i18n import tr
 from ..widgets.dialogs import room
 from ..workspaces import Workspace
@@ -26,31 +25,33 @@ class Screen(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         canvas, docks = self.window.canvas, self.window.docks
-        self.add_actions(
-            Spec("fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit),
-            Spec(
-                "actual",
-                tr("&100 %"),
-                "1",
-                tr("One photo pixel on one screen pixel"),
-                lambda: canvas.zoom_to(1.0),
-            ),
-            Spec("closer", tr("Zoom &in"), "+", tr("Look closer"), lambda: self._zoom_by(_STEP)),
-            Spec("farther", tr("Zoom &out"), "-", tr("See more"), lambda: self._zoom_by(1 / _STEP)),
-            Spec(
-                "hide-panels",
-                tr("&Hide all panels"),
-                "F8",
-                tr("The photo alone, or everything again"),
-                toggled=docks.hide_all,
-            ),
-            Spec(
-                "move-panels",
-                tr("&Move panels"),
-                "F9",
-                tr("Give panels title bars to drag them by"),
-                toggled=lambda on: docks.fix(not on),
-            ),
+        self.add_action("fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit)
+        self.add_action(
+            "actual",
+            tr("&100 %"),
+            "1",
+            tr("One photo pixel on one screen pixel"),
+            lambda: canvas.zoom_to(1.0),
+        )
+        self.add_action(
+            "closer", tr("Zoom &in"), "+", tr("Look closer"), lambda: self._zoom_by(_STEP)
+        )
+        self.add_action(
+            "farther", tr("Zoom &out"), "-", tr("See more"), lambda: self._zoom_by(1 / _STEP)
+        )
+        self.add_action(
+            "hide-panels",
+            tr("&Hide all panels"),
+            "F8",
+            tr("The photo alone, or everything again"),
+            toggled=docks.hide_all,
+        )
+        self.add_action(
+            "move-panels",
+            tr("&Move panels"),
+            "F9",
+            tr("Give panels title bars to drag them by"),
+            toggled=lambda on: docks.fix(not on),
         )
         self.window.original_held.connect(canvas.show_original)
         canvas.view_changed.connect(self._show_zoom)

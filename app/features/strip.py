@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 from kogao_core.display import preview
 from kogao_core.photo import READABLE, UnreadablePhoto, read
 
-from ..actions import Spec
 from ..i18n import reason, tr
 from ..widgets.dialogs import ask_path
 from ..widgets.docks import Dock
@@ -55,28 +54,26 @@ class Strip(Feature):
         self.document.opened.connect(self._follow)
         files.began.connect(self._pass_over)
         files.unreadable.connect(self._pass_over)
-        self.add_actions(
-            Spec(
-                "folder",
-                tr("Open a &folder…"),
-                "Ctrl+Shift+O",
-                tr("Photos as a film strip"),
-                self._ask_folder,
-            ),
-            Spec(
-                "next-photo",
-                tr("&Next photo"),
-                "Ctrl+Right",
-                tr("Next on the film strip"),
-                lambda: self.panel.step(1),
-            ),
-            Spec(
-                "previous-photo",
-                tr("Pre&vious photo"),
-                "Ctrl+Left",
-                tr("Previous on the film strip"),
-                lambda: self.panel.step(-1),
-            ),
+        self.add_action(
+            "folder",
+            tr("Open a &folder…"),
+            "Ctrl+Shift+O",
+            tr("Photos as a film strip"),
+            self._ask_folder,
+        )
+        self.add_action(
+            "next-photo",
+            tr("&Next photo"),
+            "Ctrl+Right",
+            tr("Next on the film strip"),
+            lambda: self.panel.step(1),
+        )
+        self.add_action(
+            "previous-photo",
+            tr("Pre&vious photo"),
+            "Ctrl+Left",
+            tr("Previous on the film strip"),
+            lambda: self.panel.step(-1),
         )
 
         self._enable(False)

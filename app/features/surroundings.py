@@ -17,7 +17,6 @@ from kogao_core.landmarks import ModelRefused
 from kogao_core.person import PersonFinder, PersonMask
 from kogao_core.project_json import as_line
 
-from ..actions import Spec
 from ..i18n import reason, sentence, tr
 from ..render.live import RenderedFrame
 from .feature import Context, Feature
@@ -63,21 +62,19 @@ class Surroundings(Feature):
         self._frame: RenderedFrame | None = None
         self._note = ""
         self._lane = self.lane(self._show, self._fail)
-        self.add_actions(
-            Spec(
-                "lines-go",
-                tr("Let all lines &go"),
-                "Shift+S",
-                tr("Let the warp bend every straight line of the background"),
-                self.let_all_go,
-            ),
-            Spec(
-                "lines-hold",
-                tr("H&old all lines"),
-                "Shift+H",
-                tr("Keep every straight line of the background straight where it can be"),
-                self.hold_all,
-            ),
+        self.add_action(
+            "lines-go",
+            tr("Let all lines &go"),
+            "Shift+S",
+            tr("Let the warp bend every straight line of the background"),
+            self.let_all_go,
+        )
+        self.add_action(
+            "lines-hold",
+            tr("H&old all lines"),
+            "Shift+H",
+            tr("Keep every straight line of the background straight where it can be"),
+            self.hold_all,
         )
         self.window.canvas.line_clicked.connect(self.toggle)
         self.live.drawn.connect(self._follow)

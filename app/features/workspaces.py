@@ -8,7 +8,6 @@ from typing import Final
 
 from PySide6.QtCore import QByteArray
 
-from ..actions import Spec
 from ..canvas.overlays.listed import LISTED
 from ..i18n import tr, translated
 from ..widgets.controls import Fold
@@ -24,28 +23,18 @@ class Workspaces(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._shown: Workspace | None = None
-        self.add_actions(
-            *map(self._spec, WORKSPACES.values()),
-            Spec(
-                "reset-workspace",
-                tr("Reset this wor&kspace"),
-                "",
-                tr("Its panels and overlays as they first were"),
-                self.reset,
-            ),
+        for one in WORKSPACES.values():
+            title, tip = translated(one.title), translated(one.help)
+            show = partial(self.show, one.name)
+            self.add_action(f"workspace-{one.name}", title, one.key, tip, show, checked=False)
+        self.add_action(
+            "reset-workspace",
+            tr("Reset this wor&kspace"),
+            "",
+            tr("Its panels and overlays as they first were"),
+            self.reset,
         )
         self.one_of(*(f"workspace-{name}" for name in WORKSPACES))
-
-    def _spec(self, one: Workspace) -> Spec:
-        show = partial(self.show, one.name)
-        return Spec(
-            f"workspace-{one.name}",
-            translated(one.title),
-            one.key,
-            translated(one.help),
-            show,
-            checked=False,
-        )
 
     def begin(self, name: str | None = None) -> None:
         """Show a workspace by its name, or the one that was left last."""

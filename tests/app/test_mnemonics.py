@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import defaultdict
 
 import pytest
-from kogao_app.actions import Spec, build, call
+from kogao_app.actions import call
 from kogao_app.i18n import bare, lettered
-from PySide6.QtGui import QKeySequence
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -71,7 +71,8 @@ def test_every_menu_goes_with_its_window():
 def test_a_letter_behind_the_word_is_on_no_button_and_in_no_name(qtbot):
     window = QMainWindow()
     qtbot.addWidget(window)
-    action = build(window, Spec("open", "開く(&O)…", "", ""))
+    action = QAction(window)
+    call(action, "開く(&O)…")
     bar = window.addToolBar("buttons")
     bar.addAction(action)
     button = bar.widgetForAction(action)

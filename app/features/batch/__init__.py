@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QMessageBox
 from kogao_core.batch import Outcome
 from kogao_core.presets import listed
 
-from ...actions import Spec
 from ...i18n import sentence, tr
 from ...widgets.dialogs import question
 from .. import presets
@@ -41,10 +40,8 @@ class Batch(Feature):
         self._running = self.lane(self._end, self._refuse, self._own_pool)
         self._planned.connect(self._begin)
         self._went.connect(self._take)
-        self.add_actions(
-            Spec(
-                "batch", tr("&Batch…"), "Ctrl+B", tr("The same settings for many photos"), self.show
-            )
+        self.add_action(
+            "batch", tr("&Batch…"), "Ctrl+B", tr("The same settings for many photos"), self.show
         )
 
     @cached_property

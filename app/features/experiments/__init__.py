@@ -15,7 +15,6 @@ from kogao_core.experiments.subjects import Subject
 from kogao_core.landmarks import source
 from kogao_core.wording import system_reason
 
-from ...actions import Spec
 from ...i18n import sentence, tr, unwritten
 from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
@@ -46,32 +45,30 @@ class Experiments(Feature):
         self._running = self.lane(self._show, self._fail)
         self._progressed.connect(self._show_progress)
         manual.applied.connect(self._record)
-        self.add_actions(
-            self._spec(
-                "timing",
-                tr("Setting and computing &time…"),
-                tr("Manual and automatic, whole and reduced, on this photo (table 2)"),
-            ),
-            self._spec(
-                "domains",
-                tr("Reduced &domains…"),
-                tr("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
-            ),
-            self._spec(
-                "distortion",
-                tr("D&istortion…"),
-                tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
-            ),
-            self._spec(
-                "methods",
-                tr("&Methods side by side…"),
-                tr("Other warps on the same points: speed, exactness, folds"),
-            ),
+        self._add(
+            "timing",
+            tr("Setting and computing &time…"),
+            tr("Manual and automatic, whole and reduced, on this photo (table 2)"),
+        )
+        self._add(
+            "domains",
+            tr("Reduced &domains…"),
+            tr("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
+        )
+        self._add(
+            "distortion",
+            tr("D&istortion…"),
+            tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
+        )
+        self._add(
+            "methods",
+            tr("&Methods side by side…"),
+            tr("Other warps on the same points: speed, exactness, folds"),
         )
 
-    def _spec(self, name: ExperimentName, text: str, tip: str) -> Spec:
+    def _add(self, name: ExperimentName, text: str, tip: str) -> None:
         key = f"Ctrl+{get_args(ExperimentName).index(name) + 1}"
-        return Spec(f"experiment-{name}", text, key, tip, lambda: self.start(name))
+        self.add_action(f"experiment-{name}", text, key, tip, lambda: self.start(name))
 
     def start(self, name: ExperimentName) -> None:
         """Run an experiment on the photo's faces that are on."""

@@ -25,7 +25,7 @@ from kogao_core.pipeline import render
 from kogao_core.sidecar import SUFFIX, Applied
 from kogao_core.threads import beside
 
-from ...actions import Spec, call
+from ...actions import call
 from ...ahead import Ahead, FaceSearch
 from ...document import State
 from ...i18n import reason, sentence, tr, translated
@@ -82,31 +82,29 @@ class Files(Feature):
         # The search for the faces of a photo that is still being read.
         self._sought: FaceSearch | None = None
         self._reading = self.lane(self._opened, self._not_opened)
-        self.add_actions(
-            Spec(
-                "tour",
-                tr("&Tour"),
-                "Ctrl+F1",
-                tr("Open the sample, and what there is to try in three steps"),
-                self.welcome,
-            ),
-            Spec("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self.ask_open),
-            Spec(
-                "sample",
-                tr("Open the sample &portrait"),
-                "",
-                tr("A face to try things on"),
-                self.open_sample,
-            ),
-            Spec(
-                "save",
-                tr("&Save a copy…"),
-                "Ctrl+S",
-                tr("Save the result under another name; the original is never touched"),
-                self.keep,
-            ),
-            Spec("quit", tr("&Quit"), "Ctrl+Q", tr("Close the window"), self.window.close),
+        self.add_action(
+            "tour",
+            tr("&Tour"),
+            "Ctrl+F1",
+            tr("Open the sample, and what there is to try in three steps"),
+            self.welcome,
         )
+        self.add_action("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self.ask_open)
+        self.add_action(
+            "sample",
+            tr("Open the sample &portrait"),
+            "",
+            tr("A face to try things on"),
+            self.open_sample,
+        )
+        self.add_action(
+            "save",
+            tr("&Save a copy…"),
+            "Ctrl+S",
+            tr("Save the result under another name; the original is never touched"),
+            self.keep,
+        )
+        self.add_action("quit", tr("&Quit"), "Ctrl+Q", tr("Close the window"), self.window.close)
 
     # -- opening ---------------------------------------------------------------------------------
 

@@ -16,7 +16,6 @@ from kogao_core.photo.label import LONGEST, check_label
 from kogao_core.photo.label_picture import LabelPicture, check_picture
 from kogao_core.settings import CORNERS, LABEL_CORNER, LABEL_PERCENT, LABEL_SHARE, Corner
 
-from ...actions import Spec
 from ...i18n import sentence, tr, translated
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
@@ -145,14 +144,12 @@ class SaveOptions(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._asked = False
-        self.add_actions(
-            Spec(
-                "save-options",
-                tr("Save opt&ions…"),
-                "Ctrl+Alt+O",
-                tr("What saved pictures tell of themselves"),
-                self.ask,
-            )
+        self.add_action(
+            "save-options",
+            tr("Save opt&ions…"),
+            "Ctrl+Alt+O",
+            tr("What saved pictures tell of themselves"),
+            self.ask,
         )
 
     @property

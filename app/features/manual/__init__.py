@@ -6,7 +6,6 @@ from PySide6.QtCore import Signal
 
 from kogao_core.project import Mode
 
-from ...actions import Spec
 from ...canvas.handles import Handle
 from ...document import State
 from ...i18n import tr
@@ -66,66 +65,64 @@ class Manual(Feature):
 
     def _add_actions(self) -> None:
         by_hand = tr("Points set by hand, the paper's conventional method (table 2)")
-        self.add_actions(
-            Spec(
-                "mode-automatic",
-                tr("&Automatic"),
-                "F2",
-                tr("Points found by the machine"),
-                lambda: self.switch("automatic"),
-                checked=True,
-            ),
-            Spec(
-                "mode-manual",
-                tr("&Manual"),
-                "F3",
-                by_hand,
-                lambda: self.switch("manual"),
-                checked=False,
-            ),
-            Spec(
-                "mark",
-                tr("Mar&k"),
-                "M",
-                tr("Press to set a landmark, drag to where it goes"),
-                lambda: self.take_marker(self.actions["mark"].isChecked()),
-                checked=False,
-            ),
-            Spec(
-                "mirror",
-                tr("Mi&rror"),
-                "Shift+M",
-                tr("The selected point on the other side"),
-                self.mirror,
-            ),
-            Spec(
-                "mirror-side",
-                tr("Mirror s&ide"),
-                "Ctrl+M",
-                tr("Make the other side of the face like the selected point's"),
-                self.mirror_side,
-            ),
-            Spec(
-                "snap",
-                tr("S&nap"),
-                "Shift+N",
-                tr("Put the selected point's target on the line to the centre"),
-                self.snap,
-            ),
-            Spec(
-                "delete",
-                tr("&Delete the selected point"),
-                "Delete",
-                tr("Delete a landmark set by hand; put a target back on its line"),
-                self.delete,
-            ),
-            Spec(
-                "apply",
-                tr("A&pply"),
-                "Ctrl+Return",
-                tr("Everything is set: stop the clock"),
-                self.apply,
-            ),
+        self.add_action(
+            "mode-automatic",
+            tr("&Automatic"),
+            "F2",
+            tr("Points found by the machine"),
+            lambda: self.switch("automatic"),
+            checked=True,
+        )
+        self.add_action(
+            "mode-manual",
+            tr("&Manual"),
+            "F3",
+            by_hand,
+            lambda: self.switch("manual"),
+            checked=False,
+        )
+        self.add_action(
+            "mark",
+            tr("Mar&k"),
+            "M",
+            tr("Press to set a landmark, drag to where it goes"),
+            lambda: self.take_marker(self.actions["mark"].isChecked()),
+            checked=False,
+        )
+        self.add_action(
+            "mirror",
+            tr("Mi&rror"),
+            "Shift+M",
+            tr("The selected point on the other side"),
+            self.mirror,
+        )
+        self.add_action(
+            "mirror-side",
+            tr("Mirror s&ide"),
+            "Ctrl+M",
+            tr("Make the other side of the face like the selected point's"),
+            self.mirror_side,
+        )
+        self.add_action(
+            "snap",
+            tr("S&nap"),
+            "Shift+N",
+            tr("Put the selected point's target on the line to the centre"),
+            self.snap,
+        )
+        self.add_action(
+            "delete",
+            tr("&Delete the selected point"),
+            "Delete",
+            tr("Delete a landmark set by hand; put a target back on its line"),
+            self.delete,
+        )
+        self.add_action(
+            "apply",
+            tr("A&pply"),
+            "Ctrl+Return",
+            tr("Everything is set: stop the clock"),
+            self.apply,
         )
         self.one_of("mode-automatic", "mode-manual")
 

@@ -11,7 +11,6 @@ from PySide6.QtGui import QGuiApplication
 from kogao_core.recipe import Recipe
 from kogao_core.settings import SETTINGS
 
-from ...actions import Spec
 from ...i18n import tr, translated
 from ...render.live import RenderedFrame
 from ..feature import Context, Feature
@@ -54,28 +53,26 @@ class RecipeEditing(Feature):
         self.chosen.connect(self._show)
         self.chosen.connect(self.window.canvas.redraw)
         self.live.drawn.connect(self._show_frame)
-        self.add_actions(
-            Spec(
-                "copy-settings",
-                tr("&Copy settings"),
-                "Ctrl+Shift+C",
-                tr("Copy the settings of the photo or of the selected face"),
-                self.copy,
-            ),
-            Spec(
-                "paste-settings",
-                tr("&Paste settings"),
-                "Ctrl+Shift+V",
-                tr("Use the copied settings for this photo or the selected face"),
-                self.paste,
-            ),
-            Spec(
-                "follow-photo",
-                tr("&Use the photo's settings"),
-                "Ctrl+U",
-                tr("Forget the settings of this face's own"),
-                self.follow_photo,
-            ),
+        self.add_action(
+            "copy-settings",
+            tr("&Copy settings"),
+            "Ctrl+Shift+C",
+            tr("Copy the settings of the photo or of the selected face"),
+            self.copy,
+        )
+        self.add_action(
+            "paste-settings",
+            tr("&Paste settings"),
+            "Ctrl+Shift+V",
+            tr("Use the copied settings for this photo or the selected face"),
+            self.paste,
+        )
+        self.add_action(
+            "follow-photo",
+            tr("&Use the photo's settings"),
+            "Ctrl+U",
+            tr("Forget the settings of this face's own"),
+            self.follow_photo,
         )
         self._show()
         self.watch(lambda: self.document.photo is not None, self._allow)
