@@ -124,7 +124,7 @@ class Editor(QObject):
         self.save_options = SaveOptions(context)
         self.saver = Saver(context)
         self.preferences = Preferences(context, self.recipe)
-        self.files = Files(context, self.saver, self.faces, self.save_options, self.preferences)
+        self.files = Files(context, self.saver, self.faces, self.save_options)
         self.projects = Projects(context, self.saver, self.files)
         self.saver.offer(self.files.keep, self.projects.save)
         self.recovery = Recovery(context, self.saver, self.files)

@@ -127,7 +127,7 @@ class RandomUser:
         other = "manual" if self._state.mode == "automatic" else "automatic"
         self._editor.manual.switch(other)
         if not self._state.faces:
-            self._editor.faces.place(lambda: self._by_hand)
+            self._editor.faces.place(self._by_hand)
             self._editor.faces.end_placing()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from PySide6.QtCore import Qt
@@ -18,7 +17,7 @@ from ..i18n import reason, tr
 from ..render.holding import Holding
 from ..render.live import RenderedFrame, Surface
 from ..theme import GRID_PX
-from ..widgets.controls import action_button, column_of, heading, muted_label
+from ..widgets.controls import action_button, column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock
 from ..workspaces import Workspace
 from .faces import Faces
@@ -27,14 +26,6 @@ from .manual import Manual, marking
 from .modes import FaceCompared, faces_compared, seconds, summary, title_of
 
 _MODES: Final[tuple[Mode, ...]] = ("manual", "automatic")
-
-
-@dataclass(frozen=True, eq=False)
-class OtherMode:
-    """The other mode's picture, and how far both modes' points lie apart."""
-
-    frame: RenderedFrame
-    faces: tuple[FaceCompared, ...]
 
 
 class ComparisonPanel(QWidget):
@@ -63,13 +54,9 @@ class ComparisonPanel(QWidget):
                 grid.addWidget(cell, row, column)
         self.apart = muted_label()
         self.apart.setWordWrap(True)
-        buttons = QHBoxLayout()
-        buttons.setSpacing(GRID_PX)
-        for action in more:
-            button = action_button(action)
+        buttons = [action_button(action) for action in more]
+        for button in buttons:
             button.setProperty("snug", "false")
-            buttons.addWidget(button)
-        buttons.addStretch()
         times, points = QWidget(), QWidget()
         left, right = column_of(times), column_of(points, spacing=2 * GRID_PX)
         left.addWidget(heading(tr("Times")))
@@ -77,7 +64,7 @@ class ComparisonPanel(QWidget):
         left.addStretch()
         right.addWidget(heading(tr("How far the points lie apart")))
         right.addWidget(self.apart, 1)
-        right.addLayout(buttons)
+        right.addLayout(row_of(*buttons, None, spacing=GRID_PX))
         beside = QHBoxLayout(self)
         beside.setContentsMargins(3 * GRID_PX, 2 * GRID_PX, 3 * GRID_PX, 2 * GRID_PX)
         beside.setSpacing(8 * GRID_PX)
@@ -182,14 +169,17 @@ class BothModes(Feature):
             self._followed = now
             self._revision += 1
             surface, revision = self._surface, self._revision
-            self._lane.submit(lambda: _compared(surface, revision, state))
+            self._lane.submit(
+                lambda: (surface.render(revision, state.in_other_mode()), faces_compared(state))
+            )
 
-    def _take(self, compared: OtherMode) -> None:
+    def _take(self, compared: tuple[RenderedFrame, tuple[FaceCompared, ...]]) -> None:
+        frame, faces = compared
         if self._surface is not None:
             self._surface.shown()
-        self._beside().show_frame(compared.frame)
-        self._computing_s[self.document.state.other_mode] = _seconds_of(compared.frame.rendering)
-        self.panel.apart.setText(summary(compared.faces))
+        self._beside().show_frame(frame)
+        self._computing_s[self.document.state.other_mode] = _seconds_of(frame.rendering)
+        self.panel.apart.setText(summary(faces))
         self._show_times()
 
     def _measure(self, rendering: Rendering) -> None:
@@ -209,11 +199,6 @@ class BothModes(Feature):
         text = tr("The two modes can't be compared ({why}).", why=reason(problem))
         revision = self._revision
         self.say(text, holds=lambda: self._on and self._revision == revision)
-
-
-def _compared(surface: Surface, revision: int, state: State) -> OtherMode:
-    frame = surface.render(revision, state.in_other_mode())
-    return OtherMode(frame, faces_compared(state))
 
 
 def _seconds_of(rendering: Rendering) -> float:

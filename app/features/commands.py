@@ -76,15 +76,13 @@ class Palette(Dialog):
         return super().eventFilter(watched, event)
 
     def _narrow(self, text: str) -> None:
-        words = text.casefold().split()
-        first = -1
+        words, found = text.casefold().split(), []
         for row in range(self.list.count()):
             item = self.list.item(row)
-            hidden = not all(word in item.text().casefold() for word in words)
-            item.setHidden(hidden)
-            if not hidden and first < 0:
-                first = row
-        self.list.setCurrentRow(first)
+            item.setHidden(not all(word in item.text().casefold() for word in words))
+            if not item.isHidden():
+                found.append(row)
+        self.list.setCurrentRow(found[0] if found else -1)
 
     def _run(self) -> None:
         row = self.list.currentRow()
@@ -98,15 +96,6 @@ def _title(action: QAction) -> str:
     name = bare(action.text()).rstrip("…")
     key = action.shortcut().toString()
     return f"{name}   {key}" if key else name
-
-
-def restore(settings: QSettings, actions: Mapping[str, QAction]) -> None:
-    """Give the actions the keys that the user chose."""
-    settings.beginGroup(_GROUP)
-    for name in settings.childKeys():
-        if name in actions:
-            actions[name].setShortcut(QKeySequence(str(settings.value(name))))
-    settings.endGroup()
 
 
 class ShortcutsDialog(Dialog):
@@ -134,7 +123,7 @@ class ShortcutsDialog(Dialog):
         self.key.setMaximumSequenceLength(1)
         self.key.setAccessibleName(tr("New key"))
         self.key.setClearButtonEnabled(True)
-        self.key.editingFinished.connect(self._take)
+        self.key.editingFinished.connect(lambda: self._give(self.key.keySequence()))
         self.reset = QPushButton(tr("&First key again"))
         self.reset.clicked.connect(lambda: self._give(self._first[self._name]))
         self.note = muted_label()
@@ -177,18 +166,14 @@ class ShortcutsDialog(Dialog):
         self.key.setKeySequence(self._actions[self._name].shortcut())
         self.note.clear()
 
-    def _take(self) -> None:
-        self._give(self.key.keySequence())
-
     def _give(self, key: QKeySequence) -> None:
         name = self._name
         if key == self._actions[name].shortcut():
             return
-        owner = next(
-            (other for other in self._names if other != name and self._has(other, key)), None
-        )
+        others = (action for other, action in self._actions.items() if other != name)
+        owner = next((one for one in others if not key.isEmpty() and one.shortcut() == key), None)
         if owner is not None:
-            what = bare(self._actions[owner].text())
+            what = bare(owner.text())
             self.note.setText(tr("{key} belongs to “{what}”", key=key.toString(), what=what))
             self.key.setKeySequence(self._actions[name].shortcut())
             return
@@ -200,9 +185,6 @@ class ShortcutsDialog(Dialog):
         self.table.setItem(self.table.currentRow(), 1, QTableWidgetItem(key.toString()))
         self._show_current()
 
-    def _has(self, name: str, key: QKeySequence) -> bool:
-        return not key.isEmpty() and self._actions[name].shortcut() == key
-
 
 def about_box(parent: QWidget) -> QMessageBox:
     """Return the box; `open` shows it without stopping the program."""
@@ -212,23 +194,17 @@ def about_box(parent: QWidget) -> QMessageBox:
     box = question(parent, text, QMessageBox.Icon.NoIcon)
     box.setWindowTitle(tr("About Kogao"))
     box.setTextFormat(Qt.TextFormat.PlainText)
-    box.setInformativeText("\n\n".join((_paper(), _licences())))
-    box.setDetailedText(licences.text())
-    box.setStandardButtons(QMessageBox.StandardButton.Close)
-    return box
-
-
-def _paper() -> str:
-    return tr(
+    paper = tr(
         "After M. Seo, Y.-W. Chen and H. Aoki, “Automatic Transformation of “KOGAO” (Small Face) "
         "based on Fast B-spline Approximation”, 2011."
     )
-
-
-def _licences() -> str:
-    return tr(
+    licence = tr(
         "Licensed under Apache-2.0. The details name everything it is built on and its licence."
     )
+    box.setInformativeText(f"{paper}\n\n{licence}")
+    box.setDetailedText(licences.text())
+    box.setStandardButtons(QMessageBox.StandardButton.Close)
+    return box
 
 
 class Commands(Feature):
@@ -261,7 +237,11 @@ class Commands(Feature):
 
     def restore(self) -> None:
         """Give all actions the keys that the user chose."""
-        restore(self.settings, self.actions)
+        self.settings.beginGroup(_GROUP)
+        for name in self.settings.childKeys():
+            if name in self.actions:
+                self.actions[name].setShortcut(QKeySequence(str(self.settings.value(name))))
+        self.settings.endGroup()
 
     def _show_palette(self) -> None:
         named = [action for name, action in self.actions.items() if name != "palette"]

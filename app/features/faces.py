@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from itertools import zip_longest
 
 import numpy as np
@@ -106,7 +105,7 @@ class Faces(Feature):
         photo = self.document.photo
         if photo is None:
             return
-        self._give_up()
+        self.stop()
         self._search = search = search or FaceSearch(self._source)
         if not self._touched:
             self.live.hold()
@@ -117,14 +116,9 @@ class Faces(Feature):
         self._finding.submit(lambda: search.run(photo))
 
     def stop(self) -> None:
-        """End the search, too."""
-        self._give_up()
-        super().stop()
-
-    def _give_up(self) -> None:
-        """Forget the search under way: what it still finds is nobody's."""
+        """End the search under way: what it still finds is nobody's."""
         self._search.stop()
-        self._finding.drop()
+        super().stop()
 
     def _show_found(self, search: FaceSearch) -> None:
         """Show what has come, as long as there is only what this search has found."""
@@ -190,19 +184,18 @@ class Faces(Feature):
             return
         middle = np.array([image.width, image.height]) / 2.0
         width = _TEMPLATE_SHARE * min(image.width, image.height)
-        self.place(lambda: template_face(middle, width))
+        self.place(template_face(middle, width))
         done = BarAction(tr("It fits"), self.end_placing)
         text = tr(
             "Drag the frame onto the face; a corner turns and sizes it. Then drag single points."
         )
         self.say(text, done, wrong=False, holds=lambda: self.view.placing is not None)
 
-    def place(self, make: Callable[[], Face]) -> None:
+    def place(self, face: Face) -> None:
         """Add a face and let it be dragged into place."""
         state = self.document.state
-        self.document.step(
-            dataclasses.replace(state, faces=(*state.faces, make())), tr("Place a face")
-        )
+        more = dataclasses.replace(state, faces=(*state.faces, face))
+        self.document.step(more, tr("Place a face"))
         self.view.placing = len(state.faces)
         self.window.canvas.redraw()
 
@@ -220,7 +213,7 @@ class Faces(Feature):
         self.document.step(dataclasses.replace(state, off=off), tr("Switch a face"))
 
     def _open(self) -> None:
-        self._give_up()
+        self.stop()
         self.finding_s = None
         if self.document.pyramid is not None:
             self.panel.open(self.document.pyramid)

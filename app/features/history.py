@@ -80,8 +80,8 @@ class History(Feature):
         named["redo"].setEnabled(stack.canRedo())
         named["undo"].setText(tr("&Undo {what}", what=stack.undoText()))
         named["redo"].setText(tr("&Redo {what}", what=stack.redoText()))
-        for name in ("undo", "redo"):
-            named[name].setIconText(tr("Undo") if name == "undo" else tr("Redo"))
+        named["undo"].setIconText(tr("Undo"))
+        named["redo"].setIconText(tr("Redo"))
         for name in _ON_A_PHOTO:
             named[name].setEnabled(path is not None)
 

@@ -89,7 +89,7 @@ class Overlays(Feature):
             tr("Hide all o&verlays"),
             "O",
             tr("The photo without marks, or the same marks again"),
-            toggled=self._hide_all,
+            toggled=lambda on: self.panel.hide_all(on),
         )
         self.actions["hide-overlays"].setIconText(tr("Hide overlays"))
         self.panel: OverlaysPanel = OverlaysPanel(
@@ -101,9 +101,6 @@ class Overlays(Feature):
         show = partial(self.window.canvas.show_overlay, overlay.name)
         tip = tr("Show or hide: {what}", what=title)
         self.add_action(f"overlay-{overlay.name}", title, overlay.key, tip, toggled=show)
-
-    def _hide_all(self, hidden: bool) -> None:
-        self.panel.hide_all(hidden)
 
 
 class Marks(Feature):

@@ -177,7 +177,7 @@ class Points(Feature):
             return
         away = handles.position(moved, handle) - handles.position(self.document.committed, handle)
         px = tr("{px:.1f} px", px=float(np.hypot(*away)))
-        self.document.preview(moved, self._name_of(handle), px)
+        self.document.preview(moved, self.name_of(handle), px)
 
     def select_next(self, step: int) -> None:
         """Select the point that comes `step` places after the selected one, going round."""
@@ -201,7 +201,7 @@ class Points(Feature):
 
     def _take_up(self, handle: Handle) -> None:
         self._select(handle)
-        self.window.status.name_point(self._name_of(handle))
+        self.window.status.name_point(self.name_of(handle))
 
     def _walk(self, step: int) -> None:
         if self._unselected():
@@ -242,10 +242,11 @@ class Points(Feature):
             handle = None
         if handle != self.view.hovered:
             self.view.hovered = handle
-            self.window.status.name_point("" if handle is None else self._name_of(handle))
+            self.window.status.name_point("" if handle is None else self.name_of(handle))
             self.restyled.emit()
 
-    def _name_of(self, handle: Handle) -> str:
+    def name_of(self, handle: Handle) -> str:
+        """Return what a point of the document is called."""
         return handles.name(handle, len(self.document.state.faces[handle.face].outline))
 
     def _select(self, handle: Handle | None) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSettings, Signal
@@ -142,14 +141,6 @@ class Preferences(Feature):
         """The preferred colours of the window."""
         text = preferences.preferred(self.settings, preferences.THEME)
         return "light" if text == "light" else "dark" if text == "dark" else "system"
-
-    def open_folder(self) -> Path | None:
-        """Return where photos are preferably opened from."""
-        return preferences.folder(self.settings, preferences.OPEN_FOLDER)
-
-    def save_folder(self) -> Path | None:
-        """Return where copies are preferably saved."""
-        return preferences.folder(self.settings, preferences.SAVE_FOLDER)
 
     def _follow(self) -> None:
         self._editing.begin_with(preferences.recipe(self.settings))

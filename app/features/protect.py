@@ -244,7 +244,8 @@ class ProtectPanel(QWidget):
 
     def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
         super().__init__()
-        self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), _size_tip(), 0)
+        tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
+        self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), tip, 0)
         self.hard = QCheckBox(tr("Hard ed&ge: not a pixel of it moves"))
         self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
         self.hard.toggled.connect(hard.setChecked)
@@ -290,7 +291,3 @@ def _sizes() -> SliderScale:
         lambda v: tr("{v:.0f} px across", v=2 * v),
         lambda px: round(px) / 2,
     )
-
-
-def _size_tip() -> str:
-    return tr("Width of brush, line and eraser in px of the photo; [ and ] change it")

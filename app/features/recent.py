@@ -58,11 +58,6 @@ def add(settings: QSettings, path: Path) -> None:
     settings.setValue(_KEY, [str(p) for p in (path, *others)][:_MOST])
 
 
-def clear(settings: QSettings) -> None:
-    """Forget all of them."""
-    settings.remove(_KEY)
-
-
 class EmptyState(QFrame):
     """Buttons to begin with.
 
@@ -170,4 +165,4 @@ class Recent(Feature):
         self.menu.addSeparator()
         forget = self.menu.addAction(tr("&Forget these"))
         forget.setEnabled(bool(paths(self.settings)))
-        forget.triggered.connect(lambda: clear(self.settings))
+        forget.triggered.connect(lambda: self.settings.remove(_KEY))

@@ -126,12 +126,10 @@ class Hints(Feature):
         if len(faces) > 1 and view.face is None:
             return tr("Click a face to select it; drag to move the photo")
         if not self.window.canvas.shows_points(view.face or 0):
-            return tr("Zoom to the face ({key}) to correct its points", key=self._key("zoom-face"))
+            key = self.actions["zoom-face"].shortcut().toString()
+            return tr("Zoom to the face ({key}) to correct its points", key=key)
         if view.following.soft:
             return tr("Drag a point: its neighbours follow, and the wheel says how far")
         if self._quiet and view.state.mode == "automatic":
             return tr("Point at the face to see its points; drag one to correct it")
         return tr("Drag a point to correct it")
-
-    def _key(self, name: str) -> str:
-        return self.actions[name].shortcut().toString()

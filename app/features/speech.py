@@ -39,6 +39,7 @@ class Speech(Feature):
         history: History,
     ) -> None:
         super().__init__(context)
+        self._points = points
         self._point: Handle | None = None
         # Where the selected point was when it was last spoken of, px of the photo.
         self._at: Array = np.zeros(2)
@@ -83,7 +84,7 @@ class Speech(Feature):
         if point is not None:
             self._at = handles.position(self.document.state, point)
             if not self.window.canvas.hasFocus():
-                self._say(self._name(point))
+                self._say(self._points.name_of(point))
 
     def _tell_drawn(self, frame: RenderedFrame) -> None:
         """Tell what has become of a change, once that is known for the photo as a whole."""
@@ -101,7 +102,7 @@ class Speech(Feature):
         away, self._at = to - self._at, to
         if np.abs(away).max() < LEAST_PX:
             return []
-        return [self._name(point), *ways(away), _verdict(rendering)]
+        return [self._points.name_of(point), *ways(away), _verdict(rendering)]
 
     def _warnings(self) -> list[str]:
         """Return what warns since the last change, and what no longer does."""
@@ -124,9 +125,6 @@ class Speech(Feature):
         what = bare(action.text())
         on = action.isChecked()
         self._say(tr("{what}: on", what=what) if on else tr("{what}: off", what=what))
-
-    def _name(self, point: Handle) -> str:
-        return handles.name(point, len(self.document.state.faces[point.face].outline))
 
     def _say(self, text: str) -> None:
         announce(self.window.canvas, text)

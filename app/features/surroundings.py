@@ -165,15 +165,13 @@ def look(
     -------
     BackgroundSeen
     """
-    people, note = None, ""
-    if not frame.faces:
-        return BackgroundSeen(Bends(()), people, note)
-    if "people" in wanted:
+    bends, people, note = Bends(()), None, ""
+    if frame.faces and "people" in wanted:
         people, note = _people(photo, frame, finder.people)
-    if "straight" not in wanted:
-        return BackgroundSeen(Bends(()), people, note)
-    bends = measure(photo, frame.rendering, frame.done, finder)
-    return BackgroundSeen(bends, people, bends.note or note)
+    if frame.faces and "straight" in wanted:
+        bends = measure(photo, frame.rendering, frame.done, finder)
+        note = bends.note or note
+    return BackgroundSeen(bends, people, note)
 
 
 def _people(photo: Image, frame: RenderedFrame, finder: PersonFinder) -> tuple[Rgb8 | None, str]:

@@ -115,7 +115,7 @@ def test_a_source_that_fails_still_lets_a_face_be_placed(start, source, photo):
 
 def test_find_again_undoes_corrections_as_a_step(opened):
     opened.change_something()
-    opened.editor.faces.place(lambda: opened.state.faces[0])
+    opened.editor.faces.place(opened.state.faces[0])
     assert len(opened.state.faces) == 2
     opened.key(Qt.Key.Key_F, CONTROL)
     opened.settle()

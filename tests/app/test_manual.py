@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle, position
-from kogao_app.features.manual.panel import SettingClock
+from kogao_app.features.manual import SettingClock
 from kogao_app.features.modes import ModesDialog, compared
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest

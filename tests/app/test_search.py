@@ -157,7 +157,7 @@ def test_who_is_deleted_or_placed_meanwhile_is_not_found_once_more(search):
     search.finds(1)
     document = driver.editor.document
     document.step(document.state.without_face(0), "Delete")
-    driver.editor.faces.place(lambda: oval_face(center=(392, 172), size=0.35))
+    driver.editor.faces.place(oval_face(center=(392, 172), size=0.35))
     driver.editor.faces.end_placing()
     search.ends()
     assert len(driver.state.faces) == 2

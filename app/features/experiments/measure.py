@@ -70,10 +70,7 @@ class _Found:
 
 def measured(name: ExperimentName, task: ExperimentTask, progress: Progress) -> Findings:
     """Return what an experiment finds; `progress` is told how far it is, and ends it by raising."""
-    return _outcome(name, task, _RUNS[name](task, progress))
-
-
-def _outcome(name: ExperimentName, task: ExperimentTask, found: _Found) -> Findings:
+    found = _RUNS[name](task, progress)
     made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
     report = _REPORTS[name].report(found.result)
     shown = translated_report(report)

@@ -22,9 +22,10 @@ from kogao_core.photo import (
 )
 from kogao_core.photo.disclosure import Disclosure, disclose, signing, undisclosed
 from kogao_core.pipeline import render
-from kogao_core.sidecar import SUFFIX, Applied
+from kogao_core.sidecar import SUFFIX
 from kogao_core.threads import beside
 
+from ... import preferences
 from ...actions import call
 from ...ahead import Ahead, FaceSearch
 from ...document import State
@@ -33,7 +34,6 @@ from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
-from ..preferences import Preferences
 from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo
 from .options import SaveOptions
 from .saver import ReadAhead, Request, Saver, Then
@@ -71,12 +71,10 @@ class Files(Feature):
         saver: Saver,
         faces: Faces,
         options: SaveOptions,
-        preferences: Preferences,
     ) -> None:
         super().__init__(context)
         self._ahead = ReadAhead(context, faces)
         self._saver, self._faces, self._options = saver, faces, options
-        self._preferences = preferences
         self._left = self.document.state
         self._originals: Originals | None = None
         # The search for the faces of a photo that is still being read.
@@ -116,7 +114,10 @@ class Files(Feature):
     @property
     def folder(self) -> Path | None:
         """Where dialogs begin: in the preferred folder, else where the open photo lies."""
-        path, preferred = self.document.path, self._preferences.open_folder()
+        path, preferred = (
+            self.document.path,
+            preferences.folder(self.settings, preferences.OPEN_FOLDER),
+        )
         if preferred is not None:
             return preferred
         return None if path is None or is_sample(path) else path.parent
@@ -139,7 +140,7 @@ class Files(Feature):
         """Open no other photo after all."""
         self._saver.forget()
         if self._reading.busy:
-            self._call_off()
+            self.stop()
             self.working.emit("")
 
     def open_sample(self) -> bool:
@@ -163,7 +164,7 @@ class Files(Feature):
         """Read a photo without a question, see `open_photo`, or look for faces in it."""
         self.window.bar.clear()
         self.began.emit()
-        self._call_off()
+        self.stop()
         self._sought = None if ahead is None else ahead.search
         self._left = self.document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
@@ -217,10 +218,6 @@ class Files(Feature):
         """End the search that was begun ahead, too."""
         self._give_up_search()
         super().stop()
-
-    def _call_off(self) -> None:
-        self._reading.drop()
-        self._give_up_search()
 
     def _give_up_search(self) -> None:
         if self._sought is not None:
@@ -300,7 +297,7 @@ class Files(Feature):
         if path is None:
             return None
         suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
-        folder = self._preferences.save_folder() or path.parent
+        folder = preferences.folder(self.settings, preferences.SAVE_FOLDER) or path.parent
         return folder / f"{path.stem}_kogao{suffix}"
 
     def save(self, path: Path, then: Then | None = None) -> None:
@@ -365,7 +362,12 @@ def save_copy(
     """
     done = state.done
     with beside(lambda: read_ahead(photo, path) if known is None else known) as ahead:
-        result = _rendered(photo.pixels, done, finder) if drawn is None else drawn
+        result = drawn
+        if result is None:
+            held = held_of(photo.pixels, done, finder)
+            result = render(
+                photo.pixels, done.faces, done.recipe, protection=done.protection, held=held
+            ).pixels
         left_out = undisclosed(photo, result, disclosure)
         copy, pixels = disclose(photo, result, disclosure, what=done.what)
         sign = signing(disclosure, done.what)
@@ -374,8 +376,3 @@ def save_copy(
         else:  # the dialog has asked before replacing a file
             kept = write(copy, pixels, path, force=True, ahead=ahead, sign=sign)
     return " ".join(sentence(note) for note in (kept, left_out) if note)
-
-
-def _rendered(photo: Image, done: Applied, finder: BackgroundFinder) -> Image:
-    held = held_of(photo, done, finder)
-    return render(photo, done.faces, done.recipe, protection=done.protection, held=held).pixels

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
+from collections.abc import Callable
+from typing import Final
+
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from kogao_core.project import Mode
 
 from ...canvas.handles import Handle
 from ...document import State
 from ...i18n import tr
+from ...theme import GRID_PX
+from ...widgets.controls import Fold, action_button, column_of, heading, muted_label, row_of
 from ..feature import Context, Feature
 from ..points import Points
 from ..protect import Protect
 from . import marking
-from .panel import ManualPanel, SettingClock
 
-_TOOLS = ("mark", "mirror", "mirror-side", "snap", "apply")
+_COLUMNS: Final = 3
+_TICK_MS: Final = 100
+_TOOLS: Final = ("mark", "mirror", "mirror-side", "snap", "apply")
 
 
 class Manual(Feature):
@@ -41,7 +49,6 @@ class Manual(Feature):
         # What is only looked at so far: the clock waits for the first change to it.
         self._seen: State | None = None
         self._setting = False
-        self._known: tuple[Mode, bool, bool, bool] | None = None
         self._add_actions()
         self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"])
         for name in _TOOLS:
@@ -52,7 +59,10 @@ class Manual(Feature):
         self.changed.connect(self._show)
         self.changed.connect(self._put_brush_away)
         protect.changed.connect(self._put_marker_away)
-        self._join_canvas()
+        canvas = self.window.canvas
+        canvas.grabbed.connect(self.press)
+        canvas.dragged.connect(self.drag)
+        canvas.released.connect(self.release)
         self.clock.ticked.connect(lambda: self.panel.show_clock(self.clock))
         self.live.drawn.connect(self.clock.show_photo)
         self.window.activated.connect(self.clock.focus)
@@ -61,7 +71,10 @@ class Manual(Feature):
             lambda workspace: self.panel.lead_back("mode-automatic" not in workspace.tools)
         )
         self.clock.focus(self.window.isActiveWindow())
-        self._show()
+        clock, view = self.clock, self.view
+        self.watch(
+            lambda: (self.mode, view.marking, clock.running, clock.applied), self.changed.emit
+        )
 
     def _add_actions(self) -> None:
         by_hand = tr("Points set by hand, the paper's conventional method (table 2)")
@@ -125,12 +138,6 @@ class Manual(Feature):
             self.apply,
         )
         self.one_of("mode-automatic", "mode-manual")
-
-    def _join_canvas(self) -> None:
-        canvas = self.window.canvas
-        canvas.grabbed.connect(self.press)
-        canvas.dragged.connect(self.drag)
-        canvas.released.connect(self.release)
 
     def stop(self) -> None:
         """Stop the clock."""
@@ -197,32 +204,30 @@ class Manual(Feature):
         handle = self._selected()
         if handle is None or handle.kind == "target":
             self._points.make_automatic()
-            return
-        state = marking.without_landmark(self.document.state, handle)
-        self._points.let_selection_go()
-        self.document.step(state, tr("Delete a landmark"))
+        else:
+            self._change(marking.without_landmark, tr("Delete a landmark"), renumbered=True)
 
     def mirror(self) -> None:
         """Put the selected landmark on the other side, too."""
-        handle = self._selected()
-        if handle is not None:
-            state = marking.mirrored(self.document.state, handle)
-            self.document.step(state, tr("Mirror a landmark"))
+        self._change(marking.mirrored, tr("Mirror a landmark"))
 
     def mirror_side(self) -> None:
         """Make the other side like the selected landmark's."""
-        handle = self._selected()
-        if handle is not None:
-            state = marking.with_sides_alike(self.document.state, handle)
-            self._points.let_selection_go()
-            self.document.step(state, tr("Mirror a side"))
+        self._change(marking.with_sides_alike, tr("Mirror a side"), renumbered=True)
 
     def snap(self) -> None:
         """Put the selected landmark's target on the line to the centre."""
+        self._change(marking.snapped, tr("Snap a target"))
+
+    def _change(
+        self, made: Callable[[State, Handle], State], text: str, *, renumbered: bool = False
+    ) -> None:
         handle = self._selected()
         if handle is not None:
-            state = marking.snapped(self.document.state, handle)
-            self.document.step(state, tr("Snap a target"))
+            state = made(self.document.state, handle)
+            if renumbered:
+                self._points.let_selection_go()
+            self.document.step(state, text)
 
     def _selected(self) -> Handle | None:
         handle = self.view.selected
@@ -241,10 +246,6 @@ class Manual(Feature):
             # What is set after applying takes time, too.
             self.clock.apply(False)
             self.clock.want(True)
-        now = (state.mode, self.view.marking, self.clock.running, self.clock.applied)
-        if now != self._known:
-            self._known = now
-            self.changed.emit()
 
     def _rest(self, seen: State | None) -> None:
         self._seen, self._setting = seen, False
@@ -282,3 +283,122 @@ def _is_set_otherwise(state: State, seen: State) -> bool:
     here, there = state.sheet("manual"), seen.sheet("manual")
     settings = here.recipe != there.recipe or here.off != there.off
     return settings or here.faces != there.faces or state.draft != seen.draft
+
+
+class ManualPanel(QWidget):
+    """Shown in manual mode only."""
+
+    def __init__(self, back: QAction) -> None:
+        super().__init__()
+        self.time = QLabel()
+        self.time.setAccessibleName(tr("Setting time"))
+        self.note = muted_label()
+        self.back = QPushButton(tr("Back to automatic"))
+        self.back.setToolTip(back.toolTip())
+        self.back.clicked.connect(back.trigger)
+        tools = QWidget()
+        self._grid = QGridLayout(tools)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(GRID_PX)
+        self.fold = Fold(tr("Tools"), tools, "hand")
+        column = column_of(self, spacing=2 * GRID_PX)
+        column.addLayout(row_of(heading(tr("By hand")), None, self.note, self.time, self.back))
+        column.addWidget(self.fold)
+        self.lead_back(False)
+
+    def lead_back(self, wanted: bool) -> None:
+        """Offer the way back, in place of the clock and of tools that lie open."""
+        self.back.setVisible(wanted)
+        for reading in (self.note, self.time):
+            reading.setHidden(wanted)
+        self.fold.flatten(not wanted)
+
+    def add_button(self, action: QAction) -> None:
+        """Add what can be done with points, or with the time."""
+        button = action_button(action)
+        button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self._grid.addWidget(button, *divmod(self._grid.count(), _COLUMNS))
+
+    def show_clock(self, clock: SettingClock) -> None:
+        """Show the time, and whether it runs."""
+        minutes, seconds = divmod(clock.elapsed_s, 60)
+        self.time.setText(tr("{m:.0f}:{s:04.1f}", m=minutes, s=seconds))
+        paused = tr("applied") if clock.applied else tr("paused")
+        self.note.setText(tr("setting") if clock.running else paused)
+
+
+class SettingClock(QObject):
+    """Runs while there is a photo, the window has the focus and nothing is applied yet.
+
+    Signals
+    -------
+    ticked
+        Another time is to be shown.
+    """
+
+    ticked = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._before_ms = 0
+        self._since = QElapsedTimer()
+        self._shown = self._wanted = self._applied = False
+        self._focused = True
+        self._tick = QTimer(self, interval=_TICK_MS)
+        self._tick.timeout.connect(self.ticked)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Time on the clock, s."""
+        running = self._since.elapsed() if self._since.isValid() else 0
+        return (self._before_ms + running) / 1e3
+
+    @property
+    def running(self) -> bool:
+        """True while time is counted."""
+        return self._since.isValid()
+
+    @property
+    def applied(self) -> bool:
+        """True once the time is taken."""
+        return self._applied
+
+    def reset(self) -> None:
+        """Begin at nought, with the next photo that is shown."""
+        self._shown = self._applied = False
+        self._update()
+        self._before_ms = 0
+        self.ticked.emit()
+
+    def show_photo(self) -> None:
+        """Note that the photo is on screen."""
+        if not self._shown:
+            self._shown = True
+            self._update()
+
+    def want(self, manual: bool) -> None:
+        """Count in manual mode only."""
+        self._wanted = manual
+        self._update()
+
+    def focus(self, focused: bool) -> None:
+        """Pause while another window has the focus."""
+        self._focused = focused
+        self._update()
+
+    def apply(self, applied: bool) -> None:
+        """Stop, or go on because something is set again."""
+        self._applied = applied
+        self._update()
+
+    def _update(self) -> None:
+        run = self._shown and self._wanted and self._focused and not self._applied
+        if run and not self._since.isValid():
+            self._since.start()
+            self._tick.start()
+            self.ticked.emit()
+        elif not run and self._since.isValid():
+            self._before_ms += self._since.elapsed()
+            self._since.invalidate()
+            self._tick.stop()
+            self.ticked.emit()

@@ -45,6 +45,10 @@ class RecipeEditing(Feature):
         self.document.aborted.connect(self.panel.abort)
         self.document.opened.connect(self.panel.clear_readings)
         self.document.changed.connect(self._follow)
+        document = self.document
+        self.watch(
+            lambda: (document.state.faces, document.state.off, document.state.recipe), self._show
+        )
         points.took.connect(self._take)
         points.center_taken.connect(self._take_center)
         points.escaped.connect(lambda: self.choose(None))
@@ -74,7 +78,6 @@ class RecipeEditing(Feature):
             tr("Forget the settings of this face's own"),
             self.follow_photo,
         )
-        self._show()
         self.watch(lambda: self.document.photo is not None, self._allow)
 
     def begin_with(self, recipe: Recipe) -> None:
@@ -167,15 +170,10 @@ class RecipeEditing(Feature):
         if gone:
             self.view.face = None
             self.chosen.emit()
-        shown = (state.faces, state.off, state.recipe)
-        if shown != self._shown:
-            self._show()
         self._mark_readings()
 
     def _show(self) -> None:
-        state = self.document.state
-        self._shown = (state.faces, state.off, state.recipe)
-        self.panel.show_state(state, self.view.face)
+        self.panel.show_state(self.document.state, self.view.face)
 
     def _show_words(self, plain: bool) -> None:
         self.panel.show_words(plain=plain)

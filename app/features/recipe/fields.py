@@ -68,20 +68,6 @@ def threshold() -> SliderScale:
     )
 
 
-def share() -> SliderScale:
-    """Return the slider of what a zone goes of the warp distance."""
-    return _percents(200)
-
-
-def even_out() -> SliderScale:
-    """Return the slider of how far the sides are evened out."""
-    return _percents(100)
-
-
-def _percents(most: int) -> SliderScale:
-    return SliderScale(0, most, 10, float, round, lambda v: tr("{v:.4g} %", v=v))
-
-
 def _threshold_text(value: float) -> str:
     lossless = value <= DEFAULT.threshold_px
     return tr("{v:.2f} px, lossless", v=value) if lossless else tr("{v:.2f} px", v=value)
@@ -93,16 +79,16 @@ def scale(field: str) -> SliderScale:
         return _SCALES[field]()
     setting = SETTINGS[field]
     low, high = setting.within or (0.0, 1.0)
-    step = 1.0 if setting.is_whole else (high - low) / _STEPS
-    return SliderScale(
+    step = 1.0 if setting.is_whole or setting.unit == "%" else (high - low) / _STEPS
+    made = SliderScale(
         0,
         round((high - low) / step),
         10,
         lambda n: low + n * step,
         lambda v: round((v - low) / step),
-        lambda v: tr("{v:.4g} {unit}", v=v, unit=setting.unit).rstrip(),
-        round if setting.is_whole else float,
+        lambda v: tr("{v:.4g} {unit}", v=v, unit=translated(setting.unit)).rstrip(),
     )
+    return replace(made, typed=round) if setting.is_whole else made
 
 
 def label(field: str) -> str:
@@ -175,13 +161,7 @@ def help_of(one: Alternative[str]) -> str:
 
 # They have a fold of their own, whose letter leads to them.
 FOLDED_PARTS: Final = ("zones", *ZONES, "whole_head")
-_SCALES: Final = {
-    "percent": percent,
-    "lattice": lattice,
-    "threshold_px": threshold,
-    "even_out": even_out,
-    **dict.fromkeys(("cheeks", "jaw", "chin", "left", "right"), share),
-}
+_SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
 # The keys that lead to a field's control, together with Alt.
 _LETTERS: Final = {
     "percent": "W",
