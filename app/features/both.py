@@ -45,11 +45,11 @@ class ComparisonPanel(QWidget):
             head = muted_label(title)
             head.setAlignment(Qt.AlignmentFlag.AlignRight)
             grid.addWidget(head, 0, column)
-        self._times: dict[Mode, list[QLabel]] = {}
+        self.times: dict[Mode, list[QLabel]] = {}
         for row, mode in enumerate(_MODES, 1):
             grid.addWidget(QLabel(title_of(mode)), row, 0)
-            self._times[mode] = [QLabel() for _ in range(3)]
-            for column, cell in enumerate(self._times[mode], 1):
+            self.times[mode] = [QLabel() for _ in range(3)]
+            for column, cell in enumerate(self.times[mode], 1):
                 cell.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(cell, row, column)
         self.apart = muted_label()
@@ -74,12 +74,8 @@ class ComparisonPanel(QWidget):
     def show_times(self, mode: Mode, setting_s: float | None, computing_s: float | None) -> None:
         """Show what a mode took, s; None where nothing was set or computed."""
         texts = seconds(setting_s, computing_s)
-        for cell, text in zip(self._times[mode], texts, strict=True):
+        for cell, text in zip(self.times[mode], texts, strict=True):
             cell.setText(text)
-
-    def texts(self) -> dict[Mode, list[str]]:
-        """Return what stands in each mode's row."""
-        return {mode: [cell.text() for cell in row] for mode, row in self._times.items()}
 
 
 class BothModes(Feature):

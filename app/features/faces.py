@@ -66,6 +66,7 @@ class Faces(Feature):
             "Ctrl+F",
             tr("Undo all corrections of points"),
             self.find,
+            needs_photo=True,
         )
         self.add_action(
             "place",
@@ -73,6 +74,7 @@ class Faces(Feature):
             "Ctrl+P",
             tr("A mean face to drag into place"),
             self.place_template,
+            needs_photo=True,
         )
         self.panel: FacesPanel = FacesPanel()
         self.dock = Dock(tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)

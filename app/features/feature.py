@@ -130,6 +130,7 @@ class Feature(QObject):
         *,
         toggled: Callable[[bool], object] | None = None,
         checked: bool | None = None,
+        needs_photo: bool = False,
     ) -> None:
         """Add an action to the window, in all of which its key holds.
 
@@ -145,6 +146,8 @@ class Feature(QObject):
             What happens when it is switched on or off, by whomever; it takes which.
         checked : bool, optional
             Initial state of an action that toggles; None for one that doesn't, or is off at first.
+        needs_photo : bool
+            Whether it is disabled until a photo is open.
         """
         action = self.window.actions_by_name[name] = QAction(self.window)
         call(action, text)
@@ -158,7 +161,14 @@ class Feature(QObject):
             action.triggered.connect(lambda: slot())
         if toggled is not None:
             action.toggled.connect(toggled)
+        if needs_photo:
+            self.enable_with_photo(action.setEnabled)
         self.window.addAction(action)
+
+    def enable_with_photo(self, enable: Callable[[bool], object]) -> None:
+        """Disable something until a photo is open."""
+        enable(False)
+        self.document.opened.connect(lambda: enable(True))
 
     def one_of(self, *names: str) -> QActionGroup:
         """Let only one of these actions be checked at a time."""

@@ -1,4 +1,4 @@
-"""Undo and redo, the list of steps, and what depends on there being a photo and changes."""
+"""Undo and redo, the list of steps, and what depends on there being changes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,6 @@ from ..document import ReplaceState
 from ..i18n import tr, tr_count
 from ..widgets.docks import Dock
 from .feature import Context, Feature
-
-_ON_A_PHOTO = (
-    *("save", "save-project", "fit", "actual", "closer", "farther", "find", "place"),
-    "import-landmarks",
-)
 
 
 class History(Feature):
@@ -82,8 +77,6 @@ class History(Feature):
         named["redo"].setText(tr("&Redo {what}", what=stack.redoText()))
         named["undo"].setIconText(tr("Undo"))
         named["redo"].setIconText(tr("Redo"))
-        for name in _ON_A_PHOTO:
-            named[name].setEnabled(path is not None)
 
 
 class Steps(QUndoView):

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core import interchange
-from kogao_core.face import Face, LandmarkSource
+from kogao_core.face import LandmarkSource
 from kogao_core.landmarks import (
     CHOICES,
-    Choice,
     Measured,
     ModelRefused,
     networks_are_here,
@@ -43,7 +42,8 @@ class LandmarkSources(Feature):
         for one, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False):
             self.add_action(
                 f"landmarks-{one.name}",
-                tr("Landmarks by the {title}", title=_lettered(one)),
+                # Alt leads to it by the letter that its name begins with.
+                tr("Landmarks by the {title}", title=lettered(translated(one.title), one.title[0])),
                 key,
                 translated(one.help) if one.help else _figures(one.measured),
                 partial(self.use, one.name),
@@ -105,6 +105,7 @@ class Exchange(Feature):
             "Ctrl+Shift+I",
             tr("Points from WebMorph, iBUG or a table in place of those found"),
             self.ask_import,
+            needs_photo=True,
         )
         self.add_action(
             "export-landmarks",
@@ -113,7 +114,7 @@ class Exchange(Feature):
             tr("The points for WebMorph, iBUG or a table"),
             self.ask_export,
         )
-        self.watch(lambda: bool(self.document.photo and self._faces()), self._show)
+        self.watch(lambda: bool(self.document.state.faces), self._show)
 
     def ask_import(self) -> None:
         """Ask for a file of points."""
@@ -152,7 +153,7 @@ class Exchange(Feature):
     def export_file(self, path: Path) -> None:
         """Write the faces' points; several faces take a file each where the format holds one."""
         self.window.bar.clear()
-        faces = self._faces()
+        faces = self.document.state.faces
         try:
             # The dialog has asked about the first file only.
             there = [file for file in interchange.files(path, faces)[1:] if file.exists()]
@@ -168,16 +169,8 @@ class Exchange(Feature):
             text = tr("Landmarks written to {name}", name=path.name)
             self.did.emit("; ".join([text, *sorted(notes)]))
 
-    def _faces(self) -> list[Face]:
-        return list(self.document.state.faces)
-
     def _show(self) -> None:
-        self.actions["export-landmarks"].setEnabled(bool(self.document.photo and self._faces()))
-
-
-def _lettered(choice: Choice) -> str:
-    """Return what a source is called; Alt leads to it by the letter that its name begins with."""
-    return lettered(translated(choice.title), choice.title[0])
+        self.actions["export-landmarks"].setEnabled(bool(self.document.state.faces))
 
 
 def _figures(measured: Measured | None) -> str:

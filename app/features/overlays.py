@@ -112,7 +112,7 @@ class Marks(Feature):
 
     def __init__(self, context: Context, recipe: RecipeEditing, files: Files) -> None:
         super().__init__(context)
-        self._quiet = self._explains = self._by_key = False
+        self._quiet = self._by_key = False
         self._under: int | None = None
         self._moving = QTimer(self, singleShot=True, interval=REST_MS)
         self._moving.timeout.connect(self._show)
@@ -125,7 +125,9 @@ class Marks(Feature):
         for name in ("next-point", "previous-point"):
             self.actions[name].triggered.connect(self._take_by_key)
         files.welcomed.connect(lambda: self._explain(True))
-        self.document.opened.connect(lambda: self._explain(self._explains and files.on_sample()))
+        self.document.opened.connect(
+            lambda: self._explain(bool(self.view.explained) and files.on_sample())
+        )
         for overlay in LISTED:
             self.actions[f"overlay-{overlay.name}"].triggered.connect(lambda: self._explain(False))
         self.document.changed.connect(self._show)
@@ -140,7 +142,6 @@ class Marks(Feature):
         self._show()
 
     def _explain(self, explains: bool) -> None:
-        self._explains = explains
         self.view.explained = frozenset(INSPECT.overlays if explains else ())
         self._show()
 
@@ -170,7 +171,7 @@ class Marks(Feature):
     def _pointed(self) -> frozenset[int] | None:
         view = self.view
         by_hand = view.state.mode == "manual" or view.marking or view.placing is not None
-        if not self._quiet or self._explains or by_hand:
+        if not self._quiet or self.view.explained or by_hand:
             return None
         if self._moving.isActive():
             return frozenset()

@@ -40,6 +40,7 @@ class Projects(Feature):
             "Ctrl+Alt+P",
             tr("Keep points and settings beside the photo, to go on with another time"),
             self.save,
+            needs_photo=True,
         )
         self.document.opened.connect(self._forget)
         files.restored.connect(self._take_up)

@@ -75,6 +75,7 @@ class Protect(Feature):
             "[",
             tr("Make brush and eraser smaller"),
             lambda: self.resize(-1),
+            needs_photo=True,
         )
         self.add_action(
             "larger",
@@ -82,6 +83,7 @@ class Protect(Feature):
             "]",
             tr("Make brush and eraser larger"),
             lambda: self.resize(1),
+            needs_photo=True,
         )
         self.add_action(
             "unprotect",
@@ -108,7 +110,7 @@ class Protect(Feature):
         self.document.aborted.connect(self._drop)
         self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
         # Each photo begins with a brush that suits it.
-        self.watch(lambda: self.document.photo is not None, self._allow)
+        self.enable_with_photo(self.panel.size_px.setEnabled)
 
     def _add_tool(self, name: ToolName, text: str, key: str, tip: str) -> None:
         first = name == self.view.brush.tool
@@ -196,12 +198,6 @@ class Protect(Feature):
 
     def _drop(self) -> None:
         self._path = []
-
-    def _allow(self) -> None:
-        there = self.document.photo is not None
-        self.panel.size_px.setEnabled(there)
-        for name in ("smaller", "larger"):
-            self.actions[name].setEnabled(there)
 
     def _show_tool(self) -> None:
         self.panel.show_brush(self.view.brush)

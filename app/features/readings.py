@@ -65,12 +65,12 @@ class _Timings(QWidget):
         super().__init__()
         self.total = muted_label()
         grid = _table(self, tr("Timings"), self.total)
-        self._rows: dict[str, tuple[_Bar, QLabel]] = {}
+        self.rows: dict[str, tuple[_Bar, QLabel]] = {}
         for row, (stage, title) in enumerate(STAGES.items()):
             bar, value = _Bar(), _number()
             for column, cell in enumerate((muted_label(translated(title)), bar, value)):
                 grid.addWidget(cell, row, column)
-            self._rows[stage] = (bar, value)
+            self.rows[stage] = (bar, value)
         grid.setColumnStretch(1, 1)
         grid.setColumnMinimumWidth(2, 64)
 
@@ -78,7 +78,7 @@ class _Timings(QWidget):
         """Show the time of each stage, in ms."""
         total = sum(laps_ms.values())
         self.total.setText(tr("full photo {ms:.0f} ms", ms=total))
-        for stage, (bar, value) in self._rows.items():
+        for stage, (bar, value) in self.rows.items():
             lap = laps_ms.get(stage, 0.0)
             bar.show_share(lap / total if total else 0.0)
             value.setText(tr("{ms:.1f} ms", ms=lap))
@@ -86,20 +86,16 @@ class _Timings(QWidget):
     def forget(self) -> None:
         """Show a dash for each stage."""
         self.total.clear()
-        for bar, value in self._rows.values():
+        for bar, value in self.rows.values():
             bar.show_share(0.0)
             value.setText(_NONE)
-
-    def texts(self) -> dict[str, str]:
-        """Return what each stage's row says."""
-        return {stage: value.text() for stage, (_, value) in self._rows.items()}
 
 
 class _Domains(QWidget):
     def __init__(self) -> None:
         super().__init__()
         grid = _table(self, tr("Domains"), muted_label())
-        self._rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
+        self.rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
         for row, domain in enumerate(DOMAINS):
             mark = QLabel()
             draw = glyphs.hatch_mark(domain.name)
@@ -110,7 +106,7 @@ class _Domains(QWidget):
             saved.setProperty("muted", "true")
             for column, cell in enumerate((mark, title, pixels, share, saved)):
                 grid.addWidget(cell, row, column)
-            self._rows[domain.name] = (pixels, share, saved)
+            self.rows[domain.name] = (pixels, share, saved)
         grid.setColumnStretch(1, 1)
         grid.setColumnMinimumWidth(3, 64)
         grid.setColumnMinimumWidth(4, 88)
@@ -119,7 +115,7 @@ class _Domains(QWidget):
     def show_counts(self, counts: Mapping[DomainName, int]) -> None:
         """Show how many pixels each domain has, and how much of the whole it saves."""
         whole = max(1, counts.get("image", 0))
-        for name, (pixels, share, saved) in self._rows.items():
+        for name, (pixels, share, saved) in self.rows.items():
             count = counts.get(name, 0)
             pixels.setText(tr("{n:,} px", n=count).replace(",", "\u2009"))
             share.setText(tr("{n:.1f} %", n=100 * count / whole))
@@ -127,13 +123,9 @@ class _Domains(QWidget):
 
     def forget(self) -> None:
         """Show a dash for each domain."""
-        for row in self._rows.values():
+        for row in self.rows.values():
             for cell in row:
                 cell.setText(_NONE)
-
-    def texts(self) -> dict[DomainName, tuple[str, ...]]:
-        """Return what each domain's row says: pixels, their share, and what is saved."""
-        return {name: tuple(cell.text() for cell in row) for name, row in self._rows.items()}
 
 
 class _Bar(QWidget):
@@ -208,8 +200,8 @@ class Figure(Feature):
             "Shift+F12",
             tr("The canvas with its overlays and legend, and the figures, as one picture"),
             self.ask,
+            needs_photo=True,
         )
-        self.watch(lambda: self.document.photo is None, self._enable)
 
     def ask(self) -> None:
         """Ask where to write it."""
@@ -278,6 +270,3 @@ class Figure(Feature):
         finally:
             self.view.switched = switched
         return grabbed
-
-    def _enable(self) -> None:
-        self.actions["export-figure"].setEnabled(self.document.photo is not None)

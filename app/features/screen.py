@@ -25,19 +25,32 @@ class Screen(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         canvas, docks = self.window.canvas, self.window.docks
-        self.add_action("fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit)
+        self.add_action(
+            "fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit, needs_photo=True
+        )
         self.add_action(
             "actual",
             tr("&100 %"),
             "1",
             tr("One photo pixel on one screen pixel"),
             lambda: canvas.zoom_to(1.0),
+            needs_photo=True,
         )
         self.add_action(
-            "closer", tr("Zoom &in"), "+", tr("Look closer"), lambda: self._zoom_by(_STEP)
+            "closer",
+            tr("Zoom &in"),
+            "+",
+            tr("Look closer"),
+            lambda: self._zoom_by(_STEP),
+            needs_photo=True,
         )
         self.add_action(
-            "farther", tr("Zoom &out"), "-", tr("See more"), lambda: self._zoom_by(1 / _STEP)
+            "farther",
+            tr("Zoom &out"),
+            "-",
+            tr("See more"),
+            lambda: self._zoom_by(1 / _STEP),
+            needs_photo=True,
         )
         self.add_action(
             "hide-panels",

@@ -259,8 +259,11 @@ class FilmStrip(QListWidget):
         """Show these photos; their thumbnails come later."""
         self.clear()
         self._passed = None
+        picture = QPixmap(THUMBNAIL_PX, THUMBNAIL_PX)
+        picture.fill(Qt.GlobalColor.transparent)
+        blank = QIcon(picture)
         for path in paths:
-            item = QListWidgetItem(_blank(), path.name)
+            item = QListWidgetItem(blank, path.name)
             item.setData(_PATH, str(path))
             item.setToolTip(str(path))
             self.addItem(item)
@@ -297,9 +300,3 @@ class FilmStrip(QListWidget):
 
     def _tell(self, item: QListWidgetItem) -> None:
         self.wanted.emit(self.path(self.row(item)))
-
-
-def _blank() -> QIcon:
-    picture = QPixmap(THUMBNAIL_PX, THUMBNAIL_PX)
-    picture.fill(Qt.GlobalColor.transparent)
-    return QIcon(picture)

@@ -134,7 +134,7 @@ def test_modes_that_could_not_be_compared_are_said_where_they_lie_side_by_side(o
         raise MemoryError
 
     with monkeypatch.context() as broken:
-        broken.setattr("kogao_app.features.both._compared", fail)
+        broken.setattr("kogao_app.features.both.faces_compared", fail)
         opened.window.actions_by_name["workspace-compare"].trigger()
         opened.settle()
     assert "can't be compared" in opened.say()

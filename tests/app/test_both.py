@@ -80,7 +80,10 @@ def test_both_views_stay_at_the_same_place(comparing):
 
 
 def test_a_hand_that_marked_nothing_has_no_time(comparing):
-    times = comparing.panel("both").texts
+    def times():
+        rows = comparing.panel("both").times.items()
+        return {mode: [cell.text() for cell in row] for mode, row in rows}
+
     comparing.key(KEYS.Key_F3)
     comparing.editor.recipe.set_field("percent", 6.0)
     comparing.editor.document.commit()

@@ -27,7 +27,7 @@ def test_it_follows_distance_and_centre_and_warns_above_six_percent(opened):
     assert gauge(opened).text.property("warn")
     opened.press_key(slider(opened), KEYS.Key_Left)
     assert not gauge(opened).text.property("warn")
-    QTest.mouseClick(opened.panel("recipe").centre.buttons[3], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(opened.panel("recipe").centre.group.button(4), Qt.MouseButton.LeftButton)
     assert "6.8 %" in gauge(opened).text.text()
 
 

@@ -207,13 +207,13 @@ def test_clicking_a_candidate_chooses_the_centre(opened):
     opened.press(at)
     opened.release(at)
     assert opened.state.recipe.center == 3
-    buttons = [b for b in opened.panel("recipe").centre.buttons if b.isChecked()]
+    buttons = [b for b in opened.panel("recipe").centre.group.buttons() if b.isChecked()]
     assert [b.text() for b in buttons] == ["3"]
 
 
 def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
     panel = opened.panel("recipe")
-    QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(panel.centre.group.button(4), Qt.MouseButton.LeftButton)
     opened.press_key(panel.lattice.slider, KEYS.Key_End)
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
     opened.press_key(panel.choices["fit"], KEYS.Key_Up)
@@ -336,7 +336,7 @@ def test_a_press_on_the_handle_moves_nothing(opened):
 
 def test_the_history_tells_values(opened):
     panel = opened.panel("recipe")
-    QTest.mouseClick(panel.centre.buttons[3], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(panel.centre.group.button(4), Qt.MouseButton.LeftButton)
     opened.press_key(panel.lattice.slider, KEYS.Key_End)
     panel.fold.button.click()
     opened.press_key(panel.choices["fit"], KEYS.Key_Up)

@@ -175,7 +175,7 @@ def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, ph
 
 def test_domains_say_what_they_save(opened):
     counts = opened.editor.view.frame.rendering.pixel_counts
-    texts = opened.panel("readings").domains.texts()
-    assert texts["image"][2] == "0.0 % saved"
+    rows = opened.panel("readings").domains.rows
+    assert rows["image"][2].text() == "0.0 % saved"
     saved = 100 * (1 - counts["threshold"] / counts["image"])
-    assert texts["threshold"][2] == f"{saved:.1f} % saved"
+    assert rows["threshold"][2].text() == f"{saved:.1f} % saved"

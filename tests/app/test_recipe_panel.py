@@ -117,7 +117,7 @@ def test_the_buttons_of_many_centres_give_way(qtbot, monkeypatch):
     monkeypatch.setattr(fields, "CENTERS", CENTERS * 3)
     made = fields.CenterChoice()
     qtbot.addWidget(made)
-    assert len(made.buttons) == 3 * len(CENTERS)
+    assert len(made.group.buttons()) == 3 * len(CENTERS)
     assert made.minimumSizeHint().width() < 0.8 * made.sizeHint().width()
 
 
@@ -126,4 +126,4 @@ def test_sliders_and_buttons_stay_within_the_ranges(panel):
         scale = fields.scale(field)
         low, high = SETTINGS[field].within
         assert low <= scale.value(scale.low) < scale.value(scale.high) <= high
-    assert len(panel.centre.buttons) == len(CENTERS) == SETTINGS["center"].within[1]
+    assert len(panel.centre.group.buttons()) == len(CENTERS) == SETTINGS["center"].within[1]

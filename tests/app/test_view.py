@@ -238,15 +238,15 @@ def test_the_name_of_a_landmark_hides_no_other(opened):
 def test_nothing_is_read_off_before_something_is_measured(empty, source, photo):
     def cells():
         readings = empty.panel("readings")
-        rows = readings.domains.texts().values()
-        return {*readings.timings.texts().values(), *(cell for row in rows for cell in row)}
+        rows = (*readings.domains.rows.values(), *readings.timings.rows.values())
+        return {cell.text() for row in rows for cell in row if isinstance(cell, QLabel)}
 
     seen = []
     empty.editor.document.opened.connect(lambda: seen.append(cells()))
     assert cells() == {"–"}  # noqa: RUF001
     empty.open(photo)
     laps = empty.editor.view.frame.rendering.timings_ms
-    assert list(empty.panel("readings").timings.texts()) == list(laps)
+    assert list(empty.panel("readings").timings.rows) == list(laps)
     measured = cells()
     assert "–" not in measured  # noqa: RUF001
     source.faces = []
@@ -266,10 +266,10 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
     rendering = opened.editor.view.frame.rendering
     counts = rendering.pixel_counts
     assert counts["image"] == pixels.shape[0] * pixels.shape[1]
-    shown = opened.panel("readings").domains.texts()
+    shown = opened.panel("readings").domains.rows
     for name, count in counts.items():
-        assert shown[name][0].replace("\u2009", "") == f"{count} px"
-    warp = opened.panel("readings").timings.texts()["warp"]
+        assert shown[name][0].text().replace("\u2009", "") == f"{count} px"
+    warp = opened.panel("readings").timings.rows["warp"][1].text()
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
 
 

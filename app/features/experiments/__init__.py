@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from pathlib import Path
-from typing import Final, get_args
+from typing import Final
 
 from PySide6.QtCore import QUrl, Signal
 from PySide6.QtGui import QDesktopServices
@@ -20,7 +21,7 @@ from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from ..manual import Manual
-from .dialog import ExperimentDialog, ExperimentName, Findings
+from .dialog import ExperimentDialog, Findings
 
 SETTING_TIMES: Final = "setting-times.jsonl"
 
@@ -45,32 +46,11 @@ class Experiments(Feature):
         self._running = self.lane(self._show, self._fail)
         self._progressed.connect(self._show_progress)
         manual.applied.connect(self._record)
-        self._add(
-            "timing",
-            tr("Setting and computing &time…"),
-            tr("Manual and automatic, whole and reduced, on this photo (table 2)"),
-        )
-        self._add(
-            "domains",
-            tr("Reduced &domains…"),
-            tr("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
-        )
-        self._add(
-            "distortion",
-            tr("D&istortion…"),
-            tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
-        )
-        self._add(
-            "methods",
-            tr("&Methods side by side…"),
-            tr("Other warps on the same points: speed, exactness, folds"),
-        )
+        for number, (name, (text, tip, _)) in enumerate(_words().items(), 1):
+            slot = partial(self.start, name)
+            self.add_action(f"experiment-{name}", text, f"Ctrl+{number}", tip, slot)
 
-    def _add(self, name: ExperimentName, text: str, tip: str) -> None:
-        key = f"Ctrl+{get_args(ExperimentName).index(name) + 1}"
-        self.add_action(f"experiment-{name}", text, key, tip, lambda: self.start(name))
-
-    def start(self, name: ExperimentName) -> None:
+    def start(self, name: str) -> None:
         """Run an experiment on the photo's faces that are on."""
         subject = self._subject()
         if subject is None:
@@ -79,7 +59,7 @@ class Experiments(Feature):
             return
         if self._dialog is not None:
             self._dialog.close()
-        self._dialog = dialog = ExperimentDialog(_title(name), self.window)
+        self._dialog = dialog = ExperimentDialog(_words()[name][2], self.window)
         dialog.finished.connect(lambda _: self._let_go())
         dialog.in_browser.clicked.connect(self._browse)
         dialog.to_file.clicked.connect(self._ask_where)
@@ -105,7 +85,7 @@ class Experiments(Feature):
             return None
         return Subject(path.name, photo.pixels, tuple(state.active))
 
-    def _run(self, name: ExperimentName, subject: Subject) -> None:
+    def _run(self, name: str, subject: Subject) -> None:
         self.stop()
         recipe, wanted = self.document.state.recipe, self._landmarks.wanted
         self._enough = enough = threading.Event()
@@ -180,11 +160,27 @@ class Experiments(Feature):
         return True
 
 
-def _title(name: ExperimentName) -> str:
-    """Return what an experiment is called."""
+def _words() -> dict[str, tuple[str, str, str]]:
+    """Return of each experiment what the menu calls it, what it tells, and its title."""
     return {
-        "timing": tr("Setting and computing time (table 2)"),
-        "domains": tr("Reduced domains (figures 14 and 15)"),
-        "distortion": tr("Distortion beside table 1"),
-        "methods": tr("Methods side by side"),
-    }[name]
+        "timing": (
+            tr("Setting and computing &time…"),
+            tr("Manual and automatic, whole and reduced, on this photo (table 2)"),
+            tr("Setting and computing time (table 2)"),
+        ),
+        "domains": (
+            tr("Reduced &domains…"),
+            tr("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
+            tr("Reduced domains (figures 14 and 15)"),
+        ),
+        "distortion": (
+            tr("D&istortion…"),
+            tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
+            tr("Distortion beside table 1"),
+        ),
+        "methods": (
+            tr("&Methods side by side…"),
+            tr("Other warps on the same points: speed, exactness, folds"),
+            tr("Methods side by side"),
+        ),
+    }

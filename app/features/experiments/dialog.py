@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -29,7 +29,6 @@ from ...widgets.pictures import scaled
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Table
 
-ExperimentName = Literal["timing", "domains", "distortion", "methods"]
 _SIZE_PX: Final = (900, 680)
 _PICTURE_PX: Final = 260
 _COLUMNS: Final = 3
@@ -55,7 +54,7 @@ class Findings:
         The report by kind of file: html, json and csv.
     """
 
-    name: ExperimentName
+    name: str
     lead: str
     tables: list[Table]
     pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)

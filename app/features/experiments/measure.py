@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from kogao_core.display import reduced
 from kogao_core.experiments import (
@@ -19,7 +19,7 @@ from kogao_core.experiments import (
 )
 from kogao_core.experiments.methods import comparing, methods_report
 from kogao_core.experiments.page import files
-from kogao_core.experiments.report import Made
+from kogao_core.experiments.report import Made, Report
 from kogao_core.experiments.subjects import Progress, Subject
 from kogao_core.experiments.translating import translated_report
 from kogao_core.face import LandmarkSource
@@ -28,15 +28,7 @@ from kogao_core.recipe import Recipe
 from kogao_core.settings import DOMAINS
 
 from ...i18n import tr, translated
-from .dialog import ExperimentName, Findings
-
-_REPEATS: Final = {"timing": 5, "domains": 3, "methods": 2}
-_REPORTS: Final[dict[ExperimentName, Any]] = {
-    "timing": timing_report,
-    "domains": domains_report,
-    "distortion": distortion_report,
-    "methods": methods_report,
-}
+from .dialog import Findings
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,30 +55,29 @@ class ExperimentTask:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    result: object
+    report: Report
     left_out: list[str] = field(default_factory=list)
     pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
 
 
-def measured(name: ExperimentName, task: ExperimentTask, progress: Progress) -> Findings:
+def measured(name: str, task: ExperimentTask, progress: Progress) -> Findings:
     """Return what an experiment finds; `progress` is told how far it is, and ends it by raising."""
     found = _RUNS[name](task, progress)
     made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
-    report = _REPORTS[name].report(found.result)
-    shown = translated_report(report)
+    shown = translated_report(found.report)
     return Findings(
         name,
         shown.lead,
         shown.tables,
         found.pictures,
         list(map(translated, found.left_out)),
-        {kind: text() for kind, text in files(report, made).items()},
+        {kind: text() for kind, text in files(found.report, made).items()},
     )
 
 
 def _timing(task: ExperimentTask, progress: Progress) -> _Found:
     known = tuple(setting_times.read(task.sessions)) if task.sessions.exists() else ()
-    warm_up, repeats = 1, _REPEATS["timing"]
+    warm_up, repeats = 1, 5
     found, left_out = timing.measure(
         task.subject,
         task.source(),
@@ -95,26 +86,26 @@ def _timing(task: ExperimentTask, progress: Progress) -> _Found:
         warm_up=warm_up,
         progress=progress,
     )
-    return _Found(timing.TimingResult(tuple(found), known, task.recipe, repeats, warm_up), left_out)
+    result = timing.TimingResult(tuple(found), known, task.recipe, repeats, warm_up)
+    return _Found(timing_report.report(result), left_out)
 
 
 def _domains(task: ExperimentTask, progress: Progress) -> _Found:
-    photo = domains.measure(
-        task.subject, task.recipe, repeats=_REPEATS["domains"], progress=progress
-    )
+    photo = domains.measure(task.subject, task.recipe, repeats=3, progress=progress)
     names = {domain.name: translated(domain.title) for domain in DOMAINS}
     masks = [(names[name], reduced(pixels)) for name, pixels in photo.shown.items()]
     result = domains.DomainsResult((photo,), task.recipe)
-    return _Found(result, pictures={tr("Domains"): masks})
+    return _Found(domains_report.report(result), pictures={tr("Domains"): masks})
 
 
 def _distortion(task: ExperimentTask, progress: Progress) -> _Found:
     found = distortion.measure(task.subject, task.recipe, progress=progress)
-    return _Found(distortion.DistortionResult(tuple(found), task.recipe))
+    result = distortion.DistortionResult(tuple(found), task.recipe)
+    return _Found(distortion_report.report(result))
 
 
 def _methods(task: ExperimentTask, progress: Progress) -> _Found:
-    repeats, absent = _REPEATS["methods"], comparing.missing()
+    repeats, absent = 2, comparing.missing()
     compared, failed = comparing.measure(
         task.subject, task.recipe, repeats=repeats, progress=progress
     )
@@ -130,10 +121,10 @@ def _methods(task: ExperimentTask, progress: Progress) -> _Found:
     }
     pictures[kinds["result"]].insert(0, (tr("The photo"), seen.subject.pixels))
     result = comparing.MethodsResult((seen,), task.recipe, repeats)
-    return _Found(result, [*absent, *failed], pictures)
+    return _Found(methods_report.report(result), [*absent, *failed], pictures)
 
 
-_RUNS: Final[dict[ExperimentName, Callable[[ExperimentTask, Progress], _Found]]] = {
+_RUNS: Final[dict[str, Callable[[ExperimentTask, Progress], _Found]]] = {
     "timing": _timing,
     "domains": _domains,
     "distortion": _distortion,

@@ -101,6 +101,7 @@ class Files(Feature):
             "Ctrl+S",
             tr("Save the result under another name; the original is never touched"),
             self.keep,
+            needs_photo=True,
         )
         self.add_action("quit", tr("&Quit"), "Ctrl+Q", tr("Close the window"), self.window.close)
 

@@ -70,6 +70,7 @@ class RecipeEditing(Feature):
             "Ctrl+Shift+V",
             tr("Use the copied settings for this photo or the selected face"),
             self.paste,
+            needs_photo=True,
         )
         self.add_action(
             "follow-photo",
@@ -78,7 +79,7 @@ class RecipeEditing(Feature):
             tr("Forget the settings of this face's own"),
             self.follow_photo,
         )
-        self.watch(lambda: self.document.photo is not None, self._allow)
+        self.enable_with_photo(self.panel.allow)
 
     def begin_with(self, recipe: Recipe) -> None:
         """Let photos begin with a recipe from now on, and sliders go back to it."""
@@ -156,11 +157,6 @@ class RecipeEditing(Feature):
         state = self.document.state.with_choices(face if own else None, center=number)
         before = self.document.state.recipe_of(face).center
         self.document.step(state, gesture_name("center"), fields.change("center", before, number))
-
-    def _allow(self) -> None:
-        there = self.document.photo is not None
-        self.panel.allow(there)
-        self.actions["paste-settings"].setEnabled(there)
 
     def _follow(self) -> None:
         chosen, state = self.view.face, self.document.state

@@ -9,7 +9,6 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
-    QAbstractButton,
     QButtonGroup,
     QHBoxLayout,
     QPushButton,
@@ -197,7 +196,7 @@ class CenterChoice(QWidget):
         row.setSpacing(GRID_PX)
         row.addWidget(name)
         row.addStretch()
-        self._group = QButtonGroup(self)
+        self.group = QButtonGroup(self)
         for number in range(1, len(CENTERS) + 1):
             button = QToolButton()
             button.setText(str(number))
@@ -209,19 +208,14 @@ class CenterChoice(QWidget):
             button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
             button.setAccessibleName(tr("Centre {n}", n=number))
             button.setToolTip(_center_tip(number))
-            self._group.addButton(button, number)
+            self.group.addButton(button, number)
             row.addWidget(button)
-        name.setBuddy(self._group.button(1))
-        self._group.idClicked.connect(self.chosen)
+        name.setBuddy(self.group.button(1))
+        self.group.idClicked.connect(self.chosen)
 
     def show_number(self, number: int) -> None:
         """Show which candidate is chosen."""
-        self._group.button(number).setChecked(True)
-
-    @property
-    def buttons(self) -> list[QAbstractButton]:
-        """The buttons, candidate 1 first."""
-        return self._group.buttons()
+        self.group.button(number).setChecked(True)
 
 
 def _center_tip(number: int) -> str:
