@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
@@ -23,9 +21,7 @@ from ..workspaces import Workspace
 from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual, marking
-from .modes import FaceCompared, faces_compared, seconds, summary, title_of
-
-_MODES: Final[tuple[Mode, ...]] = ("manual", "automatic")
+from .modes import MODES, FaceCompared, computing_s_of, faces_compared, seconds, summary, title_of
 
 
 class ComparisonPanel(QWidget):
@@ -46,7 +42,7 @@ class ComparisonPanel(QWidget):
             head.setAlignment(Qt.AlignmentFlag.AlignRight)
             grid.addWidget(head, 0, column)
         self.times: dict[Mode, list[QLabel]] = {}
-        for row, mode in enumerate(_MODES, 1):
+        for row, mode in enumerate(MODES, 1):
             grid.addWidget(QLabel(title_of(mode)), row, 0)
             self.times[mode] = [QLabel() for _ in range(3)]
             for column, cell in enumerate(self.times[mode], 1):
@@ -174,19 +170,19 @@ class BothModes(Feature):
         if self._surface is not None:
             self._surface.shown()
         self._beside().show_frame(frame)
-        self._computing_s[self.document.state.other_mode] = _seconds_of(frame.rendering)
+        self._computing_s[self.document.state.other_mode] = computing_s_of(frame.rendering)
         self.panel.apart.setText(summary(faces))
         self._show_times()
 
     def _measure(self, rendering: Rendering) -> None:
-        self._computing_s[self.document.state.mode] = _seconds_of(rendering)
+        self._computing_s[self.document.state.mode] = computing_s_of(rendering)
         self._show_times()
 
     def _show_times(self) -> None:
         if not self._on:
             return
         setting_s = {"manual": self._clock.elapsed_s, "automatic": self._faces.finding_s}
-        for mode in _MODES:
+        for mode in MODES:
             there = bool(self.document.state.sheet(mode).active)
             times = setting_s[mode], self._computing_s.get(mode)
             self.panel.show_times(mode, *(times if there else (None, None)))
@@ -195,10 +191,6 @@ class BothModes(Feature):
         text = tr("The two modes can't be compared ({why}).", why=reason(problem))
         revision = self._revision
         self.say(text, holds=lambda: self._on and self._revision == revision)
-
-
-def _seconds_of(rendering: Rendering) -> float:
-    return sum(rendering.timings_ms.values()) / 1e3
 
 
 def next_step(state: State, applied: bool) -> str:

@@ -31,21 +31,21 @@ class Compare(Feature):
             tr("Divider to the &left"),
             ",",
             tr("See more of the result"),
-            lambda: self.wipe_by(-_WIPE_STEP),
+            lambda: self._wipe_by(-_WIPE_STEP),
         )
         self.add_action(
             "wipe-right",
             tr("Divider to the &right"),
             ".",
             tr("See more of the original"),
-            lambda: self.wipe_by(_WIPE_STEP),
+            lambda: self._wipe_by(_WIPE_STEP),
         )
         self.add_action(
-            "loupe", tr("Lo&upe"), "Z", tr("Before and after magnified"), toggled=self.use_loupe
+            "loupe", tr("Lo&upe"), "Z", tr("Before and after magnified"), toggled=self._use_loupe
         )
         kinds = self.one_of("compare-wipe", "compare-side", "compare-difference")
         kinds.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
-        self.window.canvas.wiped.connect(self.wipe_to)
+        self.window.canvas.wiped.connect(self._wipe_to)
         self.document.opened.connect(self._open)
 
     def _add_kind(self, name: CompareName, text: str, key: str, tip: str) -> None:
@@ -60,18 +60,15 @@ class Compare(Feature):
         self.window.original.setVisible(self.view.compare == "side")
         self.window.canvas.redraw()
 
-    def wipe_to(self, share: float) -> None:
-        """Put the divider at this share of the canvas's width."""
+    def _wipe_to(self, share: float) -> None:
         self.view.wipe = min(max(share, 0.0), 1.0)
         self.window.canvas.redraw()
 
-    def wipe_by(self, share: float) -> None:
-        """Move the divider, as the keys do."""
+    def _wipe_by(self, share: float) -> None:
         if self.view.compare == "wipe":
-            self.wipe_to(self.view.wipe + share)
+            self._wipe_to(self.view.wipe + share)
 
-    def use_loupe(self, on: bool) -> None:
-        """Magnify what lies under the cursor."""
+    def _use_loupe(self, on: bool) -> None:
         self.view.loupe = on
         self.window.canvas.redraw()
 

@@ -54,7 +54,7 @@ class LandmarkSources(Feature):
             tr("Landmarks by a model of &yours…"),
             "Shift+F6",
             tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
-            self.ask_for_file,
+            self._ask_for_file,
             checked=False,
         )
         names = [f"landmarks-{one.name}" for one in CHOICES]
@@ -74,8 +74,7 @@ class LandmarkSources(Feature):
         self._now = self._group.checkedAction()
         self._faces.use(chosen)
 
-    def ask_for_file(self) -> None:
-        """Ask for a model that the user brings."""
+    def _ask_for_file(self) -> None:
         dialog = ask_path(
             self.window,
             tr("A landmark model for cv2.face"),
@@ -104,7 +103,7 @@ class Exchange(Feature):
             tr("I&mport landmarks…"),
             "Ctrl+Shift+I",
             tr("Points from WebMorph, iBUG or a table in place of those found"),
-            self.ask_import,
+            self._ask_import,
             needs_photo=True,
         )
         self.add_action(
@@ -116,8 +115,7 @@ class Exchange(Feature):
         )
         self.watch(lambda: bool(self.document.state.faces), self._show)
 
-    def ask_import(self) -> None:
-        """Ask for a file of points."""
+    def _ask_import(self) -> None:
         endings = " ".join(f"*{form.suffix}" for form in interchange.FORMATS.values())
         filters = [tr("Landmarks ({endings})", endings=endings)]
         ask_path(self.window, tr("Import landmarks"), self.import_file, filters=filters)

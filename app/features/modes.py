@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-import cv2
 import numpy as np
 from PySide6.QtWidgets import (
     QGridLayout,
@@ -18,16 +17,17 @@ from PySide6.QtWidgets import (
 
 from kogao_core.background import held_of
 from kogao_core.differences import Differences, differences, matching
+from kogao_core.display import Rgb8, reduced
 from kogao_core.geometry import Box
 from kogao_core.holding import Held
-from kogao_core.pipeline import render
+from kogao_core.pipeline import Rendering, render
 from kogao_core.project import Mode, Sheet
 from kogao_core.sidecar import Applied
 
 from ..canvas.handles import Handle, name
 from ..document import State
 from ..i18n import reason, tr
-from ..render.pyramid import PicturePyramid, Rgb8
+from ..render.pyramid import PicturePyramid
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label
 from ..widgets.dialogs import Dialog, table
@@ -36,6 +36,7 @@ from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual
 
+MODES: Final[tuple[Mode, ...]] = ("manual", "automatic")
 _MARGIN: Final = 0.25  # of the faces' larger side
 _LONGEST_SIDE_PX: Final = 1024
 _PICTURE_PX = 320
@@ -62,7 +63,7 @@ class Side:
 class ModesCompared:
     """Both modes, and how far each face's points lie apart; pairs of face indices first."""
 
-    sides: tuple[Side, Side]
+    sides: list[Side]
     faces: tuple[FaceCompared, ...]
 
 
@@ -114,10 +115,7 @@ def compared(
     """
     manual, automatic = state.sheet("manual"), state.sheet("automatic")
     box = _round_faces(manual, automatic, Box.of(photo.levels[0]))
-    sides = (
-        _side("manual", state, held, photo, box, times[0]),
-        _side("automatic", state, held, photo, box, times[1]),
-    )
+    sides = [_side(*one, state, held, photo, box) for one in zip(MODES, times, strict=True)]
     return ModesCompared(sides, faces_compared(state))
 
 
@@ -136,27 +134,27 @@ def faces_compared(state: State) -> tuple[FaceCompared, ...]:
 
 def _side(
     mode: Mode,
+    setting_s: float | None,
     state: State,
     held: Callable[[Applied], Held],
     photo: PicturePyramid,
     box: Box,
-    setting_s: float | None,
 ) -> Side:
     done = state.done_by(mode)
     rendering = render(
         photo.levels[0], done.faces, done.recipe, protection=done.protection, held=held(done)
     )
     rows, columns = box.slices
-    seen = PicturePyramid(_reduced(rendering.pixels[rows, columns]), photo.show).shown[0]
-    computing_s = sum(rendering.timings_ms.values()) / 1e3 if done.faces else None
+    # Here, off the GUI thread: a face of a large photo has many times a dialog's pixels.
+    small = reduced(rendering.pixels[rows, columns], _LONGEST_SIDE_PX)
+    seen = PicturePyramid(small, photo.show).shown[0]
+    computing_s = computing_s_of(rendering) if done.faces else None
     return Side(mode, len(done.faces), seen, setting_s, computing_s)
 
 
-def _reduced(pixels: Rgb8) -> Rgb8:
-    # Here, off the GUI thread: a face of a large photo has many times a dialog's pixels.
-    shrink = max(1.0, max(pixels.shape[:2]) / _LONGEST_SIDE_PX)
-    size = [max(1, round(side / shrink)) for side in pixels.shape[1::-1]]
-    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+def computing_s_of(rendering: Rendering) -> float:
+    """Return what table 2 calls the computing time, s."""
+    return sum(rendering.timings_ms.values()) / 1e3
 
 
 def _round_faces(first: Sheet, second: Sheet, image: Box) -> Box:
@@ -235,7 +233,7 @@ def _picture(side: Side, ratio: float) -> QLabel:
     return label
 
 
-def _times_table(sides: tuple[Side, Side]) -> QTableWidget:
+def _times_table(sides: list[Side]) -> QTableWidget:
     head = [tr("Time"), tr("Setting"), tr("Computing"), tr("Total")]
     rows = []
     for side in sides:

@@ -56,10 +56,7 @@ class Protect(Feature):
         self._add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
         self._add_tool("brush", tr("Brush"), "B", tr("Paint what must not move"))
         self._add_tool(
-            "line",
-            tr("Line"),
-            "N",
-            tr("Protect a straight edge; Shift keeps it level or upright"),
+            "line", tr("Line"), "N", tr("Protect a straight edge; Shift keeps it level or upright")
         )
         self._add_tool("eraser", tr("Eraser"), "E", tr("Rub protection out"))
         self.add_action(

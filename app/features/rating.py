@@ -31,11 +31,10 @@ class Rating(Feature):
             tr("&Rate pictures…"),
             "Ctrl+R",
             tr("Say which pictures of a study look natural (table 1, figure 11)"),
-            self.ask_folder,
+            self._ask_folder,
         )
 
-    def ask_folder(self) -> None:
-        """Ask which study to rate."""
+    def _ask_folder(self) -> None:
         ask_path(self.window, tr("The folder of a study"), self.open, "folder")
 
     def open(self, folder: Path) -> None:

@@ -87,7 +87,7 @@ class Files(Feature):
             tr("Open the sample, and what there is to try in three steps"),
             self.welcome,
         )
-        self.add_action("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self.ask_open)
+        self.add_action("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self._ask_open)
         self.add_action(
             "sample",
             tr("Open the sample &portrait"),
@@ -107,8 +107,7 @@ class Files(Feature):
 
     # -- opening ---------------------------------------------------------------------------------
 
-    def ask_open(self) -> None:
-        """Ask which photo to open."""
+    def _ask_open(self) -> None:
         filters = [photo_filter(READABLE, f"*{SUFFIX}")]
         ask_path(self.window, tr("Open a photo"), self.open, filters=filters, at=self.folder)
 
@@ -254,7 +253,7 @@ class Files(Feature):
         )
 
     def _open_step(self) -> BarAction:
-        return BarAction(tr("Open a photo…"), self.ask_open)
+        return BarAction(tr("Open a photo…"), self._ask_open)
 
     # -- saving ----------------------------------------------------------------------------------
 

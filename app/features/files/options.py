@@ -99,16 +99,11 @@ class SavingDialog(Dialog):
         self.buttons.rejected.connect(self.reject)
         place = row_of(self.corner_title, self.corner, None, self.share_title, self.share)
         column = column_of(self, margin=4 * GRID_PX, spacing=2 * GRID_PX)
-        above: tuple[QWidget, ...] = (
-            *(about, self.record, self.labelled, self.label),
-            *(self.pictured, self.picture),
-        )
-        below = self.signed, self.certificate, self.key, self.note, self.buttons
-        for part in above:
+        for part in (about, self.record, self.labelled, self.label, self.pictured, self.picture):
             column.addWidget(part)
         column.addLayout(place)
-        for part in below:
-            column.addWidget(part)
+        for below in (self.signed, self.certificate, self.key, self.note, self.buttons):
+            column.addWidget(below)
 
     def _take(self) -> None:
         told = Told(

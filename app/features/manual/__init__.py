@@ -107,21 +107,21 @@ class Manual(Feature):
             tr("Mi&rror"),
             "Shift+M",
             tr("The selected point on the other side"),
-            self.mirror,
+            lambda: self._change(marking.mirrored, tr("Mirror a landmark")),
         )
         self.add_action(
             "mirror-side",
             tr("Mirror s&ide"),
             "Ctrl+M",
             tr("Make the other side of the face like the selected point's"),
-            self.mirror_side,
+            lambda: self._change(marking.with_sides_alike, tr("Mirror a side"), renumbered=True),
         )
         self.add_action(
             "snap",
             tr("S&nap"),
             "Shift+N",
             tr("Put the selected point's target on the line to the centre"),
-            self.snap,
+            lambda: self._change(marking.snapped, tr("Snap a target")),
         )
         self.add_action(
             "delete",
@@ -206,18 +206,6 @@ class Manual(Feature):
             self._points.make_automatic()
         else:
             self._change(marking.without_landmark, tr("Delete a landmark"), renumbered=True)
-
-    def mirror(self) -> None:
-        """Put the selected landmark on the other side, too."""
-        self._change(marking.mirrored, tr("Mirror a landmark"))
-
-    def mirror_side(self) -> None:
-        """Make the other side like the selected landmark's."""
-        self._change(marking.with_sides_alike, tr("Mirror a side"), renumbered=True)
-
-    def snap(self) -> None:
-        """Put the selected landmark's target on the line to the centre."""
-        self._change(marking.snapped, tr("Snap a target"))
 
     def _change(
         self, made: Callable[[State, Handle], State], text: str, *, renumbered: bool = False
