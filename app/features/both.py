@@ -48,8 +48,7 @@ class ComparisonPanel(QWidget):
             for column, cell in enumerate(self.times[mode], 1):
                 cell.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(cell, row, column)
-        self.apart = muted_label()
-        self.apart.setWordWrap(True)
+        self.apart = muted_label(wraps=True)
         buttons = [action_button(action) for action in more]
         for button in buttons:
             button.setProperty("snug", "false")

@@ -179,20 +179,6 @@ class Points(Feature):
         px = tr("{px:.1f} px", px=float(np.hypot(*away)))
         self.document.preview(moved, self.name_of(handle), px)
 
-    def select_next(self, step: int) -> None:
-        """Select the point that comes `step` places after the selected one, going round."""
-        movable = [
-            handle
-            for handle, _ in handles.handles(self.document.state, handles.MOVABLE)
-            if handle.face == self.view.face_in_hand
-        ]
-        if not movable:
-            return
-        self.document.commit()
-        here = self.view.selected
-        place = movable.index(here) + step if here in movable else min(0, step)
-        self._take_up(movable[place % len(movable)])
-
     def take(self, handle: Handle) -> None:
         """Select a point for the arrow keys, which go to the photo from now on."""
         self.document.commit()
@@ -204,6 +190,7 @@ class Points(Feature):
         self.window.status.name_point(self.name_of(handle))
 
     def _walk(self, step: int) -> None:
+        """Select the point that comes `step` places after the selected one, going round."""
         if self._unselected():
             self.say(
                 tr("Select a face first: click it, or choose it in the list (Alt+S)."),
@@ -213,7 +200,16 @@ class Points(Feature):
             return
         # Wherever the keys went before, the arrows move the point now.
         self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
-        self.select_next(step)
+        movable = [
+            handle
+            for handle, _ in handles.handles(self.document.state, handles.MOVABLE)
+            if handle.face == self.view.face_in_hand
+        ]
+        if movable:
+            self.document.commit()
+            here = self.view.selected
+            place = movable.index(here) + step if here in movable else min(0, step)
+            self._take_up(movable[place % len(movable)])
 
     def _unselected(self) -> bool:
         return bool(self.document.state.faces) and self.view.face_in_hand is None

@@ -67,9 +67,7 @@ class PreferencesDialog(Dialog):
         title.setBuddy(control)
         rows.addWidget(title, 2 * row, 0)
         rows.addWidget(shown, 2 * row, 1)
-        note = muted_label(tip)
-        note.setWordWrap(True)
-        rows.addWidget(note, 2 * row + 1, 1)
+        rows.addWidget(muted_label(tip, wraps=True), 2 * row + 1, 1)
 
     def _choice(self, what: Preference) -> ChoiceBox:
         box = ChoiceBox()

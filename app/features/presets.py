@@ -60,7 +60,8 @@ class Presets(Feature):
         for name, recipe in (*built_in().items(), *mine.items()):
             use = self.menu.addAction(name.replace("&", "&&"))
             use.setEnabled(self.document.photo is not None)
-            use.triggered.connect(lambda _=False, n=name, r=recipe: self._use(n, r))
+            text = tr("Preset {name}", name=name)
+            use.triggered.connect(lambda _=False, r=recipe, text=text: self._recipe.use(r, text))
             if recipe is list(built_in().values())[-1] and mine:
                 self.menu.addSeparator()
         self.menu.addSeparator()
@@ -75,9 +76,6 @@ class Presets(Feature):
             gone = menu.addAction(name.replace("&", "&&"))
             gone.triggered.connect(lambda _=False, n=name: self._remove(n))
         self.menu.addMenu(menu)
-
-    def _use(self, name: str, recipe: Recipe) -> None:
-        self._recipe.use(recipe, tr("Preset {name}", name=name))
 
     def _ask_name(self) -> None:
         dialog = QInputDialog(self.window)

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
 
 from ..i18n import bare, tr
 from ..theme import GRID_PX
-from ..widgets.controls import heading, muted_label
+from ..widgets.controls import column_of, heading, muted_label
 from .feature import Context, Feature
 from .files import Files
 from .files.opening import is_sample
@@ -78,12 +78,9 @@ class EmptyState(QFrame):
         super().__init__()
         self.setProperty("bar", "hint")
         self.setAccessibleName(tr("No photo is open"))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(*(6 * GRID_PX,) * 4)
-        column.setSpacing(2 * GRID_PX)
+        column = column_of(self, margin=6 * GRID_PX, spacing=2 * GRID_PX)
         column.addWidget(heading(tr("Make a face a little smaller")))
-        drop = muted_label(tr("Drop photos or a folder here, or"))
-        column.addWidget(drop)
+        column.addWidget(muted_label(tr("Drop photos or a folder here, or")))
         self.buttons = [_button(action) for action in begin]
         for button in self.buttons:
             column.addWidget(button)

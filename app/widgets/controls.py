@@ -185,9 +185,9 @@ def named(text: str, buddy: QWidget) -> QLabel:
     return label
 
 
-def muted_label(text: str = "") -> QLabel:
+def muted_label(text: str = "", *, wraps: bool = False) -> QLabel:
     """Return a label for what explains, in a quieter colour."""
-    label = QLabel(text)
+    label = QLabel(text, wordWrap=wraps)
     label.setProperty("muted", "true")
     return label
 

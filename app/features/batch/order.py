@@ -78,16 +78,8 @@ class BatchProgress:
         return self.counts.total()
 
     @property
-    def left_s(self) -> float | None:
-        """Seconds the rest will take at this pace; None while there is no pace yet."""
-        worked = self.finished - self.counts["skipped"]
-        if not worked or self.finished >= self.total:
-            return None
-        return (time.monotonic() - self._start) / worked * (self.total - self.finished)
-
-    @property
     def line(self) -> str:
-        """How far it is, in words."""
+        """How far it is, in words, and how long the rest will take once there is a pace."""
         words = {
             "done": tr("done"),
             "skipped": tr("done before"),
@@ -96,11 +88,11 @@ class BatchProgress:
         }
         counts = [f"{self.counts[kind]} {words[kind]}" for kind in words if self.counts[kind]]
         parts = [tr("{n} of {total}", n=self.finished, total=self.total), *counts]
-        left = self.left_s
-        if left is not None and left < 90.0:
-            parts.append(tr("about {n:.0f} s left", n=left))
-        elif left is not None:
-            parts.append(tr("about {n:.0f} min left", n=left / 60))
+        left, worked = self.total - self.finished, self.finished - self.counts["skipped"]
+        if worked and left > 0:
+            left_s = (time.monotonic() - self._start) / worked * left
+            seconds = tr("about {n:.0f} s left", n=left_s)
+            parts.append(seconds if left_s < 90.0 else tr("about {n:.0f} min left", n=left_s / 60))
         return " · ".join(parts)
 
 

@@ -76,7 +76,7 @@ class ExperimentDialog(Dialog):
         self.progress = QProgressBar()
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
-        self.state = _words(tr("Measuring…"))
+        self.state = muted_label(tr("Measuring…"), wraps=True)
         self.kinds = ChoiceBox()
         self.kinds.setAccessibleName(tr("Pictures"))
         self.tables: list[QTableWidget] = []
@@ -107,7 +107,7 @@ class ExperimentDialog(Dialog):
             self.tables.append(_table(content))
             self._page.addWidget(self.tables[-1])
             if content.note:
-                self._page.addWidget(_words(content.note))
+                self._page.addWidget(muted_label(content.note, wraps=True))
         self._page.addStretch()
         for button in (self.in_browser, self.to_file):
             button.setEnabled(True)
@@ -145,14 +145,8 @@ class ExperimentDialog(Dialog):
             label = QLabel()
             label.setAccessibleName(f"{kind}: {caption}")
             label.setPixmap(scaled(pixels, _PICTURE_PX, self.devicePixelRatioF()))
-            self._gallery.addWidget(_words(caption), 2 * row, column)
+            self._gallery.addWidget(muted_label(caption, wraps=True), 2 * row, column)
             self._gallery.addWidget(label, 2 * row + 1, column)
-
-
-def _words(text: str) -> QLabel:
-    label = muted_label(text)
-    label.setWordWrap(True)
-    return label
 
 
 def _scrolled(page: QVBoxLayout) -> QScrollArea:

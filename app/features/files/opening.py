@@ -86,10 +86,7 @@ def open_photo(
         If the project file can't be read; `PhotoNotBeside` if its photo must be asked for.
     """
     if is_project(path):
-        work, found = photo_of(path)
-        if found is None:
-            raise PhotoNotBeside(work, path)
-        path, ahead = found, None
+        (work, path), ahead = photo_of(path), None
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = pyramid_of(photo) if ahead is None else ahead.pyramid.result()
     try:
@@ -168,13 +165,13 @@ def _digest(path: Path, stamp: Stamp | None) -> str:  # noqa: ARG001
     return sha256_of(path)
 
 
-def photo_of(file: Path) -> tuple[EarlierWork, Path | None]:
+def photo_of(file: Path) -> tuple[EarlierWork, Path]:
     """Read a project file and find its photo beside it, by name; a path inside is never followed.
 
     Raises
     ------
     BadFile
-        If it isn't a project.
+        If it isn't a project; `PhotoNotBeside` if the photo must be asked for.
     """
     if not file.is_file():
         raise BadFile(f"{file} is not an ordinary file")
@@ -182,8 +179,10 @@ def photo_of(file: Path) -> tuple[EarlierWork, Path | None]:
     # The name may have been written by any system: both kinds of slashes end a folder.
     names = (file.name[: -len(sidecar.SUFFIX)], PureWindowsPath(project.original.path).name)
     photos = (file.with_name(name) for name in names if name)
-    work = EarlierWork(project, file)
-    return work, next((photo for photo in photos if photo.is_file()), None)
+    work, photo = EarlierWork(project, file), next((one for one in photos if one.is_file()), None)
+    if photo is None:
+        raise PhotoNotBeside(work, file)
+    return work, photo
 
 
 def project_of(state: State, photo: Photo, sha256: str) -> Project:

@@ -49,8 +49,7 @@ class SavingDialog(Dialog):
         self._bind(self.labelled, now.labelled, self.label)
         self._add_picture(now)
         self._add_signer(now)
-        self.note = muted_label()
-        self.note.setWordWrap(True)
+        self.note = muted_label(wraps=True)
         self._lay_out()
 
     def _add_picture(self, now: Told) -> None:
@@ -89,10 +88,10 @@ class SavingDialog(Dialog):
             box.toggled.connect(widget.setEnabled)
 
     def _lay_out(self) -> None:
-        about = muted_label(
-            tr("Saved copies and batches can tell that they were retouched, if you want them to.")
+        text = tr(
+            "Saved copies and batches can tell that they were retouched, if you want them to."
         )
-        about.setWordWrap(True)
+        about = muted_label(text, wraps=True)
         kinds = QDialogButtonBox.StandardButton
         self.buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
         self.buttons.accepted.connect(self._take)

@@ -231,8 +231,7 @@ class OwnerLine(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.title, self.note = heading(""), muted_label()
-        self.note.setWordWrap(True)
+        self.title, self.note = heading(""), muted_label(wraps=True)
         self.button = QPushButton(tr("Use the photo's"))
         self.button.setToolTip(tr("Forget this face's own settings"))
         self.button.setAccessibleName(tr("Use the photo's settings"))

@@ -58,12 +58,10 @@ class RecipePanel(QWidget):
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
-        self.one_to_one, self.residual = muted_label(), muted_label()
-        self.head_note = muted_label()
-        self.head_note.setWordWrap(True)
+        self.one_to_one, self.residual = muted_label(wraps=True), muted_label(wraps=True)
+        self.head_note = muted_label(wraps=True)
         self._readings = "", ""
         for label in (self.one_to_one, self.residual):
-            label.setWordWrap(True)
             label.setToolTip(tr("≈: until the picture is there in full"))
         zones, details = self._zones(), self._details()
         self.zones = Fold(tr("&Jaw, chin, sides…"), zones, "zones")
