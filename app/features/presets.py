@@ -57,14 +57,14 @@ class Presets(Feature):
         """List what there is now."""
         mine = presets.listed(self.storage.presets)
         self.menu.clear()
-        for name, recipe in (*built_in().items(), *mine.items()):
-            use = self.menu.addAction(name.replace("&", "&&"))
-            use.setEnabled(self.document.photo is not None)
-            text = tr("Preset {name}", name=name)
-            use.triggered.connect(lambda _=False, r=recipe, text=text: self._recipe.use(r, text))
-            if recipe is list(built_in().values())[-1] and mine:
+        for recipes in (built_in(), mine):
+            for name, recipe in recipes.items():
+                text = tr("Preset {name}", name=name)
+                use = self.menu.addAction(name.replace("&", "&&"))
+                use.setEnabled(self.document.photo is not None)
+                use.triggered.connect(lambda _=False, r=recipe, t=text: self._recipe.use(r, t))
+            if recipes:
                 self.menu.addSeparator()
-        self.menu.addSeparator()
         for name in ("save-preset", "import-preset", "export-preset"):
             self.menu.addAction(self.actions[name])
         self._add_removal(list(mine))

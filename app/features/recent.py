@@ -39,17 +39,14 @@ def there(settings: QSettings) -> list[Path]:
 
 def titles(photos: Sequence[Path]) -> list[str]:
     """Return the photos' names, with as much of the folder as tells equal names apart."""
-    return [_title(photo, [one for one in photos if one != photo]) for photo in photos]
-
-
-def _title(photo: Path, others: Sequence[Path]) -> str:
-    named_alike = [other.parent for other in others if other.name == photo.name]
-    if not named_alike:
-        return photo.name
-    folder = photo.parent
-    enough = folder.name not in [other.name for other in named_alike]
-    shown = folder.name if enough else str(folder)
-    return tr("{name} – {folder}", name=photo.name, folder=shown)  # noqa: RUF001
+    found = []
+    for photo in photos:
+        name, folder = photo.name, photo.parent
+        alike = [one.parent for one in photos if one != photo and one.name == name]
+        shown = str(folder) if folder.name in [one.name for one in alike] else folder.name
+        whole = tr("{name} – {folder}", name=name, folder=shown)  # noqa: RUF001
+        found.append(whole if alike else name)
+    return found
 
 
 def add(settings: QSettings, path: Path) -> None:

@@ -41,7 +41,6 @@ class Experiments(Feature):
         self._sessions = self.storage.data / SETTING_TIMES
         self._reports = self.storage.data / "reports"
         self._dialog: ExperimentDialog | None = None
-        self._findings: Findings | None = None
         self._enough = threading.Event()
         self._running = self.lane(self._show, self._fail)
         self._progressed.connect(self._show_progress)
@@ -61,8 +60,6 @@ class Experiments(Feature):
             self._dialog.close()
         self._dialog = dialog = ExperimentDialog(_words()[name][2], self.window)
         dialog.finished.connect(lambda _: self._let_go())
-        dialog.in_browser.clicked.connect(self._browse)
-        dialog.to_file.clicked.connect(self._ask_where)
         dialog.open()
         self._run(name, subject)
 
@@ -114,50 +111,48 @@ class Experiments(Feature):
             self._dialog.show_progress(done, of)
 
     def _show(self, findings: Findings) -> None:
-        self._findings = findings
-        if self._dialog is not None:
-            self._dialog.show_findings(findings)
+        dialog = self._dialog
+        if dialog is not None:
+            dialog.show_findings(findings)
+            dialog.in_browser.clicked.connect(lambda: self._browse(dialog, findings))
+            dialog.to_file.clicked.connect(lambda: self._ask_where(dialog, findings))
 
     def _fail(self, problem: Exception) -> None:
         if self._dialog is not None and not isinstance(problem, _Stopped):
             self._dialog.show_failure(sentence(problem))
 
     def _let_go(self) -> None:
-        self._dialog = self._findings = None
+        self._dialog = None
         self.stop()
 
-    def _browse(self) -> None:
-        if self._findings is not None:
-            file = self._reports / f"{self._findings.name}.html"
-            file.parent.mkdir(parents=True, exist_ok=True)
-            if self._save(file):
-                QDesktopServices.openUrl(QUrl.fromLocalFile(str(file)))
+    def _browse(self, dialog: ExperimentDialog, findings: Findings) -> None:
+        file = self._reports / f"{findings.name}.html"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if _saved(dialog, findings, file):
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(file)))
 
-    def _ask_where(self) -> None:
-        if self._findings is None or self._dialog is None:
-            return
+    def _ask_where(self, dialog: ExperimentDialog, findings: Findings) -> None:
         kinds = {"html": tr("Report"), "json": tr("All figures"), "csv": tr("Table")}
         ask_path(
-            self._dialog,
+            dialog,
             tr("Save the report"),
-            self._save,
+            partial(_saved, dialog, findings),
             "new",
             filters=[f"{words} (*.{kind})" for kind, words in kinds.items()],
             endings=[f".{kind}" for kind in kinds],
-            at=Path.home() / f"{self._findings.name}.html",
+            at=Path.home() / f"{findings.name}.html",
         )
 
-    def _save(self, file: Path) -> bool:
-        if self._findings is None or self._dialog is None:
-            return False
-        try:
-            kind = file.suffix.lower().lstrip(".")
-            texts = self._findings.texts
-            atomic.put(texts.get(kind, texts["html"]).encode(), file)
-        except OSError as problem:
-            self._dialog.state.setText(unwritten(file, problem))
-            return False
-        return True
+
+def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:
+    """Write the report, or say in the dialog why it can't be; return whether it was."""
+    kind = file.suffix.lower().lstrip(".")
+    try:
+        atomic.put(findings.texts.get(kind, findings.texts["html"]).encode(), file)
+    except OSError as problem:
+        dialog.state.setText(unwritten(file, problem))
+        return False
+    return True
 
 
 def _words() -> dict[str, tuple[str, str, str]]:

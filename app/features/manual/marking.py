@@ -19,6 +19,8 @@ _EYES: Final = 4
 FEWEST: Final = 3
 # A landmark belongs to a face this far away, in its larger side.
 _REACH: Final = 0.5
+# A mirrored point this near to one of the other side, in landmark spacings, takes its place.
+_SAME: Final = 0.4
 
 
 def marked(state: State, face: int | None, at: Mark) -> State:
@@ -164,7 +166,3 @@ def next_hint(state: State) -> str:
         what = name(Handle(kind, 0, index), 0)  # type: ignore[arg-type]
         return tr("Click the {what} ({n} of {all})", what=what, n=done + 1, all=CORNERS)
     return tr("Press on the outline, beginning beside the left eye, and drag to where it goes")
-
-
-# A mirrored point this near to one of the other side, in landmark spacings, takes its place.
-_SAME: Final = 0.4
