@@ -58,9 +58,7 @@ class Palette(Dialog):
         self._actions = [action for action in actions if action.isEnabled() and action.text()]
         for action in self._actions:
             QListWidgetItem(_title(action), self.list)
-        column = column_of(self, margin=8)
-        column.addWidget(self.words)
-        column.addWidget(self.list)
+        column_of(self, self.words, self.list, margin=8)
         self.words.textChanged.connect(self._narrow)
         self.words.returnPressed.connect(self._run)
         self.list.itemClicked.connect(self._run)
@@ -136,11 +134,9 @@ class ShortcutsDialog(Dialog):
         label.setBuddy(self.key)
         row = row_of(label, self.key, self.reset)
         row.setStretchFactor(self.key, 1)
-        column = column_of(self, margin=3 * GRID_PX, spacing=2 * GRID_PX)
-        column.addWidget(self.table, 1)
-        column.addLayout(row)
-        column.addWidget(self.note)
-        column.addWidget(self.closing())
+        content = self.table, row, self.note, self.closing()
+        column = column_of(self, *content, margin=3 * GRID_PX, spacing=2 * GRID_PX)
+        column.setStretchFactor(self.table, 1)
 
     def _table(self) -> QTableWidget:
         table = QTableWidget(len(self._names), 2)

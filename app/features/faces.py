@@ -254,9 +254,7 @@ class FacesPanel(QWidget):
         title.setBuddy(self.list)
         for widget in (title, self.list):
             widget.setToolTip(tr("Click a face to set it alone; its box switches it on and off"))
-        column = column_of(self, margin=8)
-        column.addWidget(title)
-        column.addWidget(self.list)
+        column_of(self, title, self.list, margin=8)
         words = (tr("Face {n}", n=88), tr("by hand"), *_doubts().values())
         text = max(map(self.list.fontMetrics().horizontalAdvance, words))
         self.setFixedWidth(max(_WIDTH_PX, _THUMBNAIL_PX + text + _ROUND_TEXT_PX))

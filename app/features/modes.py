@@ -182,13 +182,18 @@ class ModesDialog(Dialog):
         for column, side in enumerate(comparison.sides):
             grid.addWidget(heading(_title(side)), 0, column)
             grid.addWidget(_picture(side, self.devicePixelRatioF()), 1, column)
-        rows = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
-        rows.addLayout(grid)
-        rows.addWidget(self.times)
-        rows.addWidget(heading(tr("How far the points lie apart")))
-        rows.addWidget(muted_label(summary(comparison.faces)))
-        rows.addWidget(self.points, 1)
-        rows.addWidget(self.closing())
+        rows = column_of(
+            self,
+            grid,
+            self.times,
+            heading(tr("How far the points lie apart")),
+            muted_label(summary(comparison.faces)),
+            self.points,
+            self.closing(),
+            margin=4 * GRID_PX,
+            spacing=3 * GRID_PX,
+        )
+        rows.setStretchFactor(self.points, 1)
 
 
 def summary(faces: Sequence[FaceCompared]) -> str:

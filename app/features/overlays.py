@@ -41,15 +41,13 @@ class OverlaysPanel(QWidget):
     def __init__(self, actions: Sequence[QAction]) -> None:
         super().__init__()
         self._actions, self._hidden = actions, list[QAction]()
-        column = column_of(self, spacing=2 * GRID_PX)
-        column.addWidget(heading(tr("Overlays")))
         grid = QGridLayout()
         grid.setSpacing(GRID_PX)
         grid.setColumnStretch(0, 1)
         for row, (overlay, action) in enumerate(zip(LISTED, actions, strict=True)):
             grid.addWidget(self._box(overlay, action), row, 0)
             grid.addWidget(_key_label(action), row, 1)
-        column.addLayout(grid)
+        column_of(self, heading(tr("Overlays")), grid, spacing=2 * GRID_PX)
 
     def hide_all(self, hidden: bool) -> None:
         """Switch all overlays off, or those on again that were."""

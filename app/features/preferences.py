@@ -50,10 +50,7 @@ class PreferencesDialog(Dialog):
         rows.setColumnStretch(1, 1)
         for row, what in enumerate(PREFERENCES):
             self._add(what, rows, row)
-        column = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
-        column.addLayout(rows)
-        column.addStretch()
-        column.addWidget(self.closing())
+        column_of(self, rows, None, self.closing(), margin=4 * GRID_PX, spacing=3 * GRID_PX)
 
     def _add(self, what: Preference, rows: QGridLayout, row: int) -> None:
         words, tip = translated(what.title), translated(what.tip)

@@ -28,8 +28,6 @@ _OF_PHOTO: Final = 1 / 100  # the first brush's radius in the photo's longer sid
 # A stroke may leave the cursor's way by this share of its radius: fewer corners, quicker fits.
 _LOOSE: Final = 1 / 8
 _LOOSE_PX: Final = 0.5
-# A feather as wide as the landmarks are apart carries the move past a hard edge without folding.
-_FEATHER_SPACINGS: Final = 1.0
 _STEPS_PER_OCTAVE: Final = 8
 _SMALLEST_PX: Final = 1.0
 _LARGEST_PX: Final = 512.0
@@ -184,10 +182,9 @@ class Protect(Feature):
             self.document.preview(state, text)
 
     def _feather_px(self) -> float:
-        spacings = [face.anchor.spacing_px for face in self.document.state.active]
-        return _FEATHER_SPACINGS * (
-            min(spacings) if spacings else max(1.0, self.view.brush.radius_px)
-        )
+        # As wide as the landmarks are apart, it carries the move past a hard edge without folding.
+        spacings = (face.anchor.spacing_px for face in self.document.state.active)
+        return min(spacings, default=max(1.0, self.view.brush.radius_px))
 
     def _set(self, **changes: object) -> None:
         self.view.brush = dataclasses.replace(self.view.brush, **changes)  # type: ignore[arg-type]
@@ -250,15 +247,12 @@ class ProtectPanel(QWidget):
         self.clear.clicked.connect(clear.trigger)
         body = QWidget()
         self.fold = Fold(tr("Protect"), body)
-        column_of(self).addWidget(self.fold)
-        column = column_of(body, spacing=2 * GRID_PX)
+        column_of(self, self.fold)
         buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
         for place in range(buttons.count()):
             buttons.setStretch(place, 1)
-        column.addLayout(buttons)
-        column.addWidget(self.size_px)
-        column.addWidget(self.hard)
-        column.addLayout(row_of(self.count, None, self.clear))
+        below = row_of(self.count, None, self.clear)
+        column_of(body, buttons, self.size_px, self.hard, below, spacing=2 * GRID_PX)
 
     def show_brush(self, brush: Brush) -> None:
         """Show how large the tool in hand is, and unfold for one that paints."""

@@ -152,10 +152,7 @@ def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:
     grid = QGridLayout()
     grid.setHorizontalSpacing(2 * GRID_PX)
     grid.setVerticalSpacing(GRID_PX // 2)
-    column = column_of(widget)
-    column.addLayout(row_of(heading(title), None, note))
-    column.addLayout(grid)
-    column.addStretch()
+    column_of(widget, row_of(heading(title), None, note), grid, None)
     return grid
 
 

@@ -75,12 +75,15 @@ class EmptyState(QFrame):
         super().__init__()
         self.setProperty("bar", "hint")
         self.setAccessibleName(tr("No photo is open"))
-        column = column_of(self, margin=6 * GRID_PX, spacing=2 * GRID_PX)
-        column.addWidget(heading(tr("Make a face a little smaller")))
-        column.addWidget(muted_label(tr("Drop photos or a folder here, or")))
         self.buttons = [_button(action) for action in begin]
-        for button in self.buttons:
-            column.addWidget(button)
+        column = column_of(
+            self,
+            heading(tr("Make a face a little smaller")),
+            muted_label(tr("Drop photos or a folder here, or")),
+            *self.buttons,
+            margin=6 * GRID_PX,
+            spacing=2 * GRID_PX,
+        )
         self._title = muted_label(tr("Opened lately"))
         column.addSpacing(2 * GRID_PX)
         column.addWidget(self._title)

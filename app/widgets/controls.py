@@ -10,6 +10,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
+    QLayout,
     QSizePolicy,
     QSpinBox,
     QStyle,
@@ -192,11 +193,20 @@ def muted_label(text: str = "", *, wraps: bool = False) -> QLabel:
     return label
 
 
-def column_of(widget: QWidget, margin: int = 0, spacing: int = GRID_PX) -> QVBoxLayout:
-    """Return a column layout for `widget` on the 4 px grid."""
+def column_of(
+    widget: QWidget, *content: QWidget | QLayout | None, margin: int = 0, spacing: int = GRID_PX
+) -> QVBoxLayout:
+    """Return the layout of `widget`, a column on the 4 px grid; None is what room is left."""
     column = QVBoxLayout(widget)
     column.setContentsMargins(margin, margin, margin, margin)
     column.setSpacing(spacing)
+    for part in content:
+        if part is None:
+            column.addStretch()
+        elif isinstance(part, QWidget):
+            column.addWidget(part)
+        else:
+            column.addLayout(part)
     return column
 
 

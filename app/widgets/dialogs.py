@@ -230,7 +230,7 @@ class PathLine(QWidget):
         self.line.setPlaceholderText(title)
         self.choose = button(tr("Choose…"), self._ask)
         self.choose.setAccessibleName(tr("{title}, choose", title=title))
-        column_of(self).addLayout(row_of(self.line, self.choose))
+        column_of(self, row_of(self.line, self.choose))
 
     @property
     def path(self) -> str:

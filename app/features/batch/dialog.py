@@ -65,23 +65,23 @@ class OrderForm(QWidget):
         self._lay_out()
 
     def _lay_out(self) -> None:
-        column = column_of(self, spacing=2 * GRID_PX)
-        column.addWidget(named(tr("P&hotos and folders, also dropped here"), self.inputs))
-        column.addWidget(self.inputs)
-        column.addLayout(
+        column_of(
+            self,
+            named(tr("P&hotos and folders, also dropped here"), self.inputs),
+            self.inputs,
             row_of(
                 button(tr("Add ph&otos…"), self._ask_photos),
                 button(tr("Add a &folder…"), self._ask_folder),
                 button(tr("Re&move"), self.remove_selected),
-            )
+            ),
+            named(tr("Results &go to"), self.folder),
+            row_of(self.folder, button(tr("&Choose…"), self._ask_target)),
+            named(tr("S&ettings"), self.settings),
+            *(self.settings, self.projects, self.again),
+            row_of(named(tr("Photos at a &time"), self.jobs), self.jobs, None),
+            self.disclosure,
+            spacing=2 * GRID_PX,
         )
-        column.addWidget(named(tr("Results &go to"), self.folder))
-        column.addLayout(row_of(self.folder, button(tr("&Choose…"), self._ask_target)))
-        column.addWidget(named(tr("S&ettings"), self.settings))
-        for widget in (self.settings, self.projects, self.again):
-            column.addWidget(widget)
-        column.addLayout(row_of(named(tr("Photos at a &time"), self.jobs), self.jobs, None))
-        column.addWidget(self.disclosure)
 
     def offer(self, recipes: Mapping[str, Recipe], disclosure: str) -> None:
         """Show what there is to choose: recipes by name, and what results tell of themselves."""
@@ -189,12 +189,11 @@ class BatchDialog(Dialog):
 
     def _lay_out(self) -> None:
         self._bad_title = named(tr("&Not done"), self.bad)
-        column = column_of(self, margin=4 * GRID_PX, spacing=2 * GRID_PX)
-        column.addWidget(self.form, 3)
-        for widget in (self.progress, self.note, self._bad_title):
-            column.addWidget(widget)
-        column.addWidget(self.bad, 2)
-        column.addLayout(row_of(self.report, None, button(tr("Close"), self.close), self.go))
+        below = row_of(self.report, None, button(tr("Close"), self.close), self.go)
+        content = self.form, self.progress, self.note, self._bad_title, self.bad, below
+        column = column_of(self, *content, margin=4 * GRID_PX, spacing=2 * GRID_PX)
+        column.setStretchFactor(self.form, 3)
+        column.setStretchFactor(self.bad, 2)
 
     def _go(self) -> None:
         if self.form.isEnabled():

@@ -83,12 +83,10 @@ class ExperimentDialog(Dialog):
         self._page = QVBoxLayout()
         self._page.setSpacing(3 * GRID_PX)
         self._gallery = QGridLayout()
-        column = column_of(self, margin=4 * GRID_PX, spacing=3 * GRID_PX)
-        column.addWidget(heading(title))
-        column.addWidget(self.state)
-        column.addWidget(self.progress)
-        column.addWidget(_scrolled(self._page), 1)
-        column.addWidget(self._buttons())
+        page = _scrolled(self._page)
+        content = heading(title), self.state, self.progress, page, self._buttons()
+        column = column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
+        column.setStretchFactor(page, 1)
 
     def show_progress(self, done: int, of: int) -> None:
         """Show that so many runs are done, of so many."""

@@ -97,12 +97,13 @@ class SavingDialog(Dialog):
         self.buttons.accepted.connect(self._take)
         self.buttons.rejected.connect(self.reject)
         place = row_of(self.corner_title, self.corner, None, self.share_title, self.share)
-        column = column_of(self, margin=4 * GRID_PX, spacing=2 * GRID_PX)
-        for part in (about, self.record, self.labelled, self.label, self.pictured, self.picture):
-            column.addWidget(part)
-        column.addLayout(place)
-        for below in (self.signed, self.certificate, self.key, self.note, self.buttons):
-            column.addWidget(below)
+        column_of(
+            self,
+            *(about, self.record, self.labelled, self.label, self.pictured, self.picture, place),
+            *(self.signed, self.certificate, self.key, self.note, self.buttons),
+            margin=4 * GRID_PX,
+            spacing=2 * GRID_PX,
+        )
 
     def _take(self) -> None:
         told = Told(

@@ -289,9 +289,8 @@ class ManualPanel(QWidget):
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(GRID_PX)
         self.fold = Fold(tr("Tools"), tools, "hand")
-        column = column_of(self, spacing=2 * GRID_PX)
-        column.addLayout(row_of(heading(tr("By hand")), None, self.note, self.time, self.back))
-        column.addWidget(self.fold)
+        row = row_of(heading(tr("By hand")), None, self.note, self.time, self.back)
+        column_of(self, row, self.fold, spacing=2 * GRID_PX)
         self.lead_back(False)
 
     def lead_back(self, wanted: bool) -> None:

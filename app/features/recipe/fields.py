@@ -237,7 +237,7 @@ class OwnerLine(QWidget):
         self.button.setAccessibleName(tr("Use the photo's settings"))
         row = row_of(self.title, self.note, self.button)
         row.setStretchFactor(self.note, 1)
-        column_of(self).addLayout(row)
+        column_of(self, row)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Nothing below may jump when the button comes and goes: keep its height, as dressed."""

@@ -72,22 +72,15 @@ class RecipePanel(QWidget):
         self._fine = QWidget()
         self.more = Fold(tr("More"), self._fine, "more")
         self.owner = OwnerLine()
-        column = column_of(self, spacing=3 * GRID_PX)
-        column.addWidget(self.owner)
-        column.addWidget(self.percent)
         self.gauge = NaturalnessGauge()
         readings = QVBoxLayout()
         readings.setSpacing(0)
         readings.addWidget(self.gauge)
         readings.addWidget(self.one_to_one)
         readings.addWidget(self.residual)
-        column.addLayout(readings)
-        column.addWidget(self.more)
-        fine = column_of(self._fine, spacing=3 * GRID_PX)
-        fine.addWidget(self.centre)
-        fine.addWidget(self.lattice)
-        fine.addWidget(self.zones)
-        fine.addWidget(self.fold)
+        column_of(self, self.owner, self.percent, readings, self.more, spacing=3 * GRID_PX)
+        fine = self.centre, self.lattice, self.zones, self.fold
+        column_of(self._fine, *fine, spacing=3 * GRID_PX)
         self.show_words(plain=False)
         self.show_first(DEFAULT)
 
@@ -226,12 +219,9 @@ class RecipePanel(QWidget):
 
     def _zones(self) -> QWidget:
         zones = QWidget()
-        column = column_of(zones, spacing=GRID_PX)
-        column.addWidget(self._switch("zones", translated(SETTINGS["zones"].title)))
-        for field in ZONES:
-            column.addWidget(self._slider(field, compact=True))
-        column.addWidget(self._switch("whole_head"))
-        column.addWidget(self.head_note)
+        switch = self._switch("zones", translated(SETTINGS["zones"].title))
+        sliders = [self._slider(field, compact=True) for field in ZONES]
+        column_of(zones, switch, *sliders, self._switch("whole_head"), self.head_note)
         return zones
 
     def _details(self) -> QWidget:
@@ -245,7 +235,7 @@ class RecipePanel(QWidget):
         form.addRow(muted_label(tr("These hold for the whole photo:")))
         for setting in (one for one in folded if not one.per_face):
             self._add(setting, form)
-        column_of(details).addLayout(form)
+        column_of(details, form)
         return details
 
     def _add(self, setting: Setting, form: QFormLayout) -> None:
