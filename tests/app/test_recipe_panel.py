@@ -93,7 +93,11 @@ def test_what_belongs_to_a_photo_waits_for_one_and_what_a_user_prefers_does_not(
         *(recipe.percent.slider, recipe.lattice.slider, recipe.centre, protect.size_px.slider),
         *(recipe.switches["zones"], recipe.switches["guard"], recipe.choices["fit"]),
     ]
-    actions = [empty.window.actions_by_name[name] for name in ("paste-settings", "larger")]
+    names = (
+        *("save", "save-project", "import-landmarks", "export-figure", "find", "place"),
+        *("fit", "actual", "closer", "farther", "paste-settings", "smaller", "larger"),
+    )
+    actions = [empty.window.actions_by_name[name] for name in names]
     preferred = [recipe.zones.button, recipe.fold.button, protect.hard]
     preferred += empty.panel("overlays").findChildren(QCheckBox)
     assert len(preferred) > 10
