@@ -114,8 +114,7 @@ class ShortcutsDialog(Dialog):
     ) -> None:
         super().__init__(tr("Keys"), parent, _KEYS_PX)
         self._actions, self._settings = actions, settings
-        self._first = {name: first_key(action) for name, action in actions.items()}
-        self._names = list(self._first)
+        self._names = list(actions)
         self.table = self._table()
         self.key = QKeySequenceEdit()
         self.key.setMaximumSequenceLength(1)
@@ -123,7 +122,7 @@ class ShortcutsDialog(Dialog):
         self.key.setClearButtonEnabled(True)
         self.key.editingFinished.connect(lambda: self._give(self.key.keySequence()))
         self.reset = QPushButton(tr("&First key again"))
-        self.reset.clicked.connect(lambda: self._give(self._first[self._name]))
+        self.reset.clicked.connect(lambda: self._give(first_key(self._actions[self._name])))
         self.note = muted_label()
         self.table.currentCellChanged.connect(self._show_current)
         self._lay_out()
@@ -174,7 +173,7 @@ class ShortcutsDialog(Dialog):
             self.key.setKeySequence(self._actions[name].shortcut())
             return
         self._actions[name].setShortcut(key)
-        if key == self._first[name]:
+        if key == first_key(self._actions[name]):
             self._settings.remove(f"{_GROUP}/{name}")
         else:
             self._settings.setValue(f"{_GROUP}/{name}", key.toString())
