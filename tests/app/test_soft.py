@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import Handle
+from kogao_app.canvas.overlays.overlay import Place, affine
 from kogao_app.canvas.overlays.unlisted import FollowingBand
 from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QImage, QPainter
 from PySide6.QtTest import QTest
 from scenes import oval_face
 from shortly import few_of
@@ -218,22 +220,33 @@ def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
     assert steps(driver) == 1
 
 
+def band(driver):
+    """Return whether the band is drawn."""
+    area = driver.canvas.viewport().rect()
+    picture = QImage(area.size(), QImage.Format.Format_ARGB32_Premultiplied)
+    picture.fill(Qt.GlobalColor.transparent)
+    blank, painter = picture.copy(), QPainter(picture)
+    seen = Place(affine(driver.canvas._to_screen()), area.toRectF())
+    FollowingBand(driver.editor.view).draw(painter, seen)
+    painter.end()
+    return picture != blank
+
+
 def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
     at = opened.on_screen(CHEEK)
-    band = FollowingBand(opened.editor.view)
     opened.move(at)
-    assert not band.wanted()
+    assert not band(opened)
     opened.key(KEYS.Key_Q)
-    assert band.wanted()
+    assert band(opened)
     plain = opened.canvas.grab().toImage()
     opened.press(at)
     opened.move(at + BY)
-    assert band.wanted()
+    assert band(opened)
     opened.turn_wheel(opened.canvas.viewport(), 3, at + BY)
     assert opened.canvas.grab().toImage() != plain
     opened.release(at + BY)
     opened.key(KEYS.Key_O)
-    assert not band.wanted(), "with all overlays hidden"
+    assert not band(opened), "with all overlays hidden"
 
 
 def test_how_neighbours_follow_is_remembered(opened, start):

@@ -85,12 +85,8 @@ class People(Overlay):
     _drawn: Rgb8 | None = None
     _image = QImage()
 
-    def wanted(self) -> bool:
-        """Return whether it is on and anyone has looked."""
-        return super().wanted() and self.shown.people is not None
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the tint from the last paint again, as long as it holds."""
+        """Draw the tint from the last paint again, as long as it holds, once anyone has looked."""
         people = self.shown.people
         if people is None:
             return

@@ -31,15 +31,12 @@ class Pair(Protocol):
 class Divider(Overlay):
     """The line between before and after, with a knob to drag, or what else is compared."""
 
-    name = "divider"
     height = 160
 
-    def wanted(self) -> bool:
-        """Show it while comparing, and not over the photo as it was."""
-        return self.shown.compare != "off" and not self.shown.original
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Name what is seen, at the top."""
+        """Name what is seen, at the top, while comparing; the photo as it was needs no name."""
+        if self.shown.compare == "off" or self.shown.original:
+            return
         area = place.viewport
         if self.shown.compare != "wipe":
             glyphs.label(painter, area.topLeft() + QPointF(_TOP_PX, _TOP_PX), self._text())
@@ -77,21 +74,15 @@ class Loupe(Overlay):
         What it magnifies.
     """
 
-    name = "loupe"
     height = 180
 
     def __init__(self, view: ViewState, pictures: Pair) -> None:
         super().__init__(view)
         self._pictures = pictures
 
-    def wanted(self) -> bool:
-        """Show it while it is in use and the cursor is over the photo."""
-        here = self.shown.cursor is not None and not self.shown.original
-        return self.shown.loupe and here
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Paint both halves, then the rim over their edges."""
-        if self.shown.cursor is None:
+        """Paint both halves, then the rim over their edges, where the cursor is over the photo."""
+        if not self.shown.loupe or self.shown.cursor is None or self.shown.original:
             return
         x, y = self.shown.cursor.tolist()
         (at,) = place.points([(x, y)])

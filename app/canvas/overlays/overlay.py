@@ -68,27 +68,27 @@ class Place:
 class Overlay:
     """One layer over the photo, with everything that is to be known of it.
 
-    Those that can be switched on and off also have a key, a title and a swatch, and stand in
-    `listed.LISTED`; panel, menu, screenshots and their test follow from that. Which of them are on
-    at first is each workspace's to say.
+    Those that can be switched on and off also have a name, a title, a key and a swatch, and stand
+    in `listed.LISTED`; panel, menu, screenshots and their test follow from that. Which of them are
+    on at first is each workspace's to say.
 
     Attributes
     ----------
+    height : int
+        The larger, the nearer to the eye.
     name : str
         Which entry of `ViewState.switched` switches it on.
     title : Text
         What the user knows it by.
-    height : int
-        The larger, the nearer to the eye.
     key : str
-        What toggles it.
+        What toggles it; empty for one that comes and goes by itself.
     handles : frozenset of Kind
         What can be taken hold of while it is on.
     """
 
+    height: ClassVar[int]
     name: ClassVar[str]
     title: ClassVar[Text]
-    height: ClassVar[int]
     key: ClassVar[str] = ""
     handles: ClassVar[frozenset[Kind]] = frozenset()
 
@@ -106,11 +106,11 @@ class Overlay:
         return True
 
     def wanted(self) -> bool:
-        """Return whether there is anything to draw."""
-        return self.name in self.shown.visible
+        """Return whether it is switched on, if it can be."""
+        return not self.key or self.name in self.shown.visible
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw in px of the screen."""
+        """Draw what there is to draw, in px of the screen."""
         raise NotImplementedError
 
 
@@ -166,12 +166,8 @@ def viewport_of(painter: QPainter, widget: QWidget | None) -> QRectF:
 class FrameOverlay(Overlay):
     """Draws from the newest rendering."""
 
-    def wanted(self) -> bool:
-        """Return whether it is on and there is a rendering."""
-        return super().wanted() and self.shown.frame is not None
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the newest rendering."""
+        """Draw the newest rendering, once there is one."""
         if self.shown.frame is not None:
             self.draw_frame(painter, place, self.shown.frame)
 

@@ -43,8 +43,7 @@ class Protected(Overlay):
 
     def wanted(self) -> bool:
         """Show it also while a tool is in hand that changes it, unless everything is hidden."""
-        handled = self.shown.brush.paints and bool(self.shown.visible)
-        return bool(self.shown.state.protection.strokes) and (super().wanted() or handled)
+        return super().wanted() or (self.shown.brush.paints and bool(self.shown.visible))
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch that stays with the photo."""
@@ -76,16 +75,11 @@ class Protected(Overlay):
 class BrushRing(Overlay):
     """How large the brush is, round the cursor; a cross in it for the eraser."""
 
-    name = "brush"
     height = 170
 
-    def wanted(self) -> bool:
-        """Show it while a painting tool is over the photo."""
-        return self.shown.brush.paints and self.shown.cursor is not None
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the ring in two tones, seen on any ground."""
-        if self.shown.cursor is None:
+        """Draw the ring while a painting tool is over the photo, seen on any ground."""
+        if not self.shown.brush.paints or self.shown.cursor is None:
             return
         (at,) = place.points(self.shown.cursor)
         radius = max(2.0, self.shown.brush.radius_px * place.zoom)

@@ -60,12 +60,7 @@ def badges(view: ViewState, place: Place, font: QFont) -> Iterator[Badge]:
 class FaceNumbers(Overlay):
     """A number over each face; the one whose settings are edited is bold and has a dot."""
 
-    name = "numbers"
     height = 120
-
-    def wanted(self) -> bool:
-        """Show it together with the landmarks, where there is something to tell apart."""
-        return "landmarks" in self.shown.visible
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Write the numbers."""
@@ -76,16 +71,12 @@ class FaceNumbers(Overlay):
 class Draft(Overlay):
     """Diamonds for the corners of eyes and mouth, dots and rings for the first landmarks."""
 
-    name = "draft"
     height = 130
-
-    def wanted(self) -> bool:
-        """Show it in manual mode, whatever is switched on."""
-        view = self.shown
-        return view.state.mode == "manual" and (bool(view.state.draft) or view.marking)
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw what has been marked so far, and where the next mark would be set."""
+        if self.shown.state.mode != "manual":
+            return
         for number, (source, target) in enumerate(self.shown.state.draft):
             ends = place.to_screen([source, target])
             at, to = starmap(QPointF, ends.tolist())
@@ -102,16 +93,11 @@ class Draft(Overlay):
 class PixelGrid(Overlay):
     """Thin lines between the pixels of the photo, half way between their centres."""
 
-    name = "pixels"
     height = 0
 
-    def wanted(self) -> bool:
-        """Show it where the zoom is high enough, as `draw` knows, unless everything is hidden."""
-        return bool(self.shown.visible)
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the lines on screen."""
-        if place.zoom < FROM_ZOOM:
+        """Draw the lines on screen where the zoom is high enough, unless everything is hidden."""
+        if place.zoom < FROM_ZOOM or not self.shown.visible:
             return
         image, (low, high) = self.shown.image, place.seen
         first = np.maximum(np.floor(low), (image.left, image.top)).astype(int) - 0.5
@@ -128,15 +114,10 @@ class PixelGrid(Overlay):
 class Placement(Overlay):
     """A frame round a face that is being dragged into place, with corners to turn and size it."""
 
-    name = "placement"
     height = 140
 
-    def wanted(self) -> bool:
-        """Show it only while a face is being placed, whatever is switched on."""
-        return self.shown.placing is not None
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the frame and its corners."""
+        """Draw the frame and its corners while a face is being placed."""
         if self.shown.placing is None:
             return
         at = place.to_screen(handles.corners(self.shown.state.faces[self.shown.placing]))
@@ -151,12 +132,7 @@ class Placement(Overlay):
 class Names(Overlay):
     """The point under the cursor by its name, and a ring round the selected one, where shown."""
 
-    name = "names"
     height = 150
-
-    def wanted(self) -> bool:
-        """Show it whenever there is such a point."""
-        return self.shown.hovered is not None or self.shown.selected is not None
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the ring below the name."""
@@ -183,18 +159,12 @@ class Names(Overlay):
 class FollowingBand(Overlay):
     """A band along the outline, as wide as its landmarks follow; a ring where one is mirrored."""
 
-    name = "following"
     height = 105
 
-    def wanted(self) -> bool:
-        """Show it while anything follows a landmark that can be seen."""
-        follows = self.shown.following.soft or self.shown.following.symmetric
-        return follows and "outline" in kinds(self.shown.visible) and self._led() is not None
-
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the outline between each two landmarks as wide as the nearer one follows."""
+        """Draw the outline between each two landmarks that can be seen as wide as they follow."""
         led, view = self._led(), self.shown
-        if led is None:
+        if led is None or "outline" not in kinds(view.visible):
             return
         # What follows is settled where the drag begins.
         face, now = view.document.committed.faces[led.face], view.state.faces[led.face]
