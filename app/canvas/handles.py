@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -59,27 +59,19 @@ def handles(
         The face whose frame can be dragged as a whole.
     """
     if placing is not None:
-        yield from _numbered("corner", placing, corners(state.faces[placing]))
-    for face, (points, pairs) in enumerate(zip(state.faces, state.pairs, strict=True)):
-        if face in state.off:
-            continue
-        groups: dict[Kind, Array] = {
-            "outline": points.outline,
-            "eye": points.eyes,
-            "mouth": points.mouth,
-            "target": pairs.target_px,
-            "centre": center_candidates(points),
-        }
-        if state.mode == "manual":
-            # A target marked with a mere click lies on its landmark and must be drawn out of it.
-            groups = {"target": pairs.target_px, **groups}
-        for kind, positions in groups.items():
-            if kind in kinds:
-                yield from _numbered(kind, face, positions)
+        yield from _numbered(state, "corner", placing)
+    shown = [kind for kind in _POINTS if kind in kinds]
+    if state.mode == "manual":
+        # A target marked with a mere click lies on its landmark and must be drawn out of it.
+        shown.sort(key=lambda kind: kind != "target")
+    for face in range(len(state.faces)):
+        if face not in state.off:
+            for kind in shown:
+                yield from _numbered(state, kind, face)
 
 
-def _numbered(kind: Kind, face: int, positions: Array) -> Iterator[tuple[Handle, Array]]:
-    for index, position in enumerate(positions):
+def _numbered(state: State, kind: Kind, face: int) -> Iterator[tuple[Handle, Array]]:
+    for index, position in enumerate(_POINTS[kind](state, face)):
         yield Handle(kind, face, index), position
 
 
@@ -101,16 +93,7 @@ def exists(state: State, handle: Handle) -> bool:
 
 def position(state: State, handle: Handle) -> Array:
     """Return where a handle lies, px of the photo."""
-    face = state.faces[handle.face]
-    if handle.kind == "target":
-        return np.asarray(state.pairs[handle.face].target_px[handle.index])
-    if handle.kind == "centre":
-        return np.asarray(center_candidates(face)[handle.index])
-    if handle.kind == "body":
-        return np.asarray(corners(face).mean(axis=0))
-    groups = {"outline": face.outline, "eye": face.eyes, "mouth": face.mouth}
-    points = corners(face) if handle.kind == "corner" else groups[handle.kind]
-    return np.asarray(points[handle.index])
+    return np.asarray(_POINTS[handle.kind](state, handle.face)[handle.index])
 
 
 def moved(
@@ -155,6 +138,18 @@ def corners(face: Face) -> Array:
     margin = 0.15 * max(width, height)
     x0, x1, y0, y1 = left - margin, left + width + margin, top - margin, top + height + margin
     return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+
+
+# Where the points of a kind lie on a face, px of the photo, shape (N, 2).
+_POINTS: Final[dict[Kind, Callable[[State, int], Array]]] = {
+    "outline": lambda state, face: state.faces[face].outline,
+    "eye": lambda state, face: state.faces[face].eyes,
+    "mouth": lambda state, face: state.faces[face].mouth,
+    "target": lambda state, face: state.pairs[face].target_px,
+    "centre": lambda state, face: center_candidates(state.faces[face]),
+    "corner": lambda state, face: corners(state.faces[face]),
+    "body": lambda state, face: corners(state.faces[face]).mean(axis=0, keepdims=True),
+}
 
 
 def name(handle: Handle, count: int) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from kogao_core.language import Text
 from kogao_core.targets import center_candidates
 from kogao_core.whole_head import forehead_pairs
 
+from ...view_state import ViewState
 from ..handles import apart
 from . import glyphs
 from .overlay import Overlay, Place
@@ -51,26 +52,24 @@ class Landmarks(Overlay):
             chosen, seen = index == self.shown.face, apart(face, place.zoom)
             off = index in self.shown.state.off or face.score < SURE
             if chosen or not seen:
-                _draw_outline(painter, place, face, chosen=chosen, off=off)
+                colour, width = (glyphs.HALO, 2.2) if chosen else (glyphs.OUTLINE, 1.6)
+                glyphs.polyline(painter, place.points(face.outline), colour, width, dotted=off)
             if seen:
                 unsure = np.full(len(face.points), off)
                 if face.confidence is not None:
                     unsure |= face.confidence < SEEN
-                self._draw_marks(painter, place, face, unsure.tolist())
-
-    def _draw_marks(
-        self, painter: QPainter, place: Place, face: Face, unsure: Sequence[bool]
-    ) -> None:
-        size, outline = _size(place, face), len(face.outline)
-        for index, at in enumerate(place.points(face.points)):
-            sure = glyphs.dot if index < outline else glyphs.diamond
-            mark = glyphs.hollow if unsure[index] else sure
-            mark(painter, at, glyphs.LANDMARK, size)
+                size = _size(place, face)
+                for number, at in enumerate(place.points(face.points)):
+                    sure = glyphs.dot if number < len(face.outline) else glyphs.diamond
+                    mark = glyphs.hollow if unsure[number] else sure
+                    mark(painter, at, glyphs.LANDMARK, size)
 
 
-def _draw_outline(painter: QPainter, place: Place, face: Face, *, chosen: bool, off: bool) -> None:
-    colour, width = (glyphs.HALO, 2.2) if chosen else (glyphs.OUTLINE, 1.6)
-    glyphs.polyline(painter, place.points(face.outline), colour, width, dotted=off)
+def _large(view: ViewState, place: Place) -> Iterator[tuple[int, Face]]:
+    """Yield the active faces whose marks are shown and can be told apart."""
+    for index, face in enumerate(view.state.faces):
+        if index not in view.state.off and view.marks(index) and apart(face, place.zoom):
+            yield index, face
 
 
 def _size(place: Place, face: Face) -> float:
@@ -94,12 +93,8 @@ class Targets(Overlay):
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the targets of every active face that is large enough."""
-        for index, pairs in enumerate(self.shown.state.pairs):
-            face = self.shown.state.faces[index]
-            off = index in self.shown.state.off or not self.shown.marks(index)
-            if off or not apart(face, place.zoom):
-                continue
-            size = _size(place, face)
+        for index, face in _large(self.shown, place):
+            pairs, size = self.shown.state.pairs[index], _size(place, face)
             _draw_ways(painter, place, pairs.source_px, pairs.target_px, size)
             recipe = self.shown.state.recipe.of_face(face.recipe)
             follow = forehead_pairs(face, recipe, pairs.center_px)
@@ -131,10 +126,8 @@ class Centre(Overlay):
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the line of every active face that is large enough."""
-        for index, face in enumerate(self.shown.state.faces):
-            on = index not in self.shown.state.off and self.shown.marks(index)
-            if on and apart(face, place.zoom):
-                self._draw_line(painter, place, face)
+        for _, face in _large(self.shown, place):
+            self._draw_line(painter, place, face)
 
     def _draw_line(self, painter: QPainter, place: Place, face: Face) -> None:
         line = place.to_screen([face.eye_center, face.mouth_center])
