@@ -59,15 +59,18 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     options = _options(argv)
     if options.screenshot is not None and not options.photos:
         options.sample = True
-    alone = len(options.photos) == 1 and not os.path.isdir(options.photos[0])
-    ahead = _ahead(options.photos[0]) if alone else None
+    ahead = None
+    if len(options.photos) == 1 and not os.path.isdir(options.photos[0]):
+        # Qt and the views take as long to load as the photo to read; a wrong call needs neither.
+        from .ahead import Ahead
+
+        ahead = Ahead(options.photos[0])
     from kogao_core import landmarks
     from kogao_core.originals import Originals
 
     source = source or landmarks.source()
     if ahead is not None:
         ahead.seek(source)
-    # Qt and the views take most of the start-up time: a wrong call or --help needs none of it.
     from PySide6.QtCore import QTemporaryDir
     from PySide6.QtWidgets import QApplication
 
@@ -122,13 +125,15 @@ def _edit(
 
     from .editor import Editor
     from .features.screen import FIRST_PX
-    from .screenshot import Screenshot, Shown
+    from .screenshot import Screenshot
 
     editor = Editor(app, source, storage, options.theme, options.workspace)
     if options.size is not None or options.screenshot is not None:
         editor.window.resize(*(options.size or FIRST_PX))
-    look = Shown(options.show, options.percent, options.protect)
-    shot = None if options.screenshot is None else Screenshot(editor, options.screenshot, look)
+    shot = None
+    if options.screenshot is not None:
+        look = options.show, options.percent, options.protect
+        shot = Screenshot(editor, options.screenshot, *look)
     # Queued: what has failed may be a picture in the middle of being painted.
     report = editor.admit if shot is None else shot.admit
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
@@ -150,14 +155,6 @@ def _edit(
     if options.edit:
         return code or editor.errand.code
     return code if shot is None else shot.finish()
-
-
-def _ahead(path: Path) -> Ahead:
-    """Begin to read a photo while Qt and the views are loaded, which takes as long."""
-    # A wrong call or --help needs none of it.
-    from .ahead import Ahead
-
-    return Ahead(path)
 
 
 def _language(argv: Sequence[str] | None) -> str | None:

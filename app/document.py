@@ -137,11 +137,7 @@ class State(Sheet):
 
         Doubtful faces of a group start switched off.
         """
-        off = doubtful(faces, image)
-        if self.mode == "automatic":
-            return dataclasses.replace(self, faces=tuple(faces), off=off)
-        kept = Sheet(tuple(faces), off, self.sheet("automatic").recipe)
-        return dataclasses.replace(self, kept=kept)
+        return self._with_automatic(tuple(faces), doubtful(faces, image))
 
     def with_more(self, faces: Sequence[Face], image: Box) -> State:
         """Return the state with faces found later behind the others; none where one is already.
@@ -152,9 +148,13 @@ class State(Sheet):
         new = [face for face in faces if not any(_same_place(face, one) for one in sheet.faces)]
         there, every = len(sheet.faces), (*sheet.faces, *new)
         off = sheet.off | {index for index in doubtful(every, image) if index >= there}
+        return self._with_automatic(every, off)
+
+    def _with_automatic(self, faces: tuple[Face, ...], off: frozenset[int]) -> State:
         if self.mode == "automatic":
-            return dataclasses.replace(self, faces=every, off=off)
-        return dataclasses.replace(self, kept=dataclasses.replace(sheet, faces=every, off=off))
+            return dataclasses.replace(self, faces=faces, off=off)
+        kept = dataclasses.replace(self.sheet("automatic"), faces=faces, off=off)
+        return dataclasses.replace(self, kept=kept)
 
     def without_face(self, index: int) -> State:
         """Return the state with one face less."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, get_args
 
@@ -28,27 +27,8 @@ UNREADABLE: Final = 3
 NO_FACE: Final = 4
 
 
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """What the picture shows.
-
-    Parameters
-    ----------
-    show : frozenset of str, optional
-        Overlays, ways to compare and tools, from `names`.
-    percent : float, optional
-        Warp distance, % of D; the recipe's when absent.
-    protect : tuple of (x, y), optional
-        Corners of a line that must not move, px of the photo.
-    """
-
-    show: frozenset[str] | None = None
-    percent: float | None = None
-    protect: tuple[tuple[float, float], ...] | None = None
-
-
 def names() -> frozenset[str]:
-    """Return all names that `Shown.show` may hold."""
+    """Return the names of all overlays, ways to compare and tools that a picture can show."""
     overlays = (overlay.name for overlay in LISTED)
     return frozenset({*overlays, *get_args(CompareName), *get_args(ToolName), "loupe"} - {"off"})
 
@@ -62,17 +42,28 @@ class Screenshot(QObject):
         Whose window; it is closed at the end, and with it the application.
     path : Path
         Where the picture goes.
-    look : Shown
-        What it shows.
+    show : frozenset of str, optional
+        What it shows, from `names`; what the workspace shows when absent.
+    percent : float, optional
+        Warp distance, % of D; the recipe's when absent.
+    protect : tuple of (x, y), optional
+        Corners of a line that must not move, px of the photo.
     """
 
-    def __init__(self, editor: Editor, path: Path, look: Shown) -> None:
+    def __init__(
+        self,
+        editor: Editor,
+        path: Path,
+        show: frozenset[str] | None = None,
+        percent: float | None = None,
+        protect: tuple[tuple[float, float], ...] | None = None,
+    ) -> None:
         super().__init__(editor)
-        self._editor, self._path, self._look = editor, path, look
+        self._editor, self._path, self._percent, self._protect = editor, path, percent, protect
         self._code, self._line = 0, ""
-        if look.show is not None:
+        if show is not None:
             editor.marks.show_all()
-            self._show(look.show)
+            self._show(show)
         editor.files.unreadable.connect(self._give_up)
         editor.files.wants_photo.connect(
             lambda file: self._give_up(f"the photo of {file} isn't beside it; put it there")
@@ -109,14 +100,12 @@ class Screenshot(QObject):
         self._editor.window.actions_by_name["loupe"].setChecked("loupe" in shown)
 
     def _edit(self) -> None:
-        state, look = self._editor.document.state, self._look
-        if look.percent is not None:
-            recipe = dataclasses.replace(state.recipe, percent=look.percent)
-            state = dataclasses.replace(state, recipe=recipe)
-        photo = self._editor.document.photo
-        if look.protect is not None and photo is not None:
+        state, photo = self._editor.document.state, self._editor.document.photo
+        if self._percent is not None:
+            state = state.with_choices(None, percent=self._percent)
+        if self._protect is not None and photo is not None:
             radius = self._editor.view.brush.radius_px
-            protection = state.protection.with_stroke(look.protect, radius)
+            protection = state.protection.with_stroke(self._protect, radius)
             try:
                 check_protection(protection, Box.of(photo.pixels))
             except OutOfBounds as problem:

@@ -107,10 +107,10 @@ class Window(QMainWindow):
         self._column.addStretch()
         left = [one for one in docked if one[1].area == Qt.DockWidgetArea.LeftDockWidgetArea]
         right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
-        below = [one for one in docked if one not in left]
-        for name, dock, panel in (*left, (_SIDE, right, ColumnArea(self._side, _SIDE_PX)), *below):
-            scrolls = dock in (right, *(known for _, known, _ in left))
-            scrolls = scrolls or isinstance(panel, QAbstractScrollArea)
+        for beside in (*left, (_SIDE, right, ColumnArea(self._side, _SIDE_PX))):
+            self.docks.add(*beside)
+        for name, dock, panel in (one for one in docked if one not in left):
+            scrolls = isinstance(panel, QAbstractScrollArea)
             self.docks.add(name, dock, panel if scrolls else RowArea(panel))
         for name in _BY_PHOTO:
             self.docks.offer(name, False)

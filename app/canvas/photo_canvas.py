@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+import cv2
 import numpy as np
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import (
@@ -19,7 +20,6 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QWidget
 
 from kogao_core.bend import BentLine
-from kogao_core.geometry import Array
 
 from ..i18n import tr
 from ..view_state import ViewState
@@ -189,9 +189,10 @@ class PhotoCanvas(Viewport):
         view = self.shown
         if view.original or view.busy_hands or "straight" not in view.visible:
             return None
-        here, nearest, least = self.to_photo(at), None, self._in_photo(_MARK_PX)
+        (x, y), nearest, least = self.to_photo(at).tolist(), None, self._in_photo(_MARK_PX)
         for line in view.lines:
-            distance = _from_line(here, line)
+            ends = np.array([line.start_px, line.end_px], np.float32)
+            distance = abs(cv2.pointPolygonTest(ends, (x, y), measureDist=True))
             if line.holding and distance < least:
                 nearest, least = line, distance
         return nearest
@@ -418,10 +419,3 @@ class PhotoCanvas(Viewport):
             if not handle.movable:
                 shape = Qt.CursorShape.PointingHandCursor
         self.viewport().setCursor(shape)
-
-
-def _from_line(point: Array, line: BentLine) -> float:
-    """Return how far a point is from a line between its ends, px."""
-    start, along = np.array(line.start_px), np.subtract(line.end_px, line.start_px)
-    t = np.clip((point - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-    return float(np.linalg.norm(point - start - t * along))

@@ -11,7 +11,7 @@ from typing import Final
 import cv2
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QPointF, QRectF, QSizeF
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPixmap, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
@@ -96,8 +96,7 @@ class PhotoItem(pg.GraphicsObject):
     def draw_original(self, painter: QPainter) -> None:
         """Paint the photo as it was, from the level that fits the zoom."""
         if self._photo is not None:
-            self._lay_board(painter, self.boundingRect())
-            self._draw_level(painter, self._photo.shown)
+            _draw_level(painter, self._photo, self._photo.shown)
 
     def draw_result(self, painter: QPainter) -> None:
         """Paint the newest result."""
@@ -107,12 +106,10 @@ class PhotoItem(pg.GraphicsObject):
         seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
         if preview is None or not _area(preview).contains(seen):
             levels = self._photo.shown if self._full is None else self._full.levels
-            self._lay_board(painter, photo)
-            self._draw_level(painter, levels)
+            _draw_level(painter, self._photo, levels)
         if preview is not None:
-            self._lay_board(painter, _area(preview))
-            _smooth(painter)
-            painter.drawImage(_area(preview), qt_image(preview.levels[0]))
+            _lay_board(painter, _area(preview), preview.levels[0])
+            _draw_pixels(painter, _area(preview), preview.levels[0])
 
     def _draw_difference(self, painter: QPainter) -> None:
         """Paint what the result changes, `GAIN` times as strong; black is untouched."""
@@ -134,21 +131,22 @@ class PhotoItem(pg.GraphicsObject):
             there = Box(x, y, x + inside.width, y + inside.height)
             _draw_change(painter, before, after, there, inside, preview.scale)
 
-    def _lay_board(self, painter: QPainter, area: QRectF) -> None:
-        """Paint the checkerboard where something of the photo shows through."""
-        if self._photo is not None and self._photo.levels[0].shape[2] > _COLOURS:
-            painter.save()
-            on_screen = painter.worldTransform().mapRect(area)
-            painter.setWorldTransform(QTransform())
-            painter.fillRect(on_screen, QBrush(_board()))
-            painter.restore()
 
-    def _draw_level(self, painter: QPainter, levels: Sequence[Rgb8]) -> None:
-        if self._photo is None:
-            return
-        _smooth(painter)
-        level = self._photo.level_for(_zoom(painter))
-        painter.drawImage(_rect(levels[level], 2.0**level), qt_image(levels[level]))
+def _draw_level(painter: QPainter, photo: PicturePyramid, levels: Sequence[Rgb8]) -> None:
+    """Paint the one of a photo's levels, or of a result's, that fits the zoom."""
+    _lay_board(painter, _rect(levels[0], 1.0), levels[0])
+    level = photo.level_for(_zoom(painter))
+    _draw_pixels(painter, _rect(levels[level], 2.0**level), levels[level])
+
+
+def _lay_board(painter: QPainter, area: QRectF, pixels: Rgb8) -> None:
+    """Paint the checkerboard where something shows through pixels."""
+    if pixels.shape[2] > _COLOURS:
+        painter.save()
+        on_screen = painter.worldTransform().mapRect(area)
+        painter.setWorldTransform(QTransform())
+        painter.fillRect(on_screen, QBrush(_board()))
+        painter.restore()
 
 
 def _draw_change(
@@ -162,10 +160,9 @@ def _draw_change(
         # What shows through more, or less, has changed in all colours.
         apart = np.maximum(apart[..., :_COLOURS], apart[..., _COLOURS:])
     shown = np.asarray(cv2.convertScaleAbs(apart, alpha=GAIN), np.uint8)
-    corner = QRectF(scale * there.left - 0.5, scale * there.top - 0.5, 0.0, 0.0)
-    corner.setSize(QRectF(0.0, 0.0, scale * there.width, scale * there.height).size())
-    _smooth(painter)
-    painter.drawImage(corner, qt_image(shown))
+    corner = QPointF(scale * there.left - 0.5, scale * there.top - 0.5)
+    size = QSizeF(scale * there.width, scale * there.height)
+    _draw_pixels(painter, QRectF(corner, size), shown)
 
 
 def _zoom(painter: QPainter) -> float:
@@ -173,10 +170,11 @@ def _zoom(painter: QPainter) -> float:
     return painter.worldTransform().m11() * painter.device().devicePixelRatioF()
 
 
-def _smooth(painter: QPainter) -> None:
+def _draw_pixels(painter: QPainter, area: QRectF, pixels: Rgb8) -> None:
     # At 100 % every pixel has one of the screen's: between two of them it would only blur.
     smooth = _zoom(painter) < _SQUARES_FROM and abs(_zoom(painter) - 1.0) > _EPSILON
     painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
+    painter.drawImage(area, qt_image(pixels))
 
 
 def _visible(painter: QPainter, pixels: Rgb8, scale: float) -> Box:

@@ -136,11 +136,17 @@ class Elided(QLabel):
 
 def action_button(action: QAction) -> QToolButton:
     """Return a narrow button for an action, which the Tab key reaches."""
+    button = _reached(action)
+    button.setProperty("segment", "true")
+    button.setProperty("snug", "true")
+    return button
+
+
+def _reached(action: QAction) -> QToolButton:
+    """Return a button for an action, which the Tab key reaches."""
     button = QToolButton()
     button.setDefaultAction(action)
     button.setAccessibleName(bare(action.text()))
-    button.setProperty("segment", "true")
-    button.setProperty("snug", "true")
     button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
     return button
 
@@ -161,10 +167,7 @@ def segmented(name: str, actions: Sequence[QAction]) -> QWidget:
     row.setContentsMargins(0, 0, 0, 0)
     row.setSpacing(0)
     for place, action in enumerate(actions):
-        button = QToolButton()
-        button.setDefaultAction(action)
-        button.setAccessibleName(bare(action.text()))
-        button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        button = _reached(action)
         ends = {0: "first", len(actions) - 1: "last"}
         button.setProperty("part", ends.get(place, "middle"))
         row.addWidget(button)

@@ -64,17 +64,14 @@ class Docks(QObject):
         widget.setObjectName(name)
         widget.installEventFilter(self)
         widget.setWidget(content)
-        bottom = Qt.DockWidgetArea.BottomDockWidgetArea
-        front = next((d for d in self._docks.values() if self._area(d) == bottom), None)
+        bottom, area_of = Qt.DockWidgetArea.BottomDockWidgetArea, self._window.dockWidgetArea
+        front = next((d for d in self._docks.values() if area_of(d) == bottom), None)
         self._docks[name] = widget
         self._window.addDockWidget(dock.area, widget)
         if front is not None and dock.area == bottom:
             self._window.tabifyDockWidget(front, widget)
             front.raise_()
         self._fix(widget, True)
-
-    def _area(self, dock: QDockWidget) -> Qt.DockWidgetArea:
-        return self._window.dockWidgetArea(dock)
 
     def show(self, name: str) -> None:
         """Show a dock in front of its neighbours."""

@@ -237,7 +237,6 @@ class ValueSlider(QWidget):
         compact: bool = False,
     ) -> None:
         super().__init__()
-        self._scale = scale
         self._first: float | None = None
         self.slider = GestureSlider(scale)
         self.title = _Title()
@@ -270,12 +269,11 @@ class ValueSlider(QWidget):
     def show_value(self, value: float) -> None:
         """Show a value without telling anyone."""
         self.slider.show_amount(value)
-        self.field.show_text(self._scale.text(value))
+        self.field.show_text(self.slider.scale.text(value))
 
     def rename(self, title: str, tip: str, scale: SliderScale) -> None:
         """Take another name, with its mnemonic, another explanation, and texts for the values."""
-        self._scale, self._tip = scale, tip
-        self.slider.scale = scale
+        self._tip, self.slider.scale = tip, scale
         self.field.rename(bare(title), scale)
         self.title.setText(title)
         self.slider.setAccessibleName(bare(title))
@@ -289,14 +287,14 @@ class ValueSlider(QWidget):
     def _show_tip(self) -> None:
         tip = self._tip
         if self._first is not None:
-            back = tr("A double click brings {value} back.", value=self._scale.text(self._first))
-            tip = f"{tip}\n{back}"
+            first = self.slider.scale.text(self._first)
+            tip += "\n" + tr("A double click brings {value} back.", value=first)
         for widget in (self.title, self.slider):
             widget.setToolTip(tip)
         self.slider.setAccessibleDescription(tip)
 
     def _tell(self) -> None:
-        self.edited.emit(self._scale.value(self.slider.value()))
+        self.edited.emit(self.slider.scale.value(self.slider.value()))
 
     def _type(self) -> None:
         self.field.setFocus(Qt.FocusReason.ShortcutFocusReason)
