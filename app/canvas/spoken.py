@@ -255,24 +255,35 @@ def ways(away: Array) -> list[str]:
     return [words for words, px in shifts if abs(px) >= LEAST_PX]
 
 
-class SpokenCanvas(QAccessibleWidget):
+class _WithParts:
+    """An interface whose children are those of some parts."""
+
+    @property
+    def _parts(self) -> list[Part]:
+        raise NotImplementedError
+
+    def childCount(self) -> int:
+        return len(self._parts)
+
+    def child(self, index: int) -> Any:
+        parts = self._parts
+        return _query(parts[index]) if 0 <= index < len(parts) else None
+
+    def indexOfChild(self, child: QAccessibleInterface) -> int:
+        asked = child.object()
+        return next((place for place, part in enumerate(self._parts) if part is asked), -1)
+
+
+class SpokenCanvas(_WithParts, QAccessibleWidget):
     """The photo as a list of its faces."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         super().__init__(canvas, QAccessible.Role.List)
         self._canvas = canvas
 
-    def childCount(self) -> int:
-        """Return how many faces there are."""
-        return len(self._canvas.parts.faces)
-
-    def child(self, index: int) -> Any:
-        """Return a face."""
-        return _nth(self._canvas.parts.faces, index)
-
-    def indexOfChild(self, child: QAccessibleInterface) -> int:
-        """Return which face something is; -1 for none."""
-        return _place(self._canvas.parts.faces, child)
+    @property
+    def _parts(self) -> list[Part]:
+        return self._canvas.parts.faces
 
     def childAt(self, x: int, y: int) -> Any:
         """Return the face at a place of the screen, the selected one before others."""
@@ -293,7 +304,7 @@ class SpokenCanvas(QAccessibleWidget):
         return state
 
 
-class SpokenPart(QAccessibleObject):
+class SpokenPart(_WithParts, QAccessibleObject):
     """A face, with its points if it is in hand, or a point."""
 
     def __init__(self, part: Part) -> None:
@@ -302,7 +313,7 @@ class SpokenPart(QAccessibleObject):
         self._actions = _PartActions(part)
 
     @property
-    def _points(self) -> list[Part]:
+    def _parts(self) -> list[Part]:
         points = self._part.canvas.parts.points
         inside = self._part.handle is None and points and points[0].face == self._part.face
         return points if inside else []
@@ -313,18 +324,6 @@ class SpokenPart(QAccessibleObject):
         faces = canvas.parts.faces
         inside = self._part.handle is not None and self._part.face < len(faces)
         return _query(faces[self._part.face] if inside else canvas)
-
-    def childCount(self) -> int:
-        """Return how many points are walked through."""
-        return len(self._points)
-
-    def child(self, index: int) -> Any:
-        """Return a point."""
-        return _nth(self._points, index)
-
-    def indexOfChild(self, child: QAccessibleInterface) -> int:
-        """Return which of the points something is; -1 for none."""
-        return _place(self._points, child)
 
     def role(self) -> QAccessible.Role:
         """Return that it is one of a list."""
@@ -379,12 +378,3 @@ class _PartActions(QAccessibleActionInterface):
     def doAction(self, name: str) -> None:
         if name in self.actionNames() and self._part.there:
             self._part.take()
-
-
-def _nth(parts: list[Part], index: int) -> QAccessibleInterface | None:
-    return _query(parts[index]) if 0 <= index < len(parts) else None
-
-
-def _place(parts: list[Part], child: QAccessibleInterface) -> int:
-    asked = child.object()
-    return next((place for place, part in enumerate(parts) if part is asked), -1)

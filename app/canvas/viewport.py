@@ -44,6 +44,7 @@ class Viewport(pg.GraphicsView):
 
     view_changed = Signal()
     redrawn = Signal()
+    _fitted = False  # here, as the base class resizes before there is anything to fit
 
     def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
         super().__init__(parent, useOpenGL=False)
@@ -169,8 +170,7 @@ class Viewport(pg.GraphicsView):
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Keep a fitted photo fitted."""
         super().resizeEvent(event)
-        # The base class resizes before this one's attributes exist.
-        if getattr(self, "_fitted", False):
+        if self._fitted:
             self.fit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:

@@ -12,8 +12,7 @@ from kogao_core.project import Mode
 from ..canvas.viewport import OtherModeView
 from ..document import State
 from ..i18n import reason, tr
-from ..render.holding import Holding
-from ..render.live import RenderedFrame, Surface
+from ..render.live import Holding, RenderedFrame, Surface
 from ..theme import GRID_PX
 from ..widgets.controls import action_button, column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock

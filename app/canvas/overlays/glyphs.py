@@ -75,6 +75,11 @@ def light(colour: QColor) -> QColor:
     return mixed
 
 
+def translucent(colour: QColor, alpha: int) -> QColor:
+    """Return a colour with an opacity of 0 to 255."""
+    return QColor(colour.red(), colour.green(), colour.blue(), alpha)
+
+
 # Lines.
 OUTLINE: Final = light(LANDMARK)
 WAY: Final = light(TARGET)
@@ -170,23 +175,23 @@ def polyline(
         painter.drawPolyline(list(points))
 
 
-def dot(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
-    """Draw a filled dot with a light halo in a dark case: a landmark."""
-    radius = 3.5 * size
-    painter.setBrush(colour)
-    for pen in (QPen(CASE, 4.2 * size), QPen(HALO, 1.4 * size)):
+def _circle(painter: QPainter, at: QPointF, radius: float, *pens: QPen) -> None:
+    for pen in pens:
         painter.setPen(pen)
         painter.drawEllipse(at, radius, radius)
+
+
+def dot(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
+    """Draw a filled dot with a light halo in a dark case: a landmark."""
+    painter.setBrush(colour)
+    _circle(painter, at, 3.5 * size, QPen(CASE, 4.2 * size), QPen(HALO, 1.4 * size))
 
 
 def hollow(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
     """Draw a dashed circle: a landmark of low confidence."""
-    radius = 4.0 * size
     painter.setBrush(Qt.BrushStyle.NoBrush)
     dots = QPen(colour, 1.6, Qt.PenStyle.DotLine)
-    for pen in (QPen(CASE, 4.6 * size), QPen(HALO, 3.0 * size), dots):
-        painter.setPen(pen)
-        painter.drawEllipse(at, radius, radius)
+    _circle(painter, at, 4.0 * size, QPen(CASE, 4.6 * size), QPen(HALO, 3.0 * size), dots)
 
 
 def diamond(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
@@ -201,11 +206,10 @@ def diamond(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -
 
 def ring(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
     """Draw a ring: a target."""
-    radius, width = 4.5 * size, min(1.8, 2.4 * size)
+    width = min(1.8, 2.4 * size)
+    pens = QPen(CASE, 3.2 * width), QPen(HALO, 2.2 * width), QPen(colour, width)
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for pen in (QPen(CASE, 3.2 * width), QPen(HALO, 2.2 * width), QPen(colour, width)):
-        painter.setPen(pen)
-        painter.drawEllipse(at, radius, radius)
+    _circle(painter, at, 4.5 * size, *pens)
 
 
 def cross(painter: QPainter, at: QPointF, colour: QColor, size: float = 1.0) -> None:
@@ -338,7 +342,7 @@ def outlined(
 @cache
 def brush(name: str) -> QBrush:
     """Return the tint and hatch of a domain in one: filling a large region twice takes time."""
-    return _hatch(_translucent(DOMAINS[name], 26), DOMAIN_EDGES[name], *_HATCHES[name])
+    return _hatch(translucent(DOMAINS[name], 26), DOMAIN_EDGES[name], *_HATCHES[name])
 
 
 @cache
@@ -363,9 +367,3 @@ def _hatch(
                 painter.fillRect((left + x + right) % _HATCH_PX, top + y, 1, 1, shown)
     painter.end()
     return QBrush(picture)
-
-
-def _translucent(colour: QColor, alpha: int) -> QColor:
-    seen_through = QColor(colour)
-    seen_through.setAlpha(alpha)
-    return seen_through

@@ -157,9 +157,7 @@ class Folds(FrameOverlay):
         for left, top, width, height in frame.rendering.one_to_one.folded_cells:
             ends = frame.to_photo([(left, top), (left + width, top + height)])
             cell = place.rect(*ends.ravel().tolist())
-            fill = glyphs.FOLD.lighter(100)
-            fill.setAlpha(130)
-            painter.fillRect(cell, fill)
+            painter.fillRect(cell, glyphs.translucent(glyphs.FOLD, 130))
             glyphs.outlined(painter, glyphs.framed(painter, cell), glyphs.BENT)
             glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +23,6 @@ _SAMPLE_PX: Final = 4.0
 _STRONGEST: Final = 0.8  # opacity where the map has most to say
 _LEGEND_PX: Final = (160.0, 10.0)
 _MARGIN_PX: Final = 16.0
-_HEAT: Final = "inferno"
-_JACOBIAN: Final = "CET-D1"
 _NICE: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 # The darkest colours of a scale look like shade on a photo.
 _DARKEST: Final = 0.2
@@ -35,10 +33,21 @@ Shades = npt.NDArray[np.uint8]
 class _Map(FrameOverlay):
     """A colour for every place, see-through where nothing happens, with a legend on the canvas."""
 
+    colours: ClassVar[str]  # of pyqtgraph's maps
+    # With which share of the strongest value the legend's strip begins; how many colours it has.
+    ramp: ClassVar[tuple[float, int]]
     row = 0  # of the legends, counted from below
     _key: tuple[object, ...] = ()
     _image = QImage()
     _top = 1.0
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        gradient = pg.colormap.get(cls.colours).getGradient(box.topLeft(), box.topRight())
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QBrush(gradient))
+        painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 2, 2)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Draw the colours from the last paint again, as long as they hold."""
@@ -74,9 +83,10 @@ class _Map(FrameOverlay):
         box = QRectF(place.viewport.left() + _MARGIN_PX, top + line + 8.0, width, height)
         plate = box.adjusted(-8.0, -line - 8.0, 8.0, line + 8.0)
         glyphs.ground(painter, plate, 4)
-        scale = self.shades(self.ramp(self._top)[None], self._top)
+        first, count = self.ramp
+        values = np.linspace(first * self._top, self._top, count)
+        scale = self.shades(values[None], self._top)
         scale[..., 3] = 255
-        count = scale.shape[1]
         strip = QImage(scale.tobytes(), count, 1, 4 * count, QImage.Format.Format_RGBA8888)
         painter.drawImage(box, strip)
         painter.setPen(QPen(glyphs.HALO))
@@ -96,10 +106,6 @@ class _Map(FrameOverlay):
         """Return colours with their opacity for values up to `top`, shape (..., 4)."""
         raise NotImplementedError
 
-    def ramp(self, top: float) -> Array:
-        """Return the values of the legend's strip, left to right."""
-        raise NotImplementedError
-
     def captions(self, top: float) -> tuple[str, str, str, str]:
         """Return what stands over the legend and below its left end, middle and right end."""
         raise NotImplementedError
@@ -112,11 +118,8 @@ class HeatMap(_Map):
     title = Text("Heat map of the move")
     height = 10
     key = "H"
-
-    @classmethod
-    def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
-        _gradient(painter, box, _HEAT)
+    colours = "inferno"
+    ramp = (0.0, 64)
 
     def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
         """Return lengths of the displacement."""
@@ -126,11 +129,7 @@ class HeatMap(_Map):
     def shades(self, values: Array, top: float) -> Shades:
         """Return inferno's colours, stronger where more moves."""
         share = np.clip(values / top, 0.0, 1.0)
-        return _coloured(_HEAT, _DARKEST + (1.0 - _DARKEST) * share, np.cbrt(share))
-
-    def ramp(self, top: float) -> Array:
-        """Return lengths from nothing to the longest."""
-        return np.linspace(0.0, top, 64)
+        return _coloured(self.colours, _DARKEST + (1.0 - _DARKEST) * share, np.cbrt(share))
 
     def captions(self, top: float) -> tuple[str, str, str, str]:
         """Return lengths in px."""
@@ -144,12 +143,8 @@ class JacobianMap(_Map):
     title = Text("Jacobian map")
     height = 20
     key = "K"
-
-    @classmethod
-    def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
-        _gradient(painter, box, _JACOBIAN)
-
+    colours = "CET-D1"
+    ramp = (-1.0, 65)  # which may reach below a determinant of 0, a fold
     row = 1
 
     def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
@@ -159,25 +154,14 @@ class JacobianMap(_Map):
     def shades(self, values: Array, top: float) -> Shades:
         """Return blue for stretched, red for pressed; folds in the colour of their cells."""
         share = np.clip(values / top, -1.0, 1.0)
-        shades = _coloured(_JACOBIAN, (share + 1.0) / 2.0, np.sqrt(np.abs(share)))
+        shades = _coloured(self.colours, (share + 1.0) / 2.0, np.sqrt(np.abs(share)))
         shades[values <= -1.0] = _FOLD
         return shades
-
-    def ramp(self, top: float) -> Array:
-        """Return values either side of 1; the end may reach below 0, a fold."""
-        return np.linspace(-top, top, 65)
 
     def captions(self, top: float) -> tuple[str, str, str, str]:
         """Return determinants."""
         left = f"{1 - top:g}" if top < 1.0 else tr("folds")
         return (tr("det J: stretched, pressed"), left, "1", f"{1 + top:g}")
-
-
-def _gradient(painter: QPainter, box: QRectF, name: str) -> None:
-    gradient = pg.colormap.get(name).getGradient(box.topLeft(), box.topRight())
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QBrush(gradient))
-    painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 2, 2)
 
 
 def _coloured(name: str, share: Array, strength: Array) -> Shades:
