@@ -194,17 +194,13 @@ class Parts(QObject):
 
     def _tell_place(self) -> None:
         """Tell of another part that has the focus, or of another place of the same one."""
-        before, part = self._focused, self.in_focus
-        if part is not before[0]:
-            self._tell_focus()
-        elif part is not None and part.description != before[1]:
-            self._focused = part, part.description
+        (before, was), part = self._focused, self.in_focus
+        self._focused = part, "" if part is None else part.description
+        if part is None:
+            return
+        if part is before and part.description != was:
             _tell(part, Event.DescriptionChanged)
-
-    def _tell_focus(self) -> None:
-        part = self.in_focus
-        self._focused = part, part.description if part is not None else ""
-        if part is not None and self._canvas.hasFocus():
+        elif part is not before and self._canvas.hasFocus():
             _tell(part, Event.Selection)
             _tell(part, Event.Focus)
 

@@ -166,9 +166,9 @@ def look(
     BackgroundSeen
     """
     bends, people, note = Bends(()), None, ""
-    if frame.faces and "people" in wanted:
+    if frame.done.faces and "people" in wanted:
         people, note = _people(photo, frame, finder.people)
-    if frame.faces and "straight" in wanted:
+    if frame.done.faces and "straight" in wanted:
         bends = measure(photo, frame.rendering, frame.done, finder)
         note = bends.note or note
     return BackgroundSeen(bends, people, note)
@@ -177,7 +177,7 @@ def look(
 def _people(photo: Image, frame: RenderedFrame, finder: PersonFinder) -> tuple[Rgb8 | None, str]:
     """Return where people are, and why that isn't all."""
     try:
-        found = finder.find(photo, frame.faces)
+        found = finder.find(photo, frame.done.faces)
     except (AssetMissing, ModelRefused) as problem:
         return None, str(problem)
     note = tr("Some faces couldn't be told from the background.") if found.missed else ""

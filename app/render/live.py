@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.background import Background, BackgroundFinder
-from kogao_core.face import Face
 from kogao_core.geometry import Affine, Box, Image
 from kogao_core.holding import NOTHING_HELD, Held
 from kogao_core.pipeline import Rendering, render
@@ -61,11 +60,6 @@ class RenderedFrame:
     to_photo: Affine
     took_ms: float
     whole: bool
-
-    @property
-    def faces(self) -> Sequence[Face]:
-        """Those that it makes smaller, px of the photo."""
-        return self.done.faces
 
     @property
     def scale(self) -> float:

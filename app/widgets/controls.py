@@ -30,9 +30,8 @@ class _PassesWheels(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Keep a wheel in passing from the control."""
-        if event.type() != QEvent.Type.Wheel or not isinstance(watched, QWidget):
-            return False
-        passes = not watched.hasFocus()
+        turned = event.type() == QEvent.Type.Wheel
+        passes = turned and isinstance(watched, QWidget) and not watched.hasFocus()
         if passes:
             event.ignore()
         return passes

@@ -40,7 +40,7 @@ def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
     assert beside.isVisible()
     comparing.qtbot.waitUntil(lambda: abs(beside.width() - comparing.canvas.width()) <= 1)
     assert beside.shown.state.mode == "manual"
-    assert beside.shown.frame.faces == []
+    assert beside.shown.frame.done.faces == []
     marked_by_hand(comparing)
     assert comparing.editor.both.here.text() == "Manual"
     assert beside.plate.text() == "Automatic"

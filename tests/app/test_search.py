@@ -89,7 +89,7 @@ def test_the_photo_is_rendered_once_all_faces_are_there(search):
     search.ends()
     (frame,) = drawn
     assert frame.whole
-    assert len(frame.faces) == 3
+    assert len(frame.done.faces) == 3
 
 
 def test_what_is_done_meanwhile_is_rendered_meanwhile(search):
@@ -98,7 +98,7 @@ def test_what_is_done_meanwhile_is_rendered_meanwhile(search):
     drag_the_chin(driver)
     driver.qtbot.waitUntil(lambda: not driver.editor.live.busy)
     assert driver.editor.view.frame.whole
-    assert driver.editor.view.frame.faces == [driver.state.faces[0]]
+    assert driver.editor.view.frame.done.faces == [driver.state.faces[0]]
 
 
 def test_thumbnails_follow_their_faces_when_they_are_put_in_order(search):
