@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar
 
 from .i18n import bare, tr
 
@@ -83,21 +82,3 @@ def call(action: QAction, text: str) -> None:
 def first_key(action: QAction) -> QKeySequence:
     """Return the key that an action comes with."""
     return QKeySequence(str(action.property(FIRST_KEY)))
-
-
-def fill_menus(
-    bar: QMenuBar,
-    menus: Mapping[str, Names],
-    actions: Mapping[str, QAction],
-    inside: Mapping[str, QMenu],
-) -> None:
-    """Lay the actions out in their menus, and the menus `inside` them by name."""
-    for title, names in menus.items():
-        menu = bar.addMenu(title)
-        for name in names:
-            if name is None:
-                menu.addSeparator()
-            elif name in inside:
-                menu.addMenu(inside[name])
-            else:
-                menu.addAction(actions[name])

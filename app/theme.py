@@ -53,16 +53,13 @@ def apply(app: QApplication, choice: Choice = "system") -> Theme:
         app.setStyle("Fusion")
         # There an icon takes the check mark's place and fades on the accent of the row.
         app.setAttribute(Qt.ApplicationAttribute.AA_DontShowIconsInMenus)
-        app.setFont(_tabular(app.font()))
+        # Figures of equal width: numbers don't dance while a slider moves.
+        font = app.font()
+        font.setFeature(QFont.Tag("tnum"), 1)
+        app.setFont(font)
         app.setPalette(_palette(theme))
         app.setStyleSheet(sheet)
     return theme
-
-
-def _tabular(font: QFont) -> QFont:
-    # Figures of equal width: numbers don't dance while a slider moves.
-    font.setFeature(QFont.Tag("tnum"), 1)
-    return font
 
 
 def _palette(theme: Theme) -> QPalette:

@@ -91,25 +91,25 @@ class Window(QMainWindow):
             side.
         """
         menus = actions.layout(list(self.actions_by_name))
-        order = [name for names in menus.values() for name in names if name in self.actions_by_name]
-        rest = [name for name in self.actions_by_name if name not in order]
-        self.actions_by_name = {name: self.actions_by_name[name] for name in (*order, *rest)}
-        actions.fill_menus(self.menuBar(), menus, self.actions_by_name, self.menus)
+        first = [name for names in menus.values() for name in names if name in self.actions_by_name]
+        there = (*first, *self.actions_by_name)
+        self.actions_by_name = {name: self.actions_by_name[name] for name in there}
+        self._fill_menus(menus)
         self._add_toolbar()
         self.setCentralWidget(self.stage)
-        docked = []
+        below = []
         for name, (panel, dock) in panels.items():
-            if dock is not None:
-                docked.append((name, dock, panel))
-            else:
+            if dock is None:
                 self._beside[name] = panel
                 self._column.addWidget(panel)
+            elif dock.area == Qt.DockWidgetArea.LeftDockWidgetArea:
+                self.docks.add(name, dock, panel)
+            else:
+                below.append((name, dock, panel))
         self._column.addStretch()
-        left = [one for one in docked if one[1].area == Qt.DockWidgetArea.LeftDockWidgetArea]
         right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
-        for beside in (*left, (_SIDE, right, ColumnArea(self._side, _SIDE_PX))):
-            self.docks.add(*beside)
-        for name, dock, panel in (one for one in docked if one not in left):
+        self.docks.add(_SIDE, right, ColumnArea(self._side, _SIDE_PX))
+        for name, dock, panel in below:
             scrolls = isinstance(panel, QAbstractScrollArea)
             self.docks.add(name, dock, panel if scrolls else RowArea(panel))
         for name in _BY_PHOTO:
@@ -163,6 +163,17 @@ class Window(QMainWindow):
         """Close without asking again."""
         self._closing = True
         self.close()
+
+    def _fill_menus(self, menus: Mapping[str, actions.Names]) -> None:
+        for title, names in menus.items():
+            menu = self.menuBar().addMenu(title)
+            for name in names:
+                if name is None:
+                    menu.addSeparator()
+                elif name in self.menus:
+                    menu.addMenu(self.menus[name])
+                else:
+                    menu.addAction(self.actions_by_name[name])
 
     def _add_toolbar(self) -> None:
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]

@@ -223,12 +223,13 @@ class PhotoCanvas(Viewport):
         at = event.position()
         left = event.button() == Qt.MouseButton.LeftButton
         takes = left and not self._space
+        control = event.modifiers() & Qt.KeyboardModifier.ControlModifier
         if event.buttons() == event.button():
             # A pen or a finger comes without a move, and marks come with what points at a face.
             self._look_at(at)
         if takes and self.on_knob(at):
             self._wiping = True
-        elif takes and self._fetches(event):
+        elif takes and control and not self.shown.busy_hands:
             self._held = self.outline_near(at)
             self.fetched.emit(self._held, *self.to_photo(at).tolist())
         elif takes and not self._set_down(at):
@@ -236,10 +237,6 @@ class PhotoCanvas(Viewport):
         elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
             self.start_pan(at)
         event.accept()
-
-    def _fetches(self, event: QMouseEvent) -> bool:
-        control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        return control and not self.shown.busy_hands
 
     def _set_down(self, at: QPointF) -> bool:
         """Begin a stroke, or take hold of a handle; return whether there was one."""

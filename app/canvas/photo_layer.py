@@ -36,7 +36,7 @@ class PhotoItem(pg.GraphicsObject):
     def __init__(self, view: ViewState) -> None:
         super().__init__()
         self._view = view
-        self._photo: PicturePyramid | None = None
+        self.pyramid: PicturePyramid | None = None
         # The newest result: a whole one, and a gesture's preview over it.
         self._full: RenderedFrame | None = None
         self._preview: RenderedFrame | None = None
@@ -44,7 +44,7 @@ class PhotoItem(pg.GraphicsObject):
     def open(self, photo: PicturePyramid) -> None:
         """Show another photo."""
         self.prepareGeometryChange()
-        self._photo, self._full, self._preview = photo, None, None
+        self.pyramid, self._full, self._preview = photo, None, None
         self.update()
 
     def show_full(self, frame: RenderedFrame) -> None:
@@ -64,7 +64,7 @@ class PhotoItem(pg.GraphicsObject):
 
     def boundingRect(self) -> QRectF:
         """Return the photo's rectangle; pixel centres lie at whole numbers."""
-        return QRectF() if self._photo is None else _rect(self._photo.shown[0], 1.0)
+        return QRectF() if self.pyramid is None else _rect(self.pyramid.shown[0], 1.0)
 
     def paint(
         self,
@@ -95,36 +95,36 @@ class PhotoItem(pg.GraphicsObject):
 
     def draw_original(self, painter: QPainter) -> None:
         """Paint the photo as it was, from the level that fits the zoom."""
-        if self._photo is not None:
-            _draw_level(painter, self._photo, self._photo.shown)
+        if self.pyramid is not None:
+            _draw_level(painter, self.pyramid, self.pyramid.shown)
 
     def draw_result(self, painter: QPainter) -> None:
         """Paint the newest result."""
-        if self._photo is None:
+        if self.pyramid is None:
             return
         preview, photo = self._preview, self.boundingRect()
         seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
         if preview is None or not _area(preview).contains(seen):
-            levels = self._photo.shown if self._full is None else self._full.levels
-            _draw_level(painter, self._photo, levels)
+            levels = self.pyramid.shown if self._full is None else self._full.levels
+            _draw_level(painter, self.pyramid, levels)
         if preview is not None:
             _lay_board(painter, _area(preview), preview.levels[0])
             _draw_pixels(painter, _area(preview), preview.levels[0])
 
     def _draw_difference(self, painter: QPainter) -> None:
         """Paint what the result changes, `GAIN` times as strong; black is untouched."""
-        if self._photo is None:
+        if self.pyramid is None:
             return
         painter.fillRect(self.boundingRect(), QColor(0, 0, 0))
         if self._full is not None:
-            level = self._photo.level_for(_zoom(painter))
-            before, after = self._photo.shown[level], self._full.levels[level]
+            level = self.pyramid.level_for(_zoom(painter))
+            before, after = self.pyramid.shown[level], self._full.levels[level]
             box = _visible(painter, before, 2.0**level)
             _draw_change(painter, before, after, box, box, 2.0**level)
         preview = self._preview
         if preview is not None:
             level = round(np.log2(preview.scale))
-            before, after = self._photo.shown[level], preview.levels[0]
+            before, after = self.pyramid.shown[level], preview.levels[0]
             left, top = (preview.to_photo([-0.5, -0.5]) + 0.5) / preview.scale
             inside = Box.of(after)
             x, y = round(float(left)), round(float(top))

@@ -51,7 +51,6 @@ class Viewport(pg.GraphicsView):
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
         self.shown = view
         self.photo = PhotoItem(view)
-        self._pyramid: PicturePyramid | None = None
         self._fitted = True
         self._pan_from: QPointF | None = None
         self._box = pg.ViewBox(
@@ -65,22 +64,21 @@ class Viewport(pg.GraphicsView):
 
     def open(self, photo: PicturePyramid) -> None:
         """Show another photo, whole."""
-        self._pyramid = photo
         self.photo.open(photo)
         self.fit()
 
     def fit(self) -> None:
         """Show the whole photo, also after the window changes its size."""
         self._fitted = True
-        if self._pyramid is not None:
+        if self.photo.pyramid is not None:
             self._box.setRange(self.photo.boundingRect(), padding=_FIT_PADDING)
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
         """Show `zoom` device px per photo px; the point `about` of the viewport stays in place."""
-        if self._pyramid is None:
+        if self.photo.pyramid is None:
             return
         self._fitted = False
-        least = _LEAST_SEEN_PX / max(self._pyramid.levels[0].shape[:2])
+        least = _LEAST_SEEN_PX / max(self.photo.pyramid.levels[0].shape[:2])
         factor = self.zoom / min(max(zoom, least), _LARGEST_ZOOM)
         center = self.to_photo(about or QPointF(self.viewport().rect().center())).tolist()
         self._box.scaleBy((factor, factor), center=pg.Point(*center))
@@ -105,14 +103,14 @@ class Viewport(pg.GraphicsView):
 
     def visible_part(self) -> VisiblePart | None:
         """Return the part of the photo on screen, with a margin, at the level that fits."""
-        if self._pyramid is None:
+        if self.photo.pyramid is None:
             return None
-        level = self._pyramid.level_for(self.zoom)
+        level = self.photo.pyramid.level_for(self.zoom)
         seen: QRectF = self._box.viewRect()
         edges = np.array([seen.left(), seen.top(), seen.right(), seen.bottom()]) / 2**level
         left, top, right, bottom = np.round(edges).astype(int).tolist()
         box = Box(left, top, right, bottom).grown(_PREVIEW_MARGIN_PX)
-        box = box.clipped(Box.of(self._pyramid.levels[level]))
+        box = box.clipped(Box.of(self.photo.pyramid.levels[level]))
         return VisiblePart(level, box) if box.area else None
 
     def show_original(self, original: bool) -> None:
