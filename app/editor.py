@@ -92,7 +92,7 @@ class Editor(QObject):
         self.document = Document(self)
         self.view = ViewState(self.document)
         self.window = window = Window(self.view)
-        self.live = Live(self.document, self.view, window.canvas, rendering, self)
+        self.live = Live(window.canvas, rendering, self)
         self.live.failed.connect(self._say_not_drawn)
         context = Context(
             self.document, self.view, self.live, window, pool, storage, storage.settings()

@@ -109,8 +109,7 @@ class Screenshot(QObject):
             try:
                 check_protection(protection, Box.of(photo.pixels))
             except OutOfBounds as problem:
-                self._end(USAGE, reason(problem))
-                self._leave()
+                self._fail(reason(problem), USAGE)
                 return
             state = dataclasses.replace(state, protection=protection)
         if state is not self._editor.document.state:
@@ -146,13 +145,12 @@ class Screenshot(QObject):
     def _not_drawn(self, problem: Exception) -> None:
         self._fail(f"{self._editor.document.path} can't be rendered: {reason(problem)}")
 
-    def _fail(self, line: str) -> None:
-        self._end(FAILED, line)
+    def _fail(self, line: str, code: int = FAILED) -> None:
+        self._end(code, line)
         self._leave()
 
     def _give_up(self, why: str) -> None:
-        self._end(UNREADABLE, why)
-        self._leave()
+        self._fail(why, UNREADABLE)
 
     def _leave(self) -> None:
         self._over = True

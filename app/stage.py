@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 from .canvas.photo_canvas import PhotoCanvas
 from .canvas.viewport import OriginalView, Viewport
 from .theme import GRID_PX
-from .view_state import ViewState
 from .widgets.messages import MessageBar
 
 # Of the height from the eyes to the chin: the hair ends about so far above the eyes.
@@ -26,21 +25,18 @@ class Stage(QWidget):
 
     Parameters
     ----------
-    view : ViewState
-        Whose faces are kept in sight.
     canvas : PhotoCanvas
-        The photo as it becomes; it takes the keys when a message goes.
+        The photo as it becomes, whose faces are kept in sight; it takes the keys when a message
+        goes.
     original : OriginalView
         The photo as it was.
     bar : MessageBar
         What is said over them.
     """
 
-    def __init__(
-        self, view: ViewState, canvas: PhotoCanvas, original: OriginalView, bar: MessageBar
-    ) -> None:
+    def __init__(self, canvas: PhotoCanvas, original: OriginalView, bar: MessageBar) -> None:
         super().__init__()
-        self._view, self._bar = view, bar
+        self._view, self._bar = canvas.shown, bar
         self._views: list[Viewport] = []
         self._below: list[QWidget] = []
         self._place: QRectF | None = None

@@ -79,7 +79,7 @@ class Window(QMainWindow):
         self._workspace: Workspace | None = None
         self._side = QWidget()
         self._column = column_of(self._side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
-        self.stage = Stage(view, self.canvas, self.original, self.bar)
+        self.stage = Stage(self.canvas, self.original, self.bar)
 
     def lay_out(self, panels: Mapping[str, tuple[QWidget, Dock | None]]) -> None:
         """Put everything in its place, once all features have added their actions.

@@ -17,7 +17,7 @@ from PySide6.QtGui import (
     QPen,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
 from kogao_core.bend import BentLine
 
@@ -98,8 +98,8 @@ class PhotoCanvas(Viewport):
     taken = Signal(object)
     entered = Signal()
 
-    def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
-        super().__init__(view, parent)
+    def __init__(self, view: ViewState) -> None:
+        super().__init__(view)
         self.parts: Parts = Parts(self)
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(

@@ -8,7 +8,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent, QTransform, QWheelEvent
-from PySide6.QtWidgets import QGraphicsView, QLabel, QWidget
+from PySide6.QtWidgets import QGraphicsView, QLabel
 
 from kogao_core.geometry import Array, Box
 
@@ -46,8 +46,8 @@ class Viewport(pg.GraphicsView):
     redrawn = Signal()
     _fitted = False  # here, as the base class resizes before there is anything to fit
 
-    def __init__(self, view: ViewState, parent: QWidget | None = None) -> None:
-        super().__init__(parent, useOpenGL=False)
+    def __init__(self, view: ViewState) -> None:
+        super().__init__(useOpenGL=False)
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
         self.shown = view
         self.photo = PhotoItem(view)
@@ -199,7 +199,6 @@ class SecondView(Viewport):
         What it shows, for screen readers.
     """
 
-    _steered = Signal()
     # What both show alike, fields of `ViewState`.
     alike: tuple[str, ...] = ("switched", "explained")
 
@@ -213,7 +212,6 @@ class SecondView(Viewport):
         self.setBackground(main.backgroundBrush())
         main.view_changed.connect(self._follow)
         main.redrawn.connect(self._look_alike)
-        self._steered.connect(lambda: main.look_like(self))
         self.hide()
 
     def open(self, photo: PicturePyramid) -> None:
@@ -224,12 +222,12 @@ class SecondView(Viewport):
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
         """Zoom, and take the other view along."""
         super().zoom_to(zoom, about)
-        self._steered.emit()
+        self._main.look_like(self)
 
     def pan_to(self, at: QPointF) -> None:
         """Pan, and take the other view along."""
         super().pan_to(at)
-        self._steered.emit()
+        self._main.look_like(self)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of the photo."""

@@ -19,8 +19,7 @@ from kogao_core.protection import NOTHING
 from kogao_core.sidecar import Applied
 from kogao_core.warp import Canvas
 
-from ..document import Document, State
-from ..view_state import ViewState
+from ..document import State
 from ..workers import Lane
 from .pyramid import PicturePyramid, Rgb8, to_photo
 
@@ -231,16 +230,9 @@ class Live(QObject):
     settled = Signal()
     failed = Signal(object)
 
-    def __init__(
-        self,
-        document: Document,
-        view: ViewState,
-        canvas: PhotoCanvas,
-        pool: QThreadPool,
-        parent: QObject | None = None,
-    ) -> None:
+    def __init__(self, canvas: PhotoCanvas, pool: QThreadPool, parent: QObject) -> None:
         super().__init__(parent)
-        self._document, self._view, self._canvas = document, view, canvas
+        self._canvas, self._view, self._document = canvas, canvas.shown, canvas.shown.document
         self._revision = 0
         self._followed: State | None = None
         self._held = False
@@ -255,8 +247,8 @@ class Live(QObject):
         self._preview_lane.done.connect(self._show_preview)
         self._whole_lane.done.connect(self._show_whole)
         self._count_lane.done.connect(self._show_counts)
-        document.opened.connect(self._open)
-        document.changed.connect(self._follow)
+        self._document.opened.connect(self._open)
+        self._document.changed.connect(self._follow)
 
     @property
     def busy(self) -> bool:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Final
 
 from PySide6.QtCore import QElapsedTimer, QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusBar, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusBar
 
 from kogao_core.photo import Photo, formats
 
 from ..i18n import tr, translated
 from ..render.colour import screen_colours
 from ..theme import GRID_PX
-from .controls import Elided
+from .controls import Elided, muted_label
 
 # What is done sooner after a message came was done without having read it.
 UNREAD_MS: Final = 2000
@@ -73,8 +73,8 @@ class MessageBar(QFrame):
     dismissed = Signal()
     appeared = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setAccessibleName(tr("Message"))
         self.text = QLabel()
         self.text.setWordWrap(True)
@@ -201,14 +201,13 @@ class StatusLine(QStatusBar):
         super().__init__()
         self.setSizeGripEnabled(False)
         self._hint = Elided()
-        self._cursor, self._photo, self._speed = (QLabel() for _ in range(3))
-        self._zoom = QLabel()
+        facts = [muted_label() for _ in range(4)]
+        self._cursor, self._photo, self._speed, self._zoom = facts
         self._tool = self._lasting = ""
         self._told = False
         self._hint.setContentsMargins(8, 0, 0, 0)
         self.addWidget(self._hint, 1)
-        for label in (self._cursor, self._photo, self._speed, self._zoom):
-            label.setProperty("muted", "true")
+        for label in facts:
             label.setContentsMargins(8, 4, 8, 4)
             self.addPermanentWidget(label)
 

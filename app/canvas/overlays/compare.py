@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QTransform
@@ -12,20 +12,13 @@ from ...view_state import GAIN, ViewState
 from . import glyphs
 from .overlay import Overlay, Place
 
+if TYPE_CHECKING:
+    from ..photo_layer import PhotoItem
+
 KNOB_PX: Final = 14.0
 _LOUPE_PX: Final = 96.0
 _MAGNIFIED: Final = 4.0
 _TOP_PX: Final = 20.0
-
-
-class Pair(Protocol):
-    """What can paint the photo before and after."""
-
-    def draw_original(self, painter: QPainter) -> None:
-        """Paint the photo as it was."""
-
-    def draw_result(self, painter: QPainter) -> None:
-        """Paint the newest result."""
 
 
 class Divider(Overlay):
@@ -70,15 +63,15 @@ class Loupe(Overlay):
     ----------
     view : ViewState
         Where the cursor is.
-    pictures : Pair
+    photo : PhotoItem
         What it magnifies.
     """
 
     height = 180
 
-    def __init__(self, view: ViewState, pictures: Pair) -> None:
+    def __init__(self, view: ViewState, photo: PhotoItem) -> None:
         super().__init__(view)
-        self._pictures = pictures
+        self._photo = photo
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Paint both halves, then the rim over their edges, where the cursor is over the photo."""
@@ -91,10 +84,7 @@ class Loupe(Overlay):
         magnified = QTransform(zoom, 0.0, 0.0, zoom, at.x() - zoom * x, at.y() - zoom * y)
         right = QRectF(at.x(), round_it.top(), _LOUPE_PX, round_it.height())
         left = right.translated(-_LOUPE_PX, 0.0)
-        for half, draw in (
-            (left, self._pictures.draw_original),
-            (right, self._pictures.draw_result),
-        ):
+        for half, draw in ((left, self._photo.draw_original), (right, self._photo.draw_result)):
             disc, side = QPainterPath(), QPainterPath()
             disc.addEllipse(round_it)
             side.addRect(half)
