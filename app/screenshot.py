@@ -17,8 +17,8 @@ from kogao_core.wording import sentence, system_reason
 from .canvas.overlays.listed import LISTED
 from .editor import Editor
 from .i18n import reason
+from .render.pictures import encoded
 from .view_state import CompareName, ToolName
-from .widgets.pictures import encoded
 
 _JAW: Final = 15
 FAILED: Final = 1

@@ -18,8 +18,8 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from kogao_core.geometry import Box
 
 from ..render.live import RenderedFrame
+from ..render.pictures import qt_image
 from ..render.pyramid import PicturePyramid, Rgb8
-from ..render.qt_image import qt_image
 from ..view_state import GAIN, ViewState
 from .overlays.overlay import viewport_of
 

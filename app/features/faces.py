@@ -19,11 +19,11 @@ from kogao_core.landmarks import template_face
 from ..ahead import FaceSearch
 from ..document import State
 from ..i18n import reason, sentence, tr
+from ..render.pictures import face_icon
 from ..render.pyramid import PicturePyramid
 from ..widgets.controls import column_of, heading
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction
-from ..widgets.pictures import face_icon
 from .feature import Context, Feature
 from .recipe import RecipeEditing
 

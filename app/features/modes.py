@@ -27,11 +27,11 @@ from kogao_core.sidecar import Applied
 from ..canvas.handles import Handle, name
 from ..document import State
 from ..i18n import reason, tr
+from ..render.pictures import scaled
 from ..render.pyramid import PicturePyramid
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label
 from ..widgets.dialogs import Dialog, table
-from ..widgets.pictures import scaled
 from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual

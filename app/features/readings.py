@@ -17,11 +17,11 @@ from kogao_core.timing import STAGES
 
 from ..canvas.overlays import glyphs
 from ..i18n import tr, translated, unwritten
+from ..render.pictures import encoded
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label, row_of
 from ..widgets.dialogs import ask_path
 from ..widgets.docks import Dock
-from ..widgets.pictures import encoded
 from .feature import Context, Feature
 from .recipe import fields
 

@@ -15,9 +15,9 @@ from kogao_core.display import preview
 from kogao_core.photo import READABLE, UnreadablePhoto, read
 
 from ..i18n import reason, tr
+from ..render.pictures import untinted
 from ..widgets.dialogs import ask_path
 from ..widgets.docks import Dock
-from ..widgets.pictures import untinted
 from .feature import Context, Feature
 from .files import Files
 

@@ -21,10 +21,10 @@ from PySide6.QtWidgets import (
 from kogao_core.geometry import Image
 
 from ...i18n import tr
+from ...render.pictures import scaled
 from ...theme import GRID_PX
 from ...widgets.controls import ChoiceBox, column_of, heading, muted_label
 from ...widgets.dialogs import Dialog, table
-from ...widgets.pictures import scaled
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Table

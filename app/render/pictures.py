@@ -1,22 +1,33 @@
-"""Small pictures of faces, cut from the level that is just large enough; pictures as files."""
+"""Pixels as Qt paints them; small pictures of faces; pictures as files."""
 
 from __future__ import annotations
 
 import errno
+from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QBuffer, QIODevice, Qt
-from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtGui import QIcon, QImage, QPixmap
 
 from kogao_core.face import Face
 from kogao_core.geometry import Box, Image
 
-from ..render.pyramid import PicturePyramid
-from ..render.qt_image import qt_image
+from .pyramid import PicturePyramid, Rgb8
+
+_FORMATS: Final = {3: QImage.Format.Format_RGB888, 4: QImage.Format.Format_RGBA8888}
+
+
+def qt_image(pixels: Rgb8) -> QImage:
+    """Return a view of a picture of shape (H, W, 3), or (H, W, 4) with straight alpha."""
+    height, width, channels = pixels.shape
+    return QImage(pixels.data, width, height, pixels.strides[0], _FORMATS[channels])
 
 
 def face_icon(photo: PicturePyramid, face: Face, size_px: int, ratio: float) -> QIcon:
-    """Return a square picture round a face, `size_px` wide at `ratio` device px per px."""
+    """Return a square picture round a face, `size_px` wide at `ratio` device px per px.
+
+    It is cut from the level that is just large enough.
+    """
     left, top, width, height = face.box
     side = max(width, height)
     level = photo.level_for(size_px / max(side, 1.0))
