@@ -72,7 +72,6 @@ class Window(QMainWindow):
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)
         self._closing = False
-        self._bar = ToolBar(tr("Tools"))
         self._holding, self._before = QWidgetAction(self), QToolButton()
         self._beside: dict[str, QWidget] = {}
         self._needed: set[str] = set()
@@ -177,7 +176,7 @@ class Window(QMainWindow):
 
     def _add_toolbar(self) -> None:
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
-        self._bar.begin(segmented(tr("Workspace"), switch))
+        self._bar = ToolBar(tr("Tools"), segmented(tr("Workspace"), switch))
         self._holding.setDefaultWidget(self._hold_button())
         self.addToolBar(self._bar)
 
@@ -240,17 +239,14 @@ class Window(QMainWindow):
 
 
 class ToolBar(QToolBar):
-    """Tools in groups, behind what always stands first."""
+    """Tools in groups, behind what always stands first, whatever the tools are."""
 
-    def __init__(self, title: str) -> None:
+    def __init__(self, title: str, first: QWidget) -> None:
         super().__init__(title)
         self.setObjectName("tools")
         self.setMovable(False)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         self._groups: list[list[QToolButton]] = []
-
-    def begin(self, first: QWidget) -> None:
-        """Put what stays whatever the tools are at the beginning."""
         grown = max(1.0, self.fontMetrics().height() / SIZE[1])
         self.setIconSize(QSize(*SIZE) * grown)
         self.addWidget(first)

@@ -164,12 +164,11 @@ class PhotoCanvas(Viewport):
         view, here = self.shown, self.to_photo(at)
         if view.original or view.busy_hands:
             return None
-        nearest, least = None, np.inf
+        nearest, least = None, NEAR
         for handle, position in handles(view.state, kinds(view.switched) & {"outline"}):
             spacing_px = view.state.faces[handle.face].anchor.spacing_px
             distance = float(np.hypot(*(position - here))) / spacing_px
-            large = self.shows_points(handle.face)
-            if distance < min(least, NEAR) and view.answers(handle) and large:
+            if distance < least and view.answers(handle) and self.shows_points(handle.face):
                 nearest, least = handle, distance
         return nearest
 
@@ -297,13 +296,11 @@ class PhotoCanvas(Viewport):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go, or select the face that was clicked."""
         self._wiping = False
-        clicked = self._clicked
-        line = None if clicked is None else self.line_at(clicked)
-        face = None if clicked is None else self.face_at(clicked)
-        if line is not None:
-            self.line_clicked.emit(line)
-        elif face is not None:
-            self.picked.emit(face)
+        if self._clicked is not None:
+            if (line := self.line_at(self._clicked)) is not None:
+                self.line_clicked.emit(line)
+            elif (face := self.face_at(self._clicked)) is not None:
+                self.picked.emit(face)
         self._lift()
         self.end_pan()
         self.hold_space(self._space)

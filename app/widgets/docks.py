@@ -55,8 +55,7 @@ class Docks(QObject):
         self._first: QByteArray | None = None
         window.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
         window.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
-        area = Qt.DockWidgetArea.BottomDockWidgetArea
-        window.setTabPosition(area, QTabWidget.TabPosition.North)
+        window.setTabPosition(Qt.DockWidgetArea.BottomDockWidgetArea, QTabWidget.TabPosition.North)
 
     def add(self, name: str, dock: Dock, content: QWidget) -> None:
         """Add a dock; those below are tabs of one place, the first of them in front."""

@@ -40,8 +40,6 @@ class GestureSlider(QSlider):
 
     Signals
     -------
-    edited
-        The user moved it.
     rested
         The user let go of the button or the key.
     reset
@@ -50,7 +48,6 @@ class GestureSlider(QSlider):
         Enter: a value is to be typed.
     """
 
-    edited = Signal()
     rested = Signal()
     reset = Signal()
     entered = Signal()
@@ -68,7 +65,6 @@ class GestureSlider(QSlider):
         self._rest = QTimer(self, singleShot=True, interval=pause)
         self._rest.timeout.connect(self.rested)
         self._dragged = False
-        self.valueChanged.connect(self.edited)
 
     def abort(self) -> None:
         """Ignore the mouse until its button is let go."""
@@ -257,7 +253,7 @@ class ValueSlider(QWidget):
             column.addLayout(row_of(self.title, None, self.field))
             column.addWidget(self.slider)
         column.addWidget(self.note)
-        self.slider.edited.connect(self._tell)
+        self.slider.valueChanged.connect(self._tell)
         self.slider.rested.connect(self.rested)
         for doubled in (self.slider.reset, self.title.doubled):
             doubled.connect(self.reset)
@@ -293,8 +289,8 @@ class ValueSlider(QWidget):
             widget.setToolTip(tip)
         self.slider.setAccessibleDescription(tip)
 
-    def _tell(self) -> None:
-        self.edited.emit(self.slider.scale.value(self.slider.value()))
+    def _tell(self, step: int) -> None:
+        self.edited.emit(self.slider.scale.value(step))
 
     def _type(self) -> None:
         self.field.setFocus(Qt.FocusReason.ShortcutFocusReason)

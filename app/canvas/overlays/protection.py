@@ -67,7 +67,7 @@ class Protected(Overlay):
         # Outlining a brush stroke takes longer than filling it: once per change, not per paint.
         if protection is self._drawn:
             return
-        known = {id(stroke): shape for shape in self._shapes for stroke in shape[:1]}
+        known = {id(shape[0]): shape for shape in self._shapes}
         self._shapes = tuple(known.get(id(s)) or (s, *_shapes(s)) for s in protection.strokes)
         self._drawn = protection
 
