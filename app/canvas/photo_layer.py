@@ -11,7 +11,7 @@ from typing import Final
 import cv2
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, QSizeF
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPixmap, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
@@ -63,8 +63,8 @@ class PhotoItem(pg.GraphicsObject):
         return True
 
     def boundingRect(self) -> QRectF:
-        """Return the photo's rectangle; pixel centres lie at whole numbers."""
-        return QRectF() if self.pyramid is None else _rect(self.pyramid.shown[0], 1.0)
+        """Return the photo's rectangle."""
+        return QRectF() if self.pyramid is None else _in_photo(Box.of(self.pyramid.shown[0]), 1.0)
 
     def paint(
         self,
@@ -122,21 +122,17 @@ class PhotoItem(pg.GraphicsObject):
             box = _visible(painter, before, 2.0**level)
             _draw_change(painter, before, after, box, box, 2.0**level)
         preview = self._preview
-        if preview is not None:
-            level = round(np.log2(preview.scale))
-            before, after = self.pyramid.shown[level], preview.levels[0]
-            left, top = (preview.to_photo([-0.5, -0.5]) + 0.5) / preview.scale
-            inside = Box.of(after)
-            x, y = round(float(left)), round(float(top))
-            there = Box(x, y, x + inside.width, y + inside.height)
+        if preview is not None and preview.part is not None:
+            before, after = self.pyramid.shown[preview.part.level], preview.levels[0]
+            there, inside = preview.part.box, Box.of(after)
             _draw_change(painter, before, after, there, inside, preview.scale)
 
 
 def _draw_level(painter: QPainter, photo: PicturePyramid, levels: Sequence[Rgb8]) -> None:
     """Paint the one of a photo's levels, or of a result's, that fits the zoom."""
-    _lay_board(painter, _rect(levels[0], 1.0), levels[0])
+    _lay_board(painter, _in_photo(Box.of(levels[0]), 1.0), levels[0])
     level = photo.level_for(_zoom(painter))
-    _draw_pixels(painter, _rect(levels[level], 2.0**level), levels[level])
+    _draw_pixels(painter, _in_photo(Box.of(levels[level]), 2.0**level), levels[level])
 
 
 def _lay_board(painter: QPainter, area: QRectF, pixels: Rgb8) -> None:
@@ -160,9 +156,7 @@ def _draw_change(
         # What shows through more, or less, has changed in all colours.
         apart = np.maximum(apart[..., :_COLOURS], apart[..., _COLOURS:])
     shown = np.asarray(cv2.convertScaleAbs(apart, alpha=GAIN), np.uint8)
-    corner = QPointF(scale * there.left - 0.5, scale * there.top - 0.5)
-    size = QSizeF(scale * there.width, scale * there.height)
-    _draw_pixels(painter, QRectF(corner, size), shown)
+    _draw_pixels(painter, _in_photo(there, scale), shown)
 
 
 def _zoom(painter: QPainter) -> float:
@@ -187,9 +181,7 @@ def _visible(painter: QPainter, pixels: Rgb8, scale: float) -> Box:
 
 def _area(frame: RenderedFrame) -> QRectF:
     """Return where a preview lies in the photo."""
-    height, width = frame.levels[0].shape[:2]
-    left, top = frame.to_photo([-0.5, -0.5]).tolist()
-    return QRectF(left, top, width * frame.scale, height * frame.scale)
+    return QRectF() if frame.part is None else _in_photo(frame.part.box, frame.scale)
 
 
 def _seen(painter: QPainter) -> QRectF:
@@ -198,8 +190,10 @@ def _seen(painter: QPainter) -> QRectF:
     return to_photo.mapRect(QRectF(painter.viewport()))
 
 
-def _rect(pixels: Rgb8, scale: float) -> QRectF:
-    return QRectF(-0.5, -0.5, pixels.shape[1] * scale, pixels.shape[0] * scale)
+def _in_photo(box: Box, scale: float) -> QRectF:
+    """Return where a box of a level lies in the photo; pixel centres lie at whole numbers."""
+    left, top = scale * box.left - 0.5, scale * box.top - 0.5
+    return QRectF(left, top, scale * box.width, scale * box.height)
 
 
 def _board() -> QPixmap:

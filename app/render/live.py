@@ -48,8 +48,8 @@ class RenderedFrame:
         From px of `rendering` to px of the photo.
     took_ms : float
         Time from the start of the job to the finished picture.
-    whole : bool
-        True for the whole photo by the recipe's own kernel, False for a gesture's preview.
+    part : VisiblePart, optional
+        What a gesture's preview shows; None for the whole photo by the recipe's own kernel.
     """
 
     revision: int
@@ -58,7 +58,12 @@ class RenderedFrame:
     levels: Sequence[Rgb8]
     to_photo: Affine
     took_ms: float
-    whole: bool
+    part: VisiblePart | None
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is the whole photo."""
+        return self.part is None
 
     @property
     def scale(self) -> float:
@@ -176,9 +181,7 @@ class Surface:
         took_ms = (time.perf_counter() - start) * 1e3
         # Cached in the rendering; measured here, off the GUI thread: panels read them at once.
         _ = rendering.one_to_one, rendering.residual, rendering.achieved
-        return RenderedFrame(
-            revision, rendering, state.done, result.shown, back, took_ms, whole=part is None
-        )
+        return RenderedFrame(revision, rendering, state.done, result.shown, back, took_ms, part)
 
     def _held(self, state: State, part: VisiblePart | None) -> Held:
         if self._holding is None:
