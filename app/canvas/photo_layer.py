@@ -27,6 +27,7 @@ from .overlays.overlay import viewport_of
 _SQUARES_FROM: Final = 3.0
 _COLOURS: Final = 3
 _SQUARE_PX: Final = 8
+_MORE_PX: Final = 2
 _EPSILON: Final = 1e-3  # px; far below what can be seen, far above rounding
 
 
@@ -119,7 +120,7 @@ class PhotoItem(pg.GraphicsObject):
         if self._full is not None:
             level = self.pyramid.level_for(_zoom(painter))
             before, after = self.pyramid.shown[level], self._full.levels[level]
-            box = _visible(painter, before, 2.0**level)
+            box = pixels_in(_seen(painter), before, level, _MORE_PX)
             _draw_change(painter, before, after, box, box, 2.0**level)
         preview = self._preview
         if preview is not None and preview.part is not None:
@@ -171,12 +172,10 @@ def _draw_pixels(painter: QPainter, area: QRectF, pixels: Rgb8) -> None:
     painter.drawImage(area, qt_image(pixels))
 
 
-def _visible(painter: QPainter, pixels: Rgb8, scale: float) -> Box:
-    """Return the pixels of a level that can be seen, and a little more."""
-    seen = _seen(painter)
-    edges = np.array([seen.left(), seen.top(), seen.right(), seen.bottom()]) / scale
-    left, top, right, bottom = np.round(edges).astype(int).tolist()
-    return Box(left, top, right, bottom).grown(2).clipped(Box.of(pixels))
+def pixels_in(area: QRectF, pixels: Rgb8, level: int, margin_px: int) -> Box:
+    """Return the pixels of a level in an area of the photo, and a margin round it."""
+    edges = np.round(np.array(area.getCoords()) / 2**level).astype(int)
+    return Box(*edges.tolist()).grown(margin_px).clipped(Box.of(pixels))
 
 
 def _area(frame: RenderedFrame) -> QRectF:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QGraphicsView, QLabel
 
-from kogao_core.geometry import Array, Box
+from kogao_core.geometry import Array
 
 from ..i18n import tr
 from ..render.live import RenderedFrame, VisiblePart
@@ -19,7 +19,7 @@ from ..view_state import ViewState
 from .overlays.compare import Loupe
 from .overlays.overlay import Layers
 from .overlays.unlisted import stack
-from .photo_layer import PhotoItem
+from .photo_layer import PhotoItem, pixels_in
 
 _LARGEST_ZOOM: Final = 32.0
 _LEAST_SEEN_PX: Final = 16.0
@@ -90,11 +90,10 @@ class Viewport(pg.GraphicsView):
 
     def look_like(self, other: Viewport) -> None:
         """Show the same place at the same zoom as another view."""
-        self._fitted = False
         scale = self.devicePixelRatioF() / other.zoom
         width, height = scale * self._box.width(), scale * self._box.height()
         x, y = other.to_photo(QPointF(other.viewport().rect().toRectF().center())).tolist()
-        self._box.setRange(QRectF(x - width / 2, y - height / 2, width, height), padding=0.0)
+        self.look_at(QRectF(x - width / 2, y - height / 2, width, height))
 
     @property
     def zoom(self) -> float:
@@ -106,11 +105,8 @@ class Viewport(pg.GraphicsView):
         if self.photo.pyramid is None:
             return None
         level = self.photo.pyramid.level_for(self.zoom)
-        seen: QRectF = self._box.viewRect()
-        edges = np.array([seen.left(), seen.top(), seen.right(), seen.bottom()]) / 2**level
-        left, top, right, bottom = np.round(edges).astype(int).tolist()
-        box = Box(left, top, right, bottom).grown(_PREVIEW_MARGIN_PX)
-        box = box.clipped(Box.of(self.photo.pyramid.levels[level]))
+        pixels = self.photo.pyramid.levels[level]
+        box = pixels_in(self._box.viewRect(), pixels, level, _PREVIEW_MARGIN_PX)
         return VisiblePart(level, box) if box.area else None
 
     def show_original(self, original: bool) -> None:

@@ -60,9 +60,7 @@ class Place:
     @property
     def seen(self) -> Array:
         """Corners of the viewport in px of the photo, shape (2, 2): top left, bottom right."""
-        area = self.viewport
-        corners = [(area.left(), area.top()), (area.right(), area.bottom())]
-        return self.to_screen.inverse(corners)
+        return self.to_screen.inverse(np.array(self.viewport.getCoords()).reshape(2, 2))
 
 
 class Overlay:
