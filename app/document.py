@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -275,7 +275,7 @@ class Document(QObject):
         for index in range(self.undo.count()):
             step = self.undo.command(index)
             assert isinstance(step, ReplaceState)
-            step.change(more)
+            step.before, step.after = more(step.before), more(step.after)
         if self._saved is self._begun:
             self._saved = self._begun = more(self._base).work
         self._base, self._committed = more(self._base), more(self._committed)
@@ -323,7 +323,7 @@ class Document(QObject):
         """End the gesture: what is shown becomes one undo step."""
         if self.in_gesture:
             text = f"{self._text} {self._change}".rstrip()
-            self.undo.push(ReplaceState(self.restore, self._committed, self._state, text))
+            self.undo.push(ReplaceState(self, self._committed, self._state, text))
 
     def step(self, state: State, text: str, change: str = "") -> None:
         """Make a state the next undo step, see `preview`."""
@@ -352,28 +352,22 @@ class ReplaceState(QUndoCommand):
 
     Parameters
     ----------
-    restore : callable
-        Takes the state to show.
+    document : Document
+        Whose state it is.
     before, after : State
         Around the gesture.
     text : str
         What the gesture did, as the Edit menu names it.
     """
 
-    def __init__(
-        self, restore: Callable[[State], None], before: State, after: State, text: str
-    ) -> None:
+    def __init__(self, document: Document, before: State, after: State, text: str) -> None:
         super().__init__(text)
-        self._restore, self.before, self.after = restore, before, after
-
-    def change(self, into: Callable[[State], State]) -> None:
-        """Make other states of those around the gesture."""
-        self.before, self.after = into(self.before), into(self.after)
+        self._document, self.before, self.after = document, before, after
 
     def redo(self) -> None:
         """Show the later state."""
-        self._restore(self.after)
+        self._document.restore(self.after)
 
     def undo(self) -> None:
         """Show the earlier state."""
-        self._restore(self.before)
+        self._document.restore(self.before)

@@ -29,7 +29,6 @@ class _PassesWheels(QObject):
     """Leaves a wheel to what lies behind a control, unless that has the focus."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep a wheel in passing from the control."""
         turned = event.type() == QEvent.Type.Wheel
         passes = turned and isinstance(watched, QWidget) and not watched.hasFocus()
         if passes:

@@ -174,18 +174,11 @@ class GestureSlider(QSlider):
 
 
 class _Title(QLabel):
-    """The name of a slider.
-
-    Signals
-    -------
-    doubled
-        It was clicked twice.
-    """
+    """The name of a slider, which tells when it is clicked twice."""
 
     doubled = Signal()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Tell of it."""
         event.accept()
         self.doubled.emit()
 
