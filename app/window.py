@@ -76,8 +76,6 @@ class Window(QMainWindow):
         self._beside: dict[str, QWidget] = {}
         self._needed: set[str] = set()
         self._workspace: Workspace | None = None
-        self._side = QWidget()
-        self._column = column_of(self._side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
         self.stage = Stage(self.canvas, self.original, self.bar)
 
     def lay_out(self, panels: Mapping[str, tuple[QWidget, Dock | None]]) -> None:
@@ -96,18 +94,19 @@ class Window(QMainWindow):
         self._fill_menus(menus)
         self._add_toolbar()
         self.setCentralWidget(self.stage)
-        below = []
+        side, below = QWidget(), []
+        column = column_of(side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
         for name, (panel, dock) in panels.items():
             if dock is None:
                 self._beside[name] = panel
-                self._column.addWidget(panel)
+                column.addWidget(panel)
             elif dock.area == Qt.DockWidgetArea.LeftDockWidgetArea:
                 self.docks.add(name, dock, panel)
             else:
                 below.append((name, dock, panel))
-        self._column.addStretch()
+        column.addStretch()
         right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
-        self.docks.add(_SIDE, right, ColumnArea(self._side, _SIDE_PX))
+        self.docks.add(_SIDE, right, ColumnArea(side, _SIDE_PX))
         for name, dock, panel in below:
             scrolls = isinstance(panel, QAbstractScrollArea)
             self.docks.add(name, dock, panel if scrolls else RowArea(panel))

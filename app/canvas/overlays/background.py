@@ -14,6 +14,7 @@ from kogao_core.display import Rgb8
 from kogao_core.language import Text
 
 from ...i18n import tr
+from ...render.pictures import qt_image
 from . import glyphs
 from .overlay import Overlay, Place
 
@@ -98,8 +99,7 @@ class People(Overlay):
 
 def tinted(people: Rgb8) -> QImage:
     """Return the tint of a mask, shape (H, W), 0 to 255, with an edge where it is half sure."""
-    height, width = people.shape
-    shades = np.empty((height, width, 4), np.uint8)
+    shades = np.empty((*people.shape, 4), np.uint8)
     colour = glyphs.PERSON
     shades[...] = (colour.red(), colour.green(), colour.blue(), 0)
     shades[..., 3] = _OPACITY * people
@@ -111,5 +111,4 @@ def tinted(people: Rgb8) -> QImage:
     inner = (edge.red(), edge.green(), edge.blue(), 255)
     shades[here > cv2.erode(here, round_it)] = inner
     shades[here < cv2.dilate(here, round_it)] = (0, 0, 0, glyphs.CASE.alpha())
-    image = QImage(shades.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
-    return image.convertToFormat(QImage.Format.Format_ARGB32_Premultiplied)
+    return qt_image(shades).convertToFormat(QImage.Format.Format_ARGB32_Premultiplied)

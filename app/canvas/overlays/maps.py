@@ -15,6 +15,7 @@ from kogao_core.language import Text
 
 from ...i18n import tr
 from ...render.live import RenderedFrame
+from ...render.pictures import qt_image
 from . import glyphs
 from .overlay import FrameOverlay, Place
 
@@ -70,10 +71,7 @@ class _Map(FrameOverlay):
         rows = there(np.column_stack([np.full_like(ys, area.left()), ys]))[:, 1]
         values = self.measure(frame, columns, rows)
         top = _nice(float(np.abs(values).max(initial=0.0)))
-        shades = self.shades(values, top)
-        height, width = shades.shape[:2]
-        image = QImage(shades.tobytes(), width, height, 4 * width, QImage.Format.Format_RGBA8888)
-        return image.copy(), top
+        return qt_image(self.shades(values, top)).copy(), top
 
     def _draw_legend(self, painter: QPainter, place: Place) -> None:
         width, height = _LEGEND_PX
@@ -87,8 +85,7 @@ class _Map(FrameOverlay):
         values = np.linspace(first * self._top, self._top, count)
         scale = self.shades(values[None], self._top)
         scale[..., 3] = 255
-        strip = QImage(scale.tobytes(), count, 1, 4 * count, QImage.Format.Format_RGBA8888)
-        painter.drawImage(box, strip)
+        painter.drawImage(box, qt_image(scale))
         painter.setPen(QPen(glyphs.HALO))
         names, left = self.captions(self._top), Qt.AlignmentFlag.AlignLeft
         painter.drawText(plate.adjusted(8, 2, -8, 0), left | Qt.AlignmentFlag.AlignTop, names[0])
