@@ -15,11 +15,12 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPixmap, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
+from kogao_core.display import Rgb8
 from kogao_core.geometry import Box
 
 from ..render.live import RenderedFrame
 from ..render.pictures import qt_image
-from ..render.pyramid import PicturePyramid, Rgb8
+from ..render.pyramid import PicturePyramid
 from ..view_state import GAIN, ViewState
 from .overlays.overlay import viewport_of
 

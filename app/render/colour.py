@@ -12,11 +12,11 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageCms
 
-from kogao_core.display import rgba8
+from kogao_core.display import Rgb8, rgba8
 from kogao_core.photo import Photo
 from kogao_core.threads import default_threads, share_out
 
-from .pyramid import PicturePyramid, Rgb8, Show
+from .pyramid import PicturePyramid, Show
 
 # Few rows at a time: Pillow copies them with the interpreter held, and the window must go on.
 _STRIP_PX: Final = 2**17

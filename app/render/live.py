@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.background import Background, BackgroundFinder
+from kogao_core.display import Rgb8
 from kogao_core.geometry import Affine, Box, Image
 from kogao_core.holding import NOTHING_HELD, Held
 from kogao_core.pipeline import Rendering, render
@@ -21,7 +22,7 @@ from kogao_core.warp import Canvas
 
 from ..document import State
 from ..workers import Lane
-from .pyramid import PicturePyramid, Rgb8, to_photo
+from .pyramid import PicturePyramid, to_photo
 
 if TYPE_CHECKING:
     from ..canvas.photo_canvas import PhotoCanvas

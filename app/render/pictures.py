@@ -9,10 +9,11 @@ import numpy as np
 from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QIcon, QImage, QPixmap
 
+from kogao_core.display import Rgb8
 from kogao_core.face import Face
 from kogao_core.geometry import Box, Image
 
-from .pyramid import PicturePyramid, Rgb8
+from .pyramid import PicturePyramid
 
 _FORMATS: Final = {3: QImage.Format.Format_RGB888, 4: QImage.Format.Format_RGBA8888}
 

@@ -7,11 +7,10 @@ from typing import Final
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from kogao_core.display import Rgb8
 from kogao_core.geometry import Affine, Box
 
-Rgb8 = npt.NDArray[np.uint8]
 # Writes pictures, second of each pair, as the first ones look on the screen.
 Show = Callable[[Sequence[tuple[Rgb8, Rgb8]]], None]
 _SMALLEST_PX: Final = 256

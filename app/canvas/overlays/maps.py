@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QImage, QPainter, QPen
 
+from kogao_core.display import Rgb8
 from kogao_core.geometry import Array
 from kogao_core.language import Text
 
@@ -28,7 +28,6 @@ _NICE: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 # The darkest colours of a scale look like shade on a photo.
 _DARKEST: Final = 0.2
 _FOLD: Final = (glyphs.FOLD.red(), glyphs.FOLD.green(), glyphs.FOLD.blue(), 255)
-Shades = npt.NDArray[np.uint8]
 
 
 class _Map(FrameOverlay):
@@ -99,7 +98,7 @@ class _Map(FrameOverlay):
         """Return the value at places in px of the rendering, shape (len(ys), len(xs))."""
         raise NotImplementedError
 
-    def shades(self, values: Array, top: float) -> Shades:
+    def shades(self, values: Array, top: float) -> Rgb8:
         """Return colours with their opacity for values up to `top`, shape (..., 4)."""
         raise NotImplementedError
 
@@ -123,7 +122,7 @@ class HeatMap(_Map):
         displacement = frame.rendering.field.on_grid(xs, ys)
         return np.asarray(np.hypot(displacement[0], displacement[1]) * frame.scale)
 
-    def shades(self, values: Array, top: float) -> Shades:
+    def shades(self, values: Array, top: float) -> Rgb8:
         """Return inferno's colours, stronger where more moves."""
         share = np.clip(values / top, 0.0, 1.0)
         return _coloured(self.colours, _DARKEST + (1.0 - _DARKEST) * share, np.cbrt(share))
@@ -148,7 +147,7 @@ class JacobianMap(_Map):
         """Return how far det J is from 1, where nothing changes its size."""
         return frame.rendering.field.det_jacobian(xs, ys) - 1.0
 
-    def shades(self, values: Array, top: float) -> Shades:
+    def shades(self, values: Array, top: float) -> Rgb8:
         """Return blue for stretched, red for pressed; folds in the colour of their cells."""
         share = np.clip(values / top, -1.0, 1.0)
         shades = _coloured(self.colours, (share + 1.0) / 2.0, np.sqrt(np.abs(share)))
@@ -161,7 +160,7 @@ class JacobianMap(_Map):
         return (tr("det J: stretched, pressed"), left, "1", f"{1 + top:g}")
 
 
-def _coloured(name: str, share: Array, strength: Array) -> Shades:
+def _coloured(name: str, share: Array, strength: Array) -> Rgb8:
     shades = pg.colormap.get(name).map(share.ravel(), mode="byte")
     shades = np.asarray(shades).reshape(*share.shape, -1)
     alpha = np.round(255.0 * _STRONGEST * strength).astype(np.uint8)
