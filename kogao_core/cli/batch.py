@@ -14,7 +14,6 @@ import click
 from kogao_core import installed, wording
 from kogao_core.cli import common, options, words
 from kogao_core.language import Text, tr, translated
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,8 +25,8 @@ if TYPE_CHECKING:
 @words.command("batch")
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=common.PHOTO)
 @words.option(
-    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR", help="Folder for the results; made if need be.",
+    "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
+    help="Folder for the results; made if need be.",
 )  # fmt: skip
 @options.chooses
 @words.option(
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     help="Photos worked on at a time; each takes about 8 times its pixels in memory [processors].",
 )  # fmt: skip
 @words.option(
-    "--report", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
+    "--report", type=common.FILE, metavar="FILE",
     help="JSON lines, one a photo; what it lists as done is skipped [OUTPUT/kogao-batch.jsonl].",
 )  # fmt: skip
 @words.option(
@@ -95,18 +94,15 @@ def command(
     common.mention_fallback(landmarks)
     workers = _workers(dask, jobs)
     progress = _Progress(len(tasks))
-    try:
+    with common.refusing(
+        lambda reason: Text(
+            "the report {report} can't be written ({reason}); make room or "
+            "choose another one, and start again: what is done stays done",
+            report=report,
+            reason=reason,
+        )
+    ):
         batch.record(batch.run(tasks, workers), report, progress.add)
-    except OSError as error:
-        raise common.Stop(
-            Text(
-                "the report {report} can't be written ({reason}); make room or "
-                "choose another one, and start again: what is done stays done",
-                report=report,
-                reason=system_reason(error),
-            ),
-            common.UNREADABLE,
-        ) from error
     progress.end(report)
     return common.SOME_FAILED if progress.bad else 0
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -27,7 +27,8 @@ UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 
 # Whether it may be read is found, and said, by whoever reads it.
 PHOTO: Final = click.Path(path_type=Path, readable=False)
-_Command = TypeVar("_Command", bound=Callable[..., Any])
+FILE: Final = click.Path(path_type=Path, dir_okay=False)
+FOLDER: Final = click.Path(path_type=Path, file_okay=False)
 
 
 class Number(click.FloatRange):
@@ -83,24 +84,28 @@ class Stop(click.ClickException):
 
 
 @contextmanager
-def stopping(kind: type[Exception], code: int) -> Iterator[None]:
-    """Turn one kind of exception into a `Stop`."""
+def stopping(kinds: type[Exception] | tuple[type[Exception], ...], code: int) -> Iterator[None]:
+    """Turn exceptions of some kinds into a `Stop`."""
     try:
         yield
-    except kind as error:
+    except kinds as error:
         raise Stop(error, code) from error
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Stop with a sentence when a file, or what belongs into a folder, can't be written."""
+def refusing(sentence: Callable[[str], Text]) -> Iterator[None]:
+    """Stop where the system refuses something, with what `sentence` makes of its reason."""
     try:
         yield
     except OSError as error:
-        raise Stop(
-            Text("{path} can't be written ({reason})", path=path, reason=system_reason(error)),
-            UNREADABLE,
-        ) from error
+        raise Stop(sentence(system_reason(error)), UNREADABLE) from error
+
+
+def writing(path: Path) -> AbstractContextManager[None]:
+    """Stop with a sentence when a file, or what belongs into a folder, can't be written."""
+    return refusing(
+        lambda reason: Text("{path} can't be written ({reason})", path=path, reason=reason)
+    )
 
 
 def print_text(text: str) -> None:
@@ -159,19 +164,18 @@ chooses_landmarks = words.option("--landmarks", metavar="SOURCE", help=landmarks
 
 
 forces = words.option("--force", is_flag=True, help="Replace existing files.")
-uses_sample = words.option("--sample", is_flag=True, help="Use the built-in portrait.")
-
-
-def takes_photo(command: _Command) -> _Command:
-    """Add the input argument, ``--sample`` and what it takes to read and search a photo."""
-    photo = click.argument("source", metavar="[IN]", required=False, type=PHOTO)
-    return photo(uses_sample(limits_megapixels(chooses_landmarks(command))))
-
-
-def takes_photos(command: _Command) -> _Command:
-    """Add the same for any number of photos and folders of photos; see `input_paths`."""
-    photos = click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO)
-    return photos(uses_sample(limits_megapixels(chooses_landmarks(command))))
+_SEARCHING: Final = (
+    words.option("--sample", is_flag=True, help="Use the built-in portrait."),
+    limits_megapixels,
+    chooses_landmarks,
+)
+# What it takes to read and search a photo, or any number of photos and folders of photos.
+takes_photo = words.together(
+    click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
+)
+takes_photos = words.together(
+    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO), *_SEARCHING
+)
 
 
 def input_path(source: Path | None, sample: bool) -> Path:
@@ -204,6 +208,20 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
             raise Stop(Text("there is no photo in {path}", path=path), USAGE)
         paths += within
     return paths
+
+
+def each(photos: Sequence[Path], work: Callable[[Path], None]) -> int:
+    """Work on photos and return the exit code; what stops one of several is told, no more."""
+    code = 0
+    for photo in photos:
+        try:
+            work(photo)
+        except Stop as stop:
+            if len(photos) == 1:
+                raise
+            print_message(stop.message)
+            code = SOME_FAILED
+    return code
 
 
 def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
@@ -268,7 +286,7 @@ def find_faces(
     from kogao_core.assets import AssetMissing
     from kogao_core.landmarks import ModelRefused
 
-    with stopping(AssetMissing, BROKEN), stopping(ModelRefused, BROKEN):
+    with stopping((AssetMissing, ModelRefused), BROKEN):
         try:
             found = (source() if source is not None else None) or landmark_source(landmarks)
             faces = found.find(photo.pixels)

@@ -11,7 +11,6 @@ import click
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.language import Text, tr, translated
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +29,7 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
 @words.command("detect")
 @common.takes_photo
 @words.option(
-    "--person-mask", "mask_file", type=click.Path(path_type=Path, dir_okay=False),
+    "--person-mask", "mask_file", type=common.FILE,
     metavar="FILE.png", callback=_png,
     help="Write where people are round the faces: a grey PNG, people white.",
 )  # fmt: skip
@@ -70,7 +69,7 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
     from kogao_core.landmarks import ModelRefused
     from kogao_core.person import PersonFinder
 
-    with common.stopping(AssetMissing, common.BROKEN), common.stopping(ModelRefused, common.BROKEN):
+    with common.stopping((AssetMissing, ModelRefused), common.BROKEN):
         people = PersonFinder().find(photo.pixels, faces)
     if people.missed:
         common.print_message(
@@ -88,13 +87,10 @@ def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
     from kogao_core.atomic import put
     from kogao_core.display import png
 
-    try:
+    with common.refusing(
+        lambda reason: Text("{file} can't be written: {reason}", file=file, reason=reason)
+    ):
         put(png(people.picture(photo.width, photo.height)), file)
-    except OSError as error:
-        raise common.Stop(
-            Text("{file} can't be written: {reason}", file=file, reason=system_reason(error)),
-            common.UNREADABLE,
-        ) from None
 
 
 def _found(

@@ -9,7 +9,6 @@ import click
 
 from kogao_core.cli import common, figures, options, reports, study, words
 from kogao_core.language import Text
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from kogao_core.experiments.setting_times import SettingTime
@@ -62,17 +61,13 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
     from kogao_core.experiments.setting_times import read
     from kogao_core.strict import BadFile
 
-    if file is None:
-        return []
-    try:
-        return read(file)
-    except BadFile as error:
-        raise common.Stop(error, common.USAGE) from error
-    except OSError as error:
-        raise common.Stop(
-            Text("{file} can't be read ({reason})", file=file, reason=system_reason(error)),
-            common.UNREADABLE,
-        ) from error
+    with (
+        common.refusing(
+            lambda reason: Text("{file} can't be read ({reason})", file=file, reason=reason)
+        ),
+        common.stopping(BadFile, common.USAGE),
+    ):
+        return [] if file is None else read(file)
 
 
 @command.command("domains")

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from kogao_core.experiments.drawing import Drawing
-    from kogao_core.recipe import Recipe
 
 _KINDS: Final = ("png", "svg")
 
@@ -22,8 +21,8 @@ _KINDS: Final = ("png", "svg")
 @words.command("figures")
 @common.takes_photos
 @words.option(
-    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR", help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
+    "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
+    help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
 )  # fmt: skip
 @words.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
               show_default=True)  # fmt: skip
@@ -61,37 +60,18 @@ def command(
             Text("several photos are called {twice}; draw them apart", twice=min(twice)),
             common.USAGE,
         )
-    code = 0
-    for photo in photos:
-        try:
-            drawings = _drawings(photo, recipe, which, width_px, landmarks, max_megapixels)
-            written = _write(
-                drawings, photo, folder, _KINDS if kinds == "both" else (kinds,), force
-            )
-        except common.Stop as stop:
-            if len(photos) == 1:
-                raise
-            common.print_message(stop.message)
-            code = common.SOME_FAILED
-        else:
-            common.print_text(f"{photo}: {', '.join(path.name for path in written)}")
-    return code
 
+    def draw(photo: Path) -> None:
+        from kogao_core.experiments.figures import figures
+        from kogao_core.experiments.subjects import Subject
 
-def _drawings(
-    photo: Path,
-    recipe: Recipe,
-    which: str,
-    width_px: int,
-    landmarks: str | None,
-    max_megapixels: float,
-) -> list[Drawing]:
-    from kogao_core.experiments.figures import figures
-    from kogao_core.experiments.subjects import Subject
+        read = common.read_photo(photo, max_megapixels)
+        faces = common.selected(common.find_faces(read, landmarks), which)
+        drawings = figures(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
+        written = _write(drawings, photo, folder, _KINDS if kinds == "both" else (kinds,), force)
+        common.print_text(f"{photo}: {', '.join(path.name for path in written)}")
 
-    read = common.read_photo(photo, max_megapixels)
-    faces = common.selected(common.find_faces(read, landmarks), which)
-    return figures(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
+    return common.each(photos, draw)
 
 
 def _write(

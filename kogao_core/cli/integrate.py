@@ -133,7 +133,7 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
 @click.argument("host", type=click.Choice((_DESKTOP, *HOSTS)))
 @words.option("--remove", is_flag=True, help="Take it away again.")
 @words.option(
-    "--settings", type=click.Path(path_type=Path, file_okay=False), metavar="FOLDER",
+    "--settings", type=common.FOLDER, metavar="FOLDER",
     help="Where the program has its settings, a desktop its menus [where the system has them].",
 )  # fmt: skip
 def command(host: str, remove: bool, settings: Path | None) -> None:

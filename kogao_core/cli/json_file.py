@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import click
 
@@ -14,7 +14,7 @@ from kogao_core.cli import common, words
 from kogao_core.language import Text
 
 STDOUT: Final = Path("-")
-_Command = TypeVar("_Command", bound=Callable[..., Any])
+PLACE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 
 def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
@@ -30,16 +30,10 @@ def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path |
     return file
 
 
-_FILE: Final = words.option(
-    "--json", "json_file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True),
-    is_flag=False, flag_value="-", metavar="[F]", callback=no_photo,
-    help="Write everything as JSON; without F, or with -, print it.",
+writes_json = words.option(
+    "--json", "json_file", type=PLACE, is_flag=False, flag_value="-", metavar="[F]",
+    callback=no_photo, help="Write everything as JSON; without F, or with -, print it.",
 )  # fmt: skip
-
-
-def writes_json(command: _Command) -> _Command:
-    """Add ``--json [F]``."""
-    return _FILE(command)
 
 
 def check(file: Path | None, force: bool) -> None:

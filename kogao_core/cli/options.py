@@ -97,18 +97,12 @@ def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
     )
 
 
-_OPTIONS: Final = (
+# Adds the options of a recipe, ``--face`` and ``--recipe``.
+chooses = words.together(
     *map(_option, SETTINGS.values()),
     chooses_faces,
     _recipe_file(Text("A saved recipe (JSON); the options above override it.")),
 )
-
-
-def chooses(command: _Command) -> _Command:
-    """Add the options of a recipe, ``--face`` and ``--recipe`` to a command."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
 
 
 _DISCLOSING: Final = (
@@ -189,10 +183,7 @@ def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
         told = {name: given.pop(name) for name in _TOLD}
         return command(**given, disclosed=partial(_disclosure, **told))
 
-    result: Callable[..., Any] = disclosing
-    for option in reversed(_DISCLOSING):
-        result = option(result)
-    return result
+    return words.together(*_DISCLOSING)(disclosing)
 
 
 def _disclosure(
@@ -233,12 +224,10 @@ def _disclosure(
 chooses_percent = words.option(
     "--percent", type=float, help=_with_default(SETTINGS["percent"], "4")
 )
-_PAPERS_RECIPE: Final = _recipe_file(Text("A saved recipe (JSON) [the paper's]."))
-
-
-def chooses_as_the_paper(command: _Command) -> _Command:
-    """Add ``--recipe`` and ``--face`` to a command that repeats the paper's work."""
-    return _PAPERS_RECIPE(chooses_faces(command))
+# For a command that repeats the paper's work.
+chooses_as_the_paper = words.together(
+    _recipe_file(Text("A saved recipe (JSON) [the paper's].")), chooses_faces
+)
 
 
 def paper_recipe_of(file: Path | None, percent: float | None = None) -> Recipe:

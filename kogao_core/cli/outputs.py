@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from kogao_core.cli import common, json_file, words
 from kogao_core.language import Text
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from kogao_core.experiments.report import Made, Report
@@ -20,24 +19,19 @@ if TYPE_CHECKING:
 
 KINDS: Final = ("json", "csv", "html")
 STDOUT: Final = json_file.STDOUT
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-_FILE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
-_KEPT: Final = {
-    "json": Text("Write everything as JSON; without F, or with -, print it."),
-    "csv": Text("Write a table of all figures, or print it."),
-    "html": Text("Write a report for a browser, or print it."),
-}
-
-
-def writes_files(command: _Command) -> _Command:
-    """Add ``--json``, ``--csv``, ``--html`` and ``--force``; `asked_for` reads the first three."""
-    command = words.option("--force", is_flag=True, help="Replace existing files.")(command)
-    for kind in reversed(KINDS):
-        command = words.option(
-            f"--{kind}", f"{kind}_file", type=_FILE, is_flag=False, flag_value="-", metavar="[F]",
-            callback=json_file.no_photo, help=_KEPT[kind],
-        )(command)  # fmt: skip
-    return command
+# Adds ``--json``, ``--csv``, ``--html``, which `asked_for` reads, and ``--force``.
+writes_files = words.together(
+    json_file.writes_json,
+    words.option(
+        "--csv", "csv_file", type=json_file.PLACE, is_flag=False, flag_value="-", metavar="[F]",
+        callback=json_file.no_photo, help="Write a table of all figures, or print it.",
+    ),
+    words.option(
+        "--html", "html_file", type=json_file.PLACE, is_flag=False, flag_value="-", metavar="[F]",
+        callback=json_file.no_photo, help="Write a report for a browser, or print it.",
+    ),
+    common.forces,
+)  # fmt: skip
 
 
 def asked_for(given: Mapping[str, Any]) -> dict[str, Path]:
@@ -120,20 +114,14 @@ class Outputs:
                     atomic.put(text.encode(), file)
 
 
-@contextmanager
-def _writing(place: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        reason = system_reason(error)
-        raise common.Stop(
-            Text(
-                "{place} can't be written ({reason}); choose another folder or make room",
-                place=place,
-                reason=reason,
-            ),
-            common.UNREADABLE,
-        ) from error
+def _writing(place: Path) -> AbstractContextManager[None]:
+    return common.refusing(
+        lambda reason: Text(
+            "{place} can't be written ({reason}); choose another folder or make room",
+            place=place,
+            reason=reason,
+        )
+    )
 
 
 def _check_folder(folder: Path, *, made: bool) -> None:

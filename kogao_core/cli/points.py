@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,22 +14,19 @@ if TYPE_CHECKING:
     from kogao_core.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-_FILE: Final = words.option(
-    "--points", "points_file", type=click.Path(path_type=Path), metavar="FILE",
-    excludes=("--landmarks",),
-    help="Take the landmarks from a .tem, .pts, .csv or .json file instead of looking for faces.",
+takes_points = words.together(
+    words.option(
+        "--points", "points_file", type=click.Path(path_type=Path), metavar="FILE",
+        excludes=("--landmarks",),
+        help="Take the landmarks from a .tem, .pts, .csv or .json file instead of looking for "
+        "faces.",
+    ),
+    words.option(
+        "--points-map", metavar="MAP", needs="--points",
+        help="Which of the file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
+        "[by their number: 27, 68 or 189].",
+    ),
 )  # fmt: skip
-_MAP: Final = words.option(
-    "--points-map", metavar="MAP", needs="--points",
-    help="Which of the file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-    "[by their number: 27, 68 or 189].",
-)  # fmt: skip
-
-
-def takes_points(command: _Command) -> _Command:
-    """Add ``--points`` and ``--points-map``."""
-    return _FILE(_MAP(command))
 
 
 def faces(

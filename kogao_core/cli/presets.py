@@ -13,8 +13,6 @@ from kogao_core.cli import json_file as to_json
 from kogao_core.language import Text, translated
 from kogao_core.recipe import Recipe
 
-_FILE = click.Path(path_type=Path, dir_okay=False)
-
 
 @words.group("presets")
 def command() -> None:
@@ -49,7 +47,7 @@ def show(name: str) -> None:
 @command.command("export")
 @click.argument("name")
 @words.option(
-    "-o", "--output", required=True, type=_FILE, metavar="OUT.json", help="Where to write."
+    "-o", "--output", required=True, type=common.FILE, metavar="OUT.json", help="Where to write."
 )
 @common.forces
 def export(name: str, output: Path, force: bool) -> None:
@@ -61,7 +59,7 @@ def export(name: str, output: Path, force: bool) -> None:
 
 
 @command.command("import")
-@click.argument("files", nargs=-1, required=True, type=_FILE, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, type=common.FILE, metavar="FILE...")
 @words.option("--name", help="What to call it [the file's name].")
 @common.forces
 def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:

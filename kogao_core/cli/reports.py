@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,23 +18,16 @@ if TYPE_CHECKING:
     from kogao_core.face import LandmarkSource
     from kogao_core.geometry import Image
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-
-_OPTIONS: Final = (
+# The arguments of every experiment; the command hands them to `Work`.
+takes_photos = words.together(
+    common.takes_photos,
     options.chooses_as_the_paper,
     outputs.writes_files,
     words.option(
-        "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False),
-        metavar="DIR", help="Write all of these, and pictures, into a folder; made if need be.",
+        "-o", "--output", "folder", type=common.FOLDER, metavar="DIR",
+        help="Write all of these, and pictures, into a folder; made if need be.",
     ),
 )  # fmt: skip
-
-
-def takes_photos(command: _Command) -> _Command:
-    """Add the arguments of every experiment; the command hands them to `Work`."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return common.takes_photos(command)
 
 
 class Work:
@@ -107,10 +100,7 @@ class Work:
         from kogao_core.landmarks import ModelRefused
 
         photo = common.read_photo(path, self._given["max_megapixels"])
-        with (
-            common.stopping(AssetMissing, common.BROKEN),
-            common.stopping(ModelRefused, common.BROKEN),
-        ):
+        with common.stopping((AssetMissing, ModelRefused), common.BROKEN):
             faces = source.find(photo.pixels)
         if not faces:
             raise common.Stop(

@@ -10,7 +10,6 @@ import click
 
 from kogao_core.cli import common, words
 from kogao_core.language import Text, tr
-from kogao_core.wording import system_reason
 
 if TYPE_CHECKING:
     from kogao_core.originals import Originals
@@ -37,18 +36,13 @@ def command(file: Path, only_list: bool, number: int | None, force: bool) -> Non
 
     common.check_free(file, force=True)
     store = Originals.of_user()
-    with common.stopping(NoOriginal, common.USAGE):
-        try:
-            said = _listed(store, file) if only_list else _restored(store, file, number, force)
-        except OSError as error:
-            raise common.Stop(
-                Text(
-                    "{file} can't be brought back ({reason})",
-                    file=file,
-                    reason=system_reason(error),
-                ),
-                common.UNREADABLE,
-            ) from error
+    with (
+        common.stopping(NoOriginal, common.USAGE),
+        common.refusing(
+            lambda reason: Text("{file} can't be brought back ({reason})", file=file, reason=reason)
+        ),
+    ):
+        said = _listed(store, file) if only_list else _restored(store, file, number, force)
     common.print_text(said)
 
 

@@ -179,6 +179,17 @@ def option(*names: str, **settings: Any) -> Callable[[_Function], _Function]:
     return click.option(*names, cls=Option, **settings)
 
 
+def together(*options: Callable[[_Function], _Function]) -> Callable[[_Function], _Function]:
+    """Return what adds several options and arguments to a command, in their order."""
+
+    def add(command: _Function) -> _Function:
+        for one in reversed(options):
+            command = one(command)
+        return command
+
+    return add
+
+
 def bad_value(why: Text) -> click.BadParameter:
     """Return what refuses an option's value; click puts its own words before."""
     return click.BadParameter(translated(why))
