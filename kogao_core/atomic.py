@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 from kogao_core.language import Text
 
@@ -133,6 +133,24 @@ def _flush(folder: Path) -> None:
             os.fsync(opened)
         finally:
             os.close(opened)
+
+
+def appended(path: Path) -> BinaryIO:
+    """Open a file to add lines to it; it and its folder are made if need be.
+
+    A line that a killed program left unfinished doesn't swallow the next one.
+
+    Raises
+    ------
+    OSError
+        If it can't be read or written, or no file can be there (see `check_target`).
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    check_target(path)
+    file = path.open("a+b")
+    if file.tell() and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b"\n":
+        file.write(b"\n")
+    return file
 
 
 @contextmanager

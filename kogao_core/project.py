@@ -17,8 +17,7 @@ from kogao_core.geometry import Affine, Line
 from kogao_core.language import Text
 from kogao_core.protection import NOTHING, Protection
 from kogao_core.recipe import Recipe
-from kogao_core.strict import BadFile, Node, parse
-from kogao_core.wording import system_reason
+from kogao_core.strict import BadFile, Node, parse, read
 
 VERSION: Final = 1
 Mode = Literal["automatic", "manual"]
@@ -315,14 +314,7 @@ def load(path: str | os.PathLike[str]) -> Project:
     """
     if Path(path).exists() and not Path(path).is_file():
         raise BadFile(Text("{path} is no ordinary file", path=path))  # a pipe would be waited for
-    try:
-        with Path(path).open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
-        ) from None
-    return from_node(parse(data, _MOST_BYTES))
+    return from_node(parse(read(Path(path), _MOST_BYTES), _MOST_BYTES))
 
 
 def save(project: Project, path: str | os.PathLike[str]) -> None:

@@ -7,10 +7,11 @@ import math
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from kogao_core.language import Text
-from kogao_core.wording import shown
+from kogao_core.wording import shown, system_reason
 
 # Control characters, and halves of UTF-16 letters, which no file could be written with again.
 _UNPLAIN: Final = re.compile("[\x00-\x1f\ud800-\udfff]")
@@ -105,6 +106,23 @@ class Node:
             Always.
         """
         raise BadFile(Text("{root}{path} {reason}", root=self.root, path=self.path, reason=reason))
+
+
+def read(path: Path, most_bytes: int) -> bytes:
+    """Return a file, and of one that has more than `most_bytes` one byte more than those.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read.
+    """
+    try:
+        with path.open("rb") as file:
+            return file.read(most_bytes + 1)
+    except OSError as error:
+        raise BadFile(
+            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
+        ) from None
 
 
 def parse(data: bytes, most_bytes: int) -> Node:

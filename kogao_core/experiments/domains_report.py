@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
 from fractions import Fraction
 from typing import Final
 
@@ -196,17 +197,9 @@ def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
         "control_point_pixels": photo.counts["control-points"],
         "threshold_px": step.threshold_px,
         "pixels": step.pixels,
-        **{f"cut_{name}": value for name, value in _error_values(step.cut).items()},
-        **{f"fade_{name}": value for name, value in _error_values(step.fade).items()},
+        **{f"cut_{name}": value for name, value in asdict(step.cut).items()},
+        **{f"fade_{name}": value for name, value in asdict(step.fade).items()},
         "fade_proven": step.fade_proven,
-    }
-
-
-def _error_values(error: Error) -> dict[str, float | None]:
-    return {
-        "max_levels": error.max_levels,
-        "psnr_db": error.psnr_db,
-        "seam_px": error.seam_px,
     }
 
 
@@ -218,10 +211,7 @@ def _document(result: DomainsResult) -> dict[str, object]:
             {
                 "photo": photo.photo,
                 "counts": photo.counts,
-                "computing_ms": {
-                    name: {"median": s.median, "q1": s.q1, "q3": s.q3, "count": s.count}
-                    for name, s in photo.computing_ms.items()
-                },
+                "computing_ms": {name: asdict(s) for name, s in photo.computing_ms.items()},
                 "steps": [_record(photo, step) for step in photo.steps],
             }
             for photo in result.photos

@@ -19,7 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final
 
-from kogao_core.atomic import check_target
+from kogao_core.atomic import appended
 from kogao_core.language import Text
 from kogao_core.strict import BadFile, Node, parse
 
@@ -74,14 +74,8 @@ def append(path: Path, setting_time: SettingTime) -> None:
         If the file can't be written.
     """
     values = {"version": VERSION, **dataclasses.asdict(setting_time)}
-    line = json.dumps(values, ensure_ascii=False).encode() + b"\n"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    check_target(path)
-    with path.open("a+b") as file:
-        # A line that a killed program left unfinished must not swallow this one.
-        if file.tell() and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b"\n":
-            line = b"\n" + line
-        file.write(line)
+    with appended(path) as file:
+        file.write(json.dumps(values, ensure_ascii=False).encode() + b"\n")
         file.flush()
         os.fsync(file.fileno())
 

@@ -77,12 +77,9 @@ def _chart(result: TimingResult, size: Size) -> Chart:
         "before. The paper says less than 1 s for automatic setting.",
         size=_NAMES[size],
     )
-    title, names = (
-        Text("Table 2 at {size}", size=_NAMES[size]),
-        [_SHORT[one.name] for one, _ in procedures],
-    )
     return Chart(
-        title, names, Text("time, s"), series, bars=True, logarithmic=True, caption=caption
+        Text("Table 2 at {size}", size=_NAMES[size]), [_SHORT[one.name] for one, _ in procedures],
+        Text("time, s"), series, bars=True, logarithmic=True, caption=caption,
     )  # fmt: skip
 
 

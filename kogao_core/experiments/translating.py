@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
 
-from kogao_core.experiments.charts import Chart
-from kogao_core.experiments.report import Heading, Part, Picture, Report, Row, Table
+from kogao_core.experiments.report import Report
 from kogao_core.language import translated
 
 
@@ -22,42 +22,16 @@ def translated_report(report: Report) -> Report:
     Report
         With the same records and document.
     """
-    return replace(
-        report,
-        title=translated(report.title),
-        lead=translated(report.lead),
-        parts=[_part(part) for part in report.parts],
-    )
+    title, lead, parts = map(_said, (report.title, report.lead, report.parts))
+    return replace(report, title=title, lead=lead, parts=parts)
 
 
-def _part(part: Part) -> Part:
-    match part:
-        case str():
-            return translated(part)
-        case Heading():
-            return replace(part, text=translated(part.text))
-        case Table():
-            return Table(
-                translated(part.caption),
-                list(map(translated, part.header)),
-                [list(map(translated, row)) for row in part.rows],
-                translated(part.note),
-            )
-        case Chart():
-            return _chart(part)
-        case Picture():
-            return replace(part, caption=translated(part.caption), alt=translated(part.alt))
-        case Row():
-            return replace(part, parts=[_part(one) for one in part.parts])
-
-
-def _chart(chart: Chart) -> Chart:
-    return replace(
-        chart,
-        title=translated(chart.title),
-        places=list(map(translated, chart.places)),
-        unit=translated(chart.unit),
-        series=[replace(one, name=translated(one.name)) for one in chart.series],
-        along=translated(chart.along),
-        caption=translated(chart.caption),
-    )
+def _said(part: Any) -> Any:
+    """Translate a text, the texts of a list, or those of a part of a report and of its parts."""
+    if isinstance(part, str):
+        return translated(part)
+    if isinstance(part, list | tuple):
+        return [_said(one) for one in part]
+    if is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{one.name: _said(getattr(part, one.name)) for one in fields(part)})
+    return part

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from kogao_core import strict
 from kogao_core.atomic import put
 from kogao_core.face import Face
 from kogao_core.geometry import Box
@@ -16,7 +17,7 @@ from kogao_core.interchange.templates import OWN_NAMES, TEMPLATES, Template, fit
 from kogao_core.language import Text
 from kogao_core.limits import OutOfBounds, check_faces
 from kogao_core.strict import BadFile
-from kogao_core.wording import shown, system_reason
+from kogao_core.wording import shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,13 +106,7 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
         If it can't be read or holds no face; one sentence.
     """
     form = _format_of(path)
-    try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
-        ) from None
+    data = strict.read(path, MOST_BYTES)
     try:
         if form.name == "json":
             return tables.parse_faces(data)

@@ -273,7 +273,7 @@ def test_a_report_that_was_cut_is_gone_on_with(cli, kept, tmp_path):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
 def test_a_report_that_cannot_be_written_is_one_line(cli, kept, tmp_path, monkeypatch):
     full = Path("/dev/full")
-    monkeypatch.setattr(report, "_appended", lambda _: full.open("a", encoding="utf-8"))
+    monkeypatch.setattr(report, "appended", lambda _: full.open("ab"))
     code, said, err = cli("batch", kept, "-o", tmp_path / "out", "-j", 1)
     one_line(code, err, 3, "jsonl can't be written .No space.*what is done stays done")
     assert said == ""

@@ -61,30 +61,6 @@ class Compared:
     pictures: dict[str, Image] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Look:
-    """What the displacement of a method shows: figures as in `Compared`, and its heat."""
-
-    min_det: float
-    folded_share: float
-    moved_share: float
-    largest_px: float
-    heat: Image
-
-    @staticmethod
-    def at(displacement: Array, step_px: int, asked_px: float) -> _Look:
-        """Look at a displacement of every so many pixels, shape (2, rows, columns)."""
-        length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step_px)
-        levels = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0).astype(np.uint8)
-        return _Look(
-            float(det.min()),
-            float((det <= 0.0).mean()),
-            float((length > LOSSLESS_PX).mean()),
-            float(length.max()),
-            levels,
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """All methods on one photo.
@@ -174,49 +150,38 @@ def measure(
         And a sentence for each method that can't be fitted to these points.
     """
     with one_blas_thread():
-        return _measured(subject, recipe, methods, repeats, warm_up, progress)
-
-
-def _measured(
-    subject: Subject,
-    recipe: Recipe,
-    methods: Sequence[Method],
-    repeats: int,
-    warm_up: int,
-    progress: Progress,
-) -> tuple[Comparison, list[str]]:
-    task = WarpTask.of(subject.pixels, subject.faces, recipe)
-    fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
-    times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
-    results: dict[str, Image] = {}
-    looks: dict[str, _Look] = {}
-    asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
-    step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
-    # A run that doesn't count may leave its displacement, which then isn't asked for again.
-    moved = np.empty((2, *subject.pixels.shape[:2])) if warm_up and step == 1 else None
-    by_name = {method.name: method for method, _ in fitted}
-    runs = len(by_name) * (repeats + warm_up)
-    for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
-        kept = None if counts or name in looks else moved
-        fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels, kept)
-        if kept is not None:
-            looks[name] = _Look.at(kept, step, asked_px)
-        if counts:
-            times[name][0].append(fit_ms)
-            times[name][1].append(warp_ms)
-        progress(done, runs)
-    found = []
-    for method, warp in fitted:
-        look = looks.get(method.name)
-        if look is None:
-            ends = task.image.right, task.image.bottom
-            sampled = warp.on_grid(*(np.arange(0, end, step) for end in ends))
-            look = _Look.at(sampled, step, asked_px)
-        result, mine = results[method.name], times[method.name]
-        found.append(_compared(method, warp, task, subject.pixels, result, mine, look))
-    return Comparison(subject, asked_px, tuple(found)), [
-        Text("{photo}: {problem}", photo=subject.name, problem=one) for one in failed
-    ]
+        task = WarpTask.of(subject.pixels, subject.faces, recipe)
+        fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
+        times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
+        results: dict[str, Image] = {}
+        looks: dict[str, tuple[dict[str, float], Image]] = {}
+        asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
+        step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
+        # A run that doesn't count may leave its displacement, which then isn't asked for again.
+        moved = np.empty((2, *subject.pixels.shape[:2])) if warm_up and step == 1 else None
+        by_name = {method.name: method for method, _ in fitted}
+        runs = len(by_name) * (repeats + warm_up)
+        for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
+            kept = None if counts or name in looks else moved
+            fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels, kept)
+            if kept is not None:
+                looks[name] = _look(kept, step, asked_px)
+            if counts:
+                times[name][0].append(fit_ms)
+                times[name][1].append(warp_ms)
+            progress(done, runs)
+        found = []
+        for method, warp in fitted:
+            look = looks.get(method.name)
+            if look is None:
+                ends = task.image.right, task.image.bottom
+                sampled = warp.on_grid(*(np.arange(0, end, step) for end in ends))
+                look = _look(sampled, step, asked_px)
+            result, mine = results[method.name], times[method.name]
+            found.append(_compared(method, warp, task, subject.pixels, result, mine, look))
+        return Comparison(subject, asked_px, tuple(found)), [
+            Text("{photo}: {problem}", photo=subject.name, problem=one) for one in failed
+        ]
 
 
 def _fitted(
@@ -255,21 +220,32 @@ def _compared(
     photo: Image,
     result: Image,
     times: tuple[list[float], list[float]],
-    look: _Look,
+    look: tuple[dict[str, float], Image],
 ) -> Compared:
     misses = np.linalg.norm(warp.displacement(task.target_px) - task.displacement_px, axis=1)
+    figures, heat = look
     return Compared(
         method,
         Spread.of(times[0]),
         Spread.of(times[1]),
         float(misses.mean()),
         float(misses.max()),
-        look.min_det,
-        look.folded_share,
-        look.moved_share,
-        look.largest_px,
-        _pictures(rgb8(photo), rgb8(result), look.heat),
+        pictures=_pictures(rgb8(photo), rgb8(result), heat),
+        **figures,
     )
+
+
+def _look(displacement: Array, step_px: int, asked_px: float) -> tuple[dict[str, float], Image]:
+    """Return figures of `Compared`, and the heat, of a displacement of every so many pixels."""
+    length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step_px)
+    figures = {
+        "min_det": float(det.min()),
+        "folded_share": float((det <= 0.0).mean()),
+        "moved_share": float((length > LOSSLESS_PX).mean()),
+        "largest_px": float(length.max()),
+    }
+    levels = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0)
+    return figures, levels.astype(np.uint8)
 
 
 def _det(displacement: Array, step_px: int) -> Array:

@@ -28,8 +28,7 @@ from kogao_core.experiments.study.session import (
     order_seen,
 )
 from kogao_core.language import Text
-from kogao_core.strict import BadFile, Node, parse
-from kogao_core.wording import system_reason
+from kogao_core.strict import BadFile, Node, parse, read
 
 SUFFIX: Final = ".jsonl"
 VERSION: Final = 2
@@ -169,13 +168,7 @@ def load(path: Path) -> Ratings:
     BadFile
         If it can't be read or isn't one.
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
-        ) from None
+    data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise BadFile(Text("{path} is too large for a file of ratings", path=path))
     lines, torn = _lines(data)
