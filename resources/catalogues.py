@@ -69,14 +69,12 @@ LIBRARIES: Final[dict[str, tuple[str | tuple[str, str], ...]]] = {
         "%(prog)s: error: %(message)s\n",
     ),
 }
-# Which arguments of a call are words: texts, one and many, or what a text means and the text.
-_TEXT, _PLURAL, _CONTEXT = "text", "plural", "context"
+_CONTEXT: Final = "in_context"
+# Which arguments of a call are words: a text, one and many, or what a text means and the text.
 _CALLS: Final = {
-    "tr": _TEXT,
-    "Text": _TEXT,
-    "tr_count": _PLURAL,
-    "counted": _PLURAL,
-    "in_context": _CONTEXT,
+    **dict.fromkeys(("tr", "Text"), slice(1)),
+    **dict.fromkeys(("tr_count", "counted"), slice(1, 3)),
+    _CONTEXT: slice(2),
 }
 _OPTION: Final = "option"  # of the command line: what its help says is words, too
 
@@ -142,17 +140,11 @@ def words(source: str, place: str) -> Iterator[Words]:
             said = [one.value for one in node.keywords if one.arg == "help"]
             literal = [one for one in said if not _is_marked(one)]
             yield from (Words(node.lineno, (_literal(one, place),), None, "") for one in literal)
-        elif isinstance(node, ast.Call):
-            kind = _CALLS.get(_name(node.func), "")
-            first = node.args[1 if kind == _PLURAL else 0 :][: 1 if kind == _TEXT else 2]
-            if not kind:
-                continue
-            texts = tuple(_literal(one, place) for one in first)
-            comment = _comment(lines, node.lineno)
-            if kind == _CONTEXT:
-                yield Words(node.lineno, texts[1:], texts[0], comment)
-            else:
-                yield Words(node.lineno, texts, None, comment)
+        elif isinstance(node, ast.Call) and _name(node.func) in _CALLS:
+            name = _name(node.func)
+            texts = [_literal(one, place) for one in node.args[_CALLS[name]]]
+            context = texts.pop(0) if name == _CONTEXT else None
+            yield Words(node.lineno, tuple(texts), context, _comment(lines, node.lineno))
         elif isinstance(node, ast.FunctionDef) and _is_command(node):
             yield Words(node.lineno, (ast.get_docstring(node) or "",), None, "")
 

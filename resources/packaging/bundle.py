@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import argparse
 import shutil
-import subprocess
 import sys
 import tempfile
 import venv
 from pathlib import Path
 from typing import Final
 
-from .libraries import leave_to_the_system, missing
+from .libraries import leave_to_the_system, missing, run
 from .lighter import lighten
 
 HERE: Final = Path(__file__).resolve().parent
@@ -69,15 +68,13 @@ def bundle(folder: Path, what: Path, work: Path) -> Path:
     venv.create(work / "venv", with_pip=True)
     linux = sys.platform == "linux"
     python = work / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-    _run(python, "-m", "pip", "install", "--quiet", f"{what}[{_EXTRAS}]", _PYINSTALLER)
-    site = Path(
-        _run(python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))").strip()
-    )
+    run(python, "-m", "pip", "install", "--quiet", f"{what}[{_EXTRAS}]", _PYINSTALLER)
+    site = Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))").strip())
     _drop_unused_plugins(site / "PySide6")
     if linux:
         lighten(site)
-    _run(python, "-m", "PyInstaller", "--noconfirm", "--log-level", "WARN",
-         "--distpath", folder, "--workpath", work / "build", HERE / "kogao.spec")  # fmt: skip
+    run(python, "-m", "PyInstaller", "--noconfirm", "--log-level", "WARN",
+        "--distpath", folder, "--workpath", work / "build", HERE / "kogao.spec")  # fmt: skip
     made = folder / "kogao"
     licences = made / "licences"
     licences.mkdir()
@@ -129,18 +126,13 @@ def _add_licences_of_the_system(made: Path, licences: Path) -> None:
     inside = made / "_internal"
     names = [file.name for file in inside.glob("*.so*") if not file.is_symlink()]
     libraries = [f"*/{name}" for name in names if ".cpython-" not in name]
-    owners = _run("dpkg-query", "-S", *libraries)
+    owners = run("dpkg-query", "-S", *libraries)
     for package in sorted({line.split(":")[0] for line in owners.splitlines()}):
         source = Path("/usr/share/doc", package, "copyright")
         if source.is_file():
             shutil.copy(source, licences / f"{package}.txt")
     for name in ("GPL-2", "GPL-3", "LGPL-2.1", "LGPL-3", "Apache-2.0", "MPL-2.0"):
         shutil.copy(Path("/usr/share/common-licenses", name), licences / f"{name}.txt")
-
-
-def _run(*command: str | Path) -> str:
-    done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, text=True, check=True)
-    return done.stdout
 
 
 if __name__ == "__main__":

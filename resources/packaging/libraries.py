@@ -89,5 +89,10 @@ def _symbols(library: Path) -> list[list[str]]:
 
 
 def _readelf(what: str, library: Path) -> str:
-    command = ["readelf", "--wide", what, str(library)]
-    return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    return run("readelf", "--wide", what, library)
+
+
+def run(*command: Path | str) -> str:
+    """Run a program and return what it prints."""
+    done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, text=True, check=True)
+    return done.stdout

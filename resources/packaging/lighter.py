@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from .libraries import asked_for, can_be_mapped, libraries, offered
+from .libraries import asked_for, can_be_mapped, libraries, offered, run
 
 _BLAS: Final = Path(__file__).resolve().parent / "blas.c"
 # OpenCV asks AVIF of every file whether it is one; where it gets no decoder, it isn't.
@@ -82,10 +81,10 @@ def _leave_out(library: Path, by: Path, work: Path) -> None:
 def _lighten_icu(library: Path, work: Path) -> None:
     (name,) = offered(library)  # icudt73_dat in version 73
     data, unused, source = work / f"{name[:-4]}l.dat", work / "unused.lst", work / "icudata.S"
-    _run("objcopy", "--output-target=binary", "--only-section=.rodata", library, data)
-    items = _run("icupkg", "--list", data).split()
+    run("objcopy", "--output-target=binary", "--only-section=.rodata", library, data)
+    items = run("icupkg", "--list", data).split()
     unused.write_text("\n".join(item for item in items if not _ICU_USED.fullmatch(item)))
-    _run("icupkg", "--remove", unused, data)
+    run("icupkg", "--remove", unused, data)
     source.write_text(
         f".section .rodata\n.balign 16\n.global {name}\n.type {name}, %object\n{name}:\n"
         f'.incbin "{data}"\n.size {name}, . - {name}\n.section .note.GNU-stack, "", %progbits\n'
@@ -95,7 +94,7 @@ def _lighten_icu(library: Path, work: Path) -> None:
 
 def _strip(site: Path, stripped: Path) -> None:
     for library in libraries(site):
-        _run("strip", "--strip-unneeded", "-o", stripped, library)
+        run("strip", "--strip-unneeded", "-o", stripped, library)
         if can_be_mapped(stripped):  # strip tears apart some that patchelf has worked on
             shutil.copyfile(stripped, library)
 
@@ -104,10 +103,5 @@ def _link(library: Path, *what: Path | str, others: Sequence[Path] = ()) -> None
     """Make a library anew, of sources and of others from folders beside its own."""
     places = [f"-Wl,-rpath,$ORIGIN/../{other.parent.name}" for other in others]
     library.unlink()
-    _run("gcc", "-shared", "-fPIC", "-O2", "-Wall", "-Werror", f"-Wl,-soname,{library.name}",
-         "-Wl,-z,defs", "-Wl,--no-as-needed", "-o", library, *what, *others, *places)  # fmt: skip
-
-
-def _run(*command: Path | str) -> str:
-    done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, text=True, check=True)
-    return done.stdout
+    run("gcc", "-shared", "-fPIC", "-O2", "-Wall", "-Werror", f"-Wl,-soname,{library.name}",
+        "-Wl,-z,defs", "-Wl,--no-as-needed", "-o", library, *what, *others, *places)  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -118,19 +118,18 @@ def _cut(path: Path, picture: Pyramid, face: Seen, labels: Array | None) -> Phot
 
 def _with_people(faces: Sequence[Photographed]) -> list[Photographed]:
     """Give faces outside the studio their own name, and the same one to copies of one face."""
-    named: list[Photographed] = []
+    named = list(faces)
     names: list[str] = []
     thumbs: list[Array] = []
-    for face in faces:
+    for place, face in enumerate(faces):
         if face.folder in STUDIO:
-            named.append(face)
             continue
         thumb = _thumb(face.view.grey)
         alike = np.array(thumbs) @ thumb if thumbs else np.zeros(1)
         name = f"{face.folder}/{len(names)}" if alike.max() < _SAME else names[int(alike.argmax())]
         names.append(name)
         thumbs.append(thumb)
-        named.append(Photographed(face.path, face.view, face.box, face.to_photo, face.labels, name))
+        named[place] = replace(face, person=name)
     return named
 
 

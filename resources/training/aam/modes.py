@@ -42,7 +42,7 @@ def shape_model(shapes: Sequence[Array], explained: float) -> ShapeModel:
     placing = _placing(mean)
     own = (laid - mean).reshape(len(laid), -1)
     own -= own @ placing @ placing.T
-    modes, variances = _principal(own, explained)
+    modes, variances = _principal(own.T @ own / len(own), explained)
     return ShapeModel(mean, np.column_stack([placing, modes]), np.sqrt(variances))
 
 
@@ -61,8 +61,8 @@ def _placing(mean: Array) -> Array:
     return np.asarray(columns / np.linalg.norm(columns, axis=0))
 
 
-def _principal(rows: Array, explained: float) -> tuple[Array, Array]:
-    variances, modes = np.linalg.eigh(rows.T @ rows / len(rows))
+def _principal(gram: Array, explained: float) -> tuple[Array, Array]:
+    variances, modes = np.linalg.eigh(gram)
     variances, modes = variances[::-1], modes[:, ::-1]
     share = np.cumsum(variances) / variances.sum()
     kept = int(np.searchsorted(share, explained)) + 1
@@ -104,9 +104,5 @@ def appearance(features: Floats, explained: float, most: int) -> tuple[Floats, P
     """Return mean and modes of features (N, D) under the true landmarks."""
     average = features.mean(axis=0)
     rest = features - average
-    gram = (rest.T @ rest).astype(np.float64)
-    variances, modes = np.linalg.eigh(gram)
-    variances, modes = variances[::-1], modes[:, ::-1]
-    share = np.cumsum(variances) / variances.sum()
-    kept = min(most, int(np.searchsorted(share, explained)) + 1)
-    return average, packed(modes[:, :kept].astype(np.float32))
+    modes, _ = _principal((rest.T @ rest).astype(np.float64), explained)
+    return average, packed(modes[:, :most].astype(np.float32))
