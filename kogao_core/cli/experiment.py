@@ -42,10 +42,9 @@ def timing_command(
     setting_times = _setting_times(setting_times_file)
     sizes = timing.SIZES if size == "both" else [one for one in timing.SIZES if one == size]
     timings: list[timing.Timing] = []
-    source = work.source()
-    for subject in work.subjects(source):
+    for subject in work.subjects():
         found, missing = timing.measure(
-            subject, source, work.recipe, sizes=sizes, repeats=repeats, warm_up=warm_up,
+            subject, work.source, work.recipe, sizes=sizes, repeats=repeats, warm_up=warm_up,
             progress=work.progress.step,
         )  # fmt: skip
         timings += found
@@ -80,9 +79,9 @@ def domains_command(repeats: int, **given: Any) -> int:
 
     work = reports.Work("domains", given)
     photos = []
-    for subject in work.subjects(work.source()):
+    for subject in work.subjects():
         found = domains.measure(subject, work.recipe, repeats=repeats, progress=work.progress.step)
-        work.keep(domains_report.pictures(subject.stem, found.masks))
+        work.outputs.keep(domains_report.pictures(subject.stem, found.masks))
         photos.append(found.without_masks())
     result = domains.DomainsResult(tuple(photos), work.recipe)
     return work.deliver(domains_report.report(result))
@@ -96,7 +95,7 @@ def distortion_command(**given: Any) -> int:
 
     work = reports.Work("distortion", given)
     found: list[distortion.Distortion] = []
-    for subject in work.subjects(work.source()):
+    for subject in work.subjects():
         found += distortion.measure(subject, work.recipe, progress=work.progress.step)
     result = distortion.DistortionResult(tuple(found), work.recipe)
     return work.deliver(distortion_report.report(result))
@@ -114,13 +113,13 @@ def methods_command(repeats: int, **given: Any) -> int:
     for sentence in comparing.missing():
         work.name_absent(sentence)
     photos = []
-    for subject in work.subjects(work.source()):
+    for subject in work.subjects():
         comparison, failed = comparing.measure(
             subject, work.recipe, repeats=repeats, progress=work.progress.step
         )
         for sentence in failed:
             work.leave_out(sentence)
-        work.keep(methods_report.pictures(comparison))
+        work.outputs.keep(methods_report.pictures(comparison))
         photos.append(comparison.views())
     result = comparing.MethodsResult(tuple(photos), work.recipe, repeats)
     return work.deliver(methods_report.report(result))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -14,7 +14,7 @@ from kogao_core.cli import common, json_file, words
 from kogao_core.language import Text
 
 if TYPE_CHECKING:
-    from kogao_core.experiments.report import Made, Report
+    from kogao_core.experiments.report import Report
     from kogao_core.geometry import Image
 
 KINDS: Final = ("json", "csv", "html")
@@ -93,13 +93,14 @@ class Outputs:
             for name, pixels in pictures:
                 atomic.put(png(pixels), self._folder / name)
 
-    def write(self, report: Report, made: Made) -> None:
+    def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
         """Write the files, and print the tables unless a file is printed."""
         from kogao_core import atomic
         from kogao_core.experiments.page import files
+        from kogao_core.experiments.report import Made
         from kogao_core.experiments.translating import translated_report
 
-        text_of = files(report, made)
+        text_of = files(report, Made.now(click.get_current_context().obj, left_out))
         if STDOUT not in self._files.values():
             common.print_text(translated_report(report).text())
         if self._folder is not None:

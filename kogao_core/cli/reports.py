@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import click
 
 from kogao_core.cli import common, options, outputs, words
 from kogao_core.cli.progress import ProgressLine
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from kogao_core.experiments.report import Report
     from kogao_core.experiments.subjects import Subject
     from kogao_core.face import LandmarkSource
-    from kogao_core.geometry import Image
 
 # The arguments of every experiment; the command hands them to `Work`.
 takes_photos = words.together(
@@ -45,16 +43,17 @@ class Work:
         self._given = given
         self.recipe = options.paper_recipe_of(given["recipe_file"], given.get("percent"))
         self._paths = common.input_paths(given["inputs"], given["sample"])
-        self._outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
-        self.left_out: list[str] = []
+        self.outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
+        self._left_out: list[str] = []
         self.progress = ProgressLine()
         self._code = 0
 
+    @cached_property
     def source(self) -> LandmarkSource:
-        """Return what finds the faces."""
+        """What finds the faces."""
         return common.landmark_source(self._given["landmarks"])
 
-    def subjects(self, source: LandmarkSource) -> Iterator[Subject]:
+    def subjects(self) -> Iterator[Subject]:
         """Yield the photos that have a face; others are named on stderr and in the report.
 
         Raises
@@ -62,6 +61,7 @@ class Work:
         Stop
             If there is none at all.
         """
+        source = self.source
         common.mention_fallback(self._given["landmarks"])
         stop: common.Stop | None = None
         found = 0
@@ -86,7 +86,7 @@ class Work:
 
     def name_absent(self, sentence: str) -> None:
         """Note what is missing here, on stderr and in the report."""
-        self.left_out.append(sentence)
+        self._left_out.append(sentence)
         common.print_message(sentence)
 
     def leave_out(self, sentence: str) -> None:
@@ -110,16 +110,9 @@ class Work:
         namesakes = [other for other in self._paths if other.name == path.name]
         return Subject(path.name if len(namesakes) == 1 else str(path), photo.pixels, tuple(chosen))
 
-    def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
-        """Write pictures, with their files' names, where a folder was asked for."""
-        self._outputs.keep(pictures)
-
     def deliver(self, report: Report) -> int:
         """Print the tables, write the files that were asked for, and return the exit code."""
-        from kogao_core.experiments.report import Made
-
-        made = Made.now(click.get_current_context().obj, self.left_out)
-        self._outputs.write(report, made)
+        self.outputs.write(report, self._left_out)
         return self._code
 
 

@@ -169,10 +169,7 @@ def _browse(address: str) -> None:
     help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
 )  # fmt: skip
 @outputs.writes_files
-@click.pass_obj
 def report(
-    command: str,
-    /,
     folders: Sequence[Path],
     keys: Sequence[Path],
     files: Sequence[Path],
@@ -180,7 +177,6 @@ def report(
     **given: Any,
 ) -> int:
     """Count the ratings of the studies in FOLDERS."""
-    from kogao_core.experiments.report import Made
     from kogao_core.experiments.study import plan, report, sources, tally
     from kogao_core.strict import BadFile
 
@@ -192,5 +188,5 @@ def report(
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
     for note in sources.notes(counted):
         common.print_message(note)
-    to.write(report.report(counted), Made.now(command))
+    to.write(report.report(counted))
     return common.SOME_FAILED if counted.foreign else 0

@@ -65,7 +65,7 @@ class Chart:
     logarithmic : bool
         Bars begin at a power of ten instead of 0.
     caption : str
-        Text below it; the title when absent.
+        Text below it.
     most : float, optional
         Where the axis of curves ends, at least; so that charts side by side compare.
     """

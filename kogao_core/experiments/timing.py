@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -194,10 +195,8 @@ class _Timer:
     def __init__(self, subject: Subject, source: LandmarkSource, recipe: Recipe) -> None:
         self.subject, self.source, self.recipe = subject, source, recipe
         self.by_hand = set_by_hand(subject.faces, recipe)
-        self.setting_ms: dict[str, list[float]] = {procedure.name: [] for procedure in PROCEDURES}
-        self.laps_ms: dict[str, list[dict[str, float]]] = {
-            procedure.name: [] for procedure in PROCEDURES
-        }
+        self.setting_ms: defaultdict[str, list[float]] = defaultdict(list)
+        self.laps_ms: defaultdict[str, list[dict[str, float]]] = defaultdict(list)
         self.fields: dict[str, Field] = {}
 
     def run(self, procedure: Procedure, counts: bool) -> None:

@@ -81,12 +81,15 @@ def figure_11(tally: Tally) -> Table:
             Text("achieved, % of D"), Text("unnatural"),
         ),
         rows,
-        Text("{basis} R is told in mean landmark spacings. The paper's own figure "
-"divides by the warp distance: that is the second column. The paper "
-"prints no figures for its plot; its text says that no face was called "
-"unnatural once the lattice was larger than the warp distance, above 1 "
-"in that column. Sizes achieve different distances, so they are compared "
-"together with these.", basis=_basis(tally)),
+        Text(
+            "{basis} R is told in mean landmark spacings. The paper's own figure "
+            "divides by the warp distance: that is the second column. The paper "
+            "prints no figures for its plot; its text says that no face was called "
+            "unnatural once the lattice was larger than the warp distance, above 1 "
+            "in that column. Sizes achieve different distances, so they are compared "
+            "together with these.",
+            basis=_basis(tally),
+        ),
     )  # fmt: skip
 
 
