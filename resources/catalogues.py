@@ -104,12 +104,12 @@ class NotALiteral(ValueError):
     """Words are put together where they should stand as they are; no catalogue could have them."""
 
 
-def gathered(root: Path = ROOT) -> Catalog:
+def gathered() -> Catalog:
     """Return the words of both programs, by the files or libraries that they stand in."""
     catalog = Catalog(project="Kogao")
     for folder in _SOURCES:
-        for path in sorted((root / folder).rglob("*.py")):
-            place = path.relative_to(root).as_posix()
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            place = path.relative_to(ROOT).as_posix()
             if place == _MACHINERY:
                 continue
             for found in words(path.read_text(encoding="utf-8"), place):

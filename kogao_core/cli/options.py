@@ -230,19 +230,16 @@ chooses_as_the_paper = words.together(
 )
 
 
-def paper_recipe_of(file: Path | None, percent: float | None = None) -> Recipe:
+def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
     """Return the recipe in `file`, or the paper's, at the percentage that was given."""
-    if file is not None:
-        return recipe_of(file, {"percent": percent})
-    with common.stopping(ValueError, common.USAGE):
-        return PAPER if percent is None else dataclasses.replace(PAPER, percent=percent)
+    return recipe_of(file, {"percent": percent}, PAPER)
 
 
-def recipe_of(file: Path | None, choices: dict[str, Any]) -> Recipe:
-    """Return the recipe in `file`, or the default one, with the choices that were given."""
+def recipe_of(file: Path | None, choices: dict[str, Any], otherwise: Recipe = _DEFAULTS) -> Recipe:
+    """Return the recipe in `file`, or another one, with the choices that were given."""
     given = {name: value for name, value in choices.items() if value is not None}
     with common.stopping(ValueError, common.USAGE):
-        return dataclasses.replace(_read(file) if file else _DEFAULTS, **given)
+        return dataclasses.replace(_read(file) if file else otherwise, **given)
 
 
 def _read(file: Path) -> Recipe:

@@ -33,7 +33,6 @@ _LEAD: Final = Text(
     "Which pixels does the warp have to work on, and what does it cost the "
     "picture when pixels that move only a little are left where they are?"
 )
-_NAMES: Final = [one.name for one in DOMAINS]
 _WORDS: Final = {one.name: one.word for one in DOMAINS}
 
 
@@ -58,8 +57,8 @@ def report(result: DomainsResult) -> Report:
 
 
 def _bars(result: DomainsResult) -> list[Chart]:
-    shares = [[_share(photo, name) for photo in result.photos] for name in _NAMES]
-    times = [[photo.computing_ms[name] for photo in result.photos] for name in _NAMES]
+    shares = [[_share(photo, name) for photo in result.photos] for name in _WORDS]
+    times = [[photo.computing_ms[name] for photo in result.photos] for name in _WORDS]
     spreads = [one[0] if len(one) == 1 else Spread.of([s.median for s in one]) for one in times]
     pixels = Series(Text("pixels worked on"), list(map(statistics.median, shares)))
     computing = Series(
@@ -80,9 +79,9 @@ def _bars(result: DomainsResult) -> list[Chart]:
 
 
 def _counts(result: DomainsResult) -> Table:
-    rows = [_count_row(photo, name) for photo in result.photos for name in _NAMES]
+    rows = [_count_row(photo, name) for photo in result.photos for name in _WORDS]
     if len(result.photos) > 1:
-        rows = [_median_row(result, name) for name in _NAMES] + rows
+        rows = [_median_row(result, name) for name in _WORDS] + rows
     return Table(
         Text("Pixels to be worked on"),
         (

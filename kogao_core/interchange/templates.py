@@ -132,13 +132,11 @@ def _span(first: int, last: int) -> tuple[int, ...]:
     return tuple(range(first, last + 1))
 
 
-def _names() -> tuple[str, ...]:
-    parts = (("outline", OUTLINE_POINTS), ("eye", _EYES), ("mouth", _MOUTH))
-    return tuple(f"{part}-{number}" for part, count in parts for number in _span(1, count))
-
-
-OWN_NAMES: Final = _names()
-
+OWN_NAMES: Final = tuple(
+    f"{part}-{number}"
+    for part, count in (("outline", OUTLINE_POINTS), ("eye", _EYES), ("mouth", _MOUTH))
+    for number in _span(1, count)
+)
 TEMPLATES: Final = {
     template.name: template
     for template in (

@@ -231,22 +231,22 @@ def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
     for kind, title in _KINDS.items():
         yield Heading(title, 3)
         if kind == "heat":
-            yield (
-                Text(
-                    "Dark violet stays; yellow moves by the largest distance that a "
-                    "landmark asks for, {asked_px:.1f} px, or more.",
-                    asked_px=photo.asked_px,
-                )
+            yield Text(
+                "Dark violet stays; yellow moves by the largest distance that a "
+                "landmark asks for, {asked_px:.1f} px, or more.",
+                asked_px=photo.asked_px,
             )
         figures = [
-            Picture(one.pictures[kind], _caption(one, kind), _shown(title, one, name))
+            Picture(
+                one.pictures[kind],
+                _caption(one, kind),
+                Text(
+                    "{title}: {method}, {photo}", title=title, method=one.method.title, photo=name
+                ),
+            )
             for one in photo.methods
         ]
         yield Row([original, *figures] if kind == "result" else figures)
-
-
-def _shown(title: Text, one: Compared, name: str) -> Text:
-    return Text("{title}: {method}, {photo}", title=title, method=one.method.title, photo=name)
 
 
 def _caption(one: Compared, kind: str) -> Text:
