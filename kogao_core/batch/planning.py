@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from kogao_core.atomic import is_aside
+from kogao_core.batch.report import keys_of
 from kogao_core.batch.tasks import Task
 from kogao_core.language import Text
 from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
@@ -90,7 +90,7 @@ def plan(
     if not found:
         raise NothingToDo(Text("no photos there; name files or folders that hold some"))
     _check_places(found, folder)
-    keys = _keys(report)
+    keys = keys_of(report)
     choices = recipe.to_dict(), which, max_megapixels, landmarks
     return [
         Task(
@@ -188,19 +188,3 @@ def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
         yield path, Path(path.name)
     else:
         raise NothingToDo(Text("{path} doesn't exist", path=path))
-
-
-def _keys(report: Path | None) -> dict[str, str]:
-    """Return the keys of what a report lists as done, by output; damaged lines don't count."""
-    keys: dict[str, str] = {}
-    if report is None or not report.is_file():
-        return keys
-    for line in report.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            entry = json.loads(line)
-            output, status, key = entry["output"], entry["status"], entry["key"]
-        except (ValueError, KeyError, TypeError, RecursionError):
-            continue
-        if status in ("done", "skipped") and isinstance(output, str) and isinstance(key, str):
-            keys[output] = key
-    return keys

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
@@ -42,3 +43,19 @@ def record(outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], 
             lines.write(outcome.to_json().encode() + b"\n")
             lines.flush()
             then(outcome)
+
+
+def keys_of(report: Path | None) -> dict[str, str]:
+    """Return the keys of what a report lists as done, by output; damaged lines don't count."""
+    keys: dict[str, str] = {}
+    if report is None or not report.is_file():
+        return keys
+    for line in report.read_text(encoding="utf-8", errors="replace").splitlines():
+        try:
+            entry = json.loads(line)
+            output, status, key = entry["output"], entry["status"], entry["key"]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            continue
+        if status in ("done", "skipped") and isinstance(output, str) and isinstance(key, str):
+            keys[output] = key
+    return keys

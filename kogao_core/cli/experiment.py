@@ -2,16 +2,129 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from kogao_core.cli import common, figures, options, reports, study, words
-from kogao_core.language import Text
+from kogao_core.cli import common, figures, options, outputs, study, words
+from kogao_core.cli.progress import ProgressLine
+from kogao_core.language import Text, tr
 
 if TYPE_CHECKING:
+    from kogao_core.experiments.report import Report
     from kogao_core.experiments.setting_times import SettingTime
+    from kogao_core.experiments.subjects import Subject
+    from kogao_core.face import LandmarkSource
+
+# The arguments of every experiment; the command hands them to `Work`.
+takes_photos = words.together(
+    common.takes_photos,
+    options.chooses_as_the_paper,
+    outputs.writes_files,
+    words.option(
+        "-o", "--output", "folder", type=common.FOLDER, metavar="DIR",
+        help="Write all of these, and pictures, into a folder; made if need be.",
+    ),
+)  # fmt: skip
+
+
+class Work:
+    """One experiment on the command line, from its arguments to its files.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment, and of its files in a folder.
+    given : mapping
+        What `takes_photos` has added to the command's arguments.
+    """
+
+    def __init__(self, name: str, given: Mapping[str, Any]) -> None:
+        self._given = given
+        self.recipe = options.paper_recipe_of(given["recipe_file"], given.get("percent"))
+        self._paths = common.input_paths(given["inputs"], given["sample"])
+        self.outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
+        self._left_out: list[str] = []
+        self.progress = ProgressLine()
+        self._code = 0
+
+    @cached_property
+    def source(self) -> LandmarkSource:
+        """What finds the faces."""
+        return common.landmark_source(self._given["landmarks"])
+
+    def subjects(self) -> Iterator[Subject]:
+        """Yield the photos that have a face; others are named on stderr and in the report.
+
+        Raises
+        ------
+        Stop
+            If there is none at all.
+        """
+        source = self.source
+        common.mention_fallback(self._given["landmarks"])
+        stop: common.Stop | None = None
+        found = 0
+        for number, path in enumerate(self._paths, start=1):
+            try:
+                subject = self._subject(path, source)
+            except common.Stop as problem:
+                if problem.code == common.BROKEN:
+                    raise
+                stop = problem
+                if len(self._paths) > 1:
+                    self.leave_out(problem.message)
+                continue
+            self.progress.begin(
+                tr("{number} of {total}: {path}", number=number, total=len(self._paths), path=path)
+            )
+            found += 1
+            yield subject
+        if not found and stop is not None:
+            raise stop
+        self.progress.end()
+
+    def name_absent(self, sentence: str) -> None:
+        """Note what is missing here, on stderr and in the report."""
+        self._left_out.append(sentence)
+        common.print_message(sentence)
+
+    def leave_out(self, sentence: str) -> None:
+        """Note a photo that can't be used, and set the exit code; the others go on."""
+        self._code = common.SOME_FAILED
+        self.name_absent(sentence)
+
+    def _subject(self, path: Path, source: LandmarkSource) -> Subject:
+        from kogao_core.assets import AssetMissing
+        from kogao_core.experiments.subjects import Subject
+        from kogao_core.landmarks import ModelRefused
+
+        photo = common.read_photo(path, self._given["max_megapixels"])
+        with common.stopping((AssetMissing, ModelRefused), common.BROKEN):
+            faces = source.find(photo.pixels)
+        if not faces:
+            raise common.Stop(
+                Text("no face in {path}; leave it out or crop closer", path=path), common.NO_FACE
+            )
+        chosen = common.selected(faces, self._given["which"])
+        namesakes = [other for other in self._paths if other.name == path.name]
+        return Subject(path.name if len(namesakes) == 1 else str(path), photo.pixels, tuple(chosen))
+
+    def deliver(self, report: Report) -> int:
+        """Print the tables, write the files that were asked for, and return the exit code."""
+        self.outputs.write(report, self._left_out)
+        return self._code
+
+
+def _files(name: str, given: Mapping[str, Any]) -> dict[str, Path]:
+    folder: Path | None = given["folder"]
+    files = outputs.asked_for(given)
+    if folder is None:
+        return files
+    return {kind: files.get(kind, folder / f"{name}.{kind}") for kind in outputs.KINDS}
 
 
 @words.group("experiment")
@@ -20,7 +133,7 @@ def command() -> None:
 
 
 @command.command("timing")
-@reports.takes_photos
+@takes_photos
 @options.chooses_percent
 @words.option(
     "--size", type=click.Choice(["own", "960x720", "both"]), default="both", show_default=True,
@@ -38,7 +151,7 @@ def timing_command(
     """Table 2: setting and computing time by hand and found, whole and reduced."""
     from kogao_core.experiments import timing, timing_report
 
-    work = reports.Work("timing", given)
+    work = Work("timing", given)
     setting_times = _setting_times(setting_times_file)
     sizes = timing.SIZES if size == "both" else [one for one in timing.SIZES if one == size]
     timings: list[timing.Timing] = []
@@ -70,14 +183,14 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
 
 
 @command.command("domains")
-@reports.takes_photos
+@takes_photos
 @options.chooses_percent
 @words.option("--repeats", type=click.IntRange(1), default=5, show_default=True)
 def domains_command(repeats: int, **given: Any) -> int:
     """Figures 14 and 15: pixels of the domains, and the error of each threshold."""
     from kogao_core.experiments import domains, domains_report
 
-    work = reports.Work("domains", given)
+    work = Work("domains", given)
     photos = []
     for subject in work.subjects():
         found = domains.measure(subject, work.recipe, repeats=repeats, progress=work.progress.step)
@@ -88,12 +201,12 @@ def domains_command(repeats: int, **given: Any) -> int:
 
 
 @command.command("distortion")
-@reports.takes_photos
+@takes_photos
 def distortion_command(**given: Any) -> int:
     """Table 1 and figure 11 beside numbers: area, folds, bent lines, missed targets."""
     from kogao_core.experiments import distortion, distortion_report
 
-    work = reports.Work("distortion", given)
+    work = Work("distortion", given)
     found: list[distortion.Distortion] = []
     for subject in work.subjects():
         found += distortion.measure(subject, work.recipe, progress=work.progress.step)
@@ -102,14 +215,14 @@ def distortion_command(**given: Any) -> int:
 
 
 @command.command("methods")
-@reports.takes_photos
+@takes_photos
 @options.chooses_percent
 @words.option("--repeats", type=click.IntRange(1), default=3, show_default=True)
 def methods_command(repeats: int, **given: Any) -> int:
     """B-splines beside other warps: speed, exactness, folds, domain, pictures."""
     from kogao_core.experiments.methods import comparing, methods_report
 
-    work = reports.Work("methods", given)
+    work = Work("methods", given)
     for sentence in comparing.missing():
         work.name_absent(sentence)
     photos = []
