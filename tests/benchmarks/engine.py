@@ -25,8 +25,7 @@ import rivals
 from clock import machine, ratio, take_turns
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.methods.mesh import PIECEWISE_AFFINE
-from kogao_core.experiments.methods.scattered import THIN_PLATE
+from kogao_core.experiments.methods.scattered import PIECEWISE_AFFINE, THIN_PLATE
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Image
 from kogao_core.pipeline import Rendering, render

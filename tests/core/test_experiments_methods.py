@@ -9,9 +9,8 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.experiments.methods import METHODS, WarpTask, comparing, methods_report
 from kogao_core.experiments.methods.liquify import LIQUIFY
-from kogao_core.experiments.methods.mesh import PIECEWISE_AFFINE
 from kogao_core.experiments.methods.moving import MOVING_LEAST_SQUARES
-from kogao_core.experiments.methods.scattered import RADIAL, THIN_PLATE
+from kogao_core.experiments.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
 from kogao_core.experiments.page import page
 from kogao_core.experiments.report import Made
 from kogao_core.experiments.subjects import Subject

@@ -7,9 +7,8 @@ from typing import Final
 from kogao_core.experiments.methods.base import Method, Warp, WarpTask
 from kogao_core.experiments.methods.bsplines import bspline
 from kogao_core.experiments.methods.liquify import LIQUIFY
-from kogao_core.experiments.methods.mesh import PIECEWISE_AFFINE
 from kogao_core.experiments.methods.moving import MOVING_LEAST_SQUARES
-from kogao_core.experiments.methods.scattered import RADIAL, THIN_PLATE
+from kogao_core.experiments.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
 from kogao_core.language import Text
 from kogao_core.settings import FITS
 

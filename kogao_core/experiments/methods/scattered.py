@@ -1,8 +1,8 @@
-"""Radial functions through scattered landmarks, by scipy."""
+"""Interpolation between landmarks: radial functions by scipy, triangles by scikit-image."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -45,6 +45,27 @@ def _gaussians(task: WarpTask) -> Warp:
     return _Interpolated(gaussians)
 
 
+class _Piecewise(Warp):
+    strip_px: ClassVar[int] = 2**16  # each asks every triangle
+
+    def __init__(self, transform: Any) -> None:
+        self._transform = transform
+
+    def displacement(self, points_px: Array) -> Array:
+        shown = np.asarray(self._transform(points_px), np.float64)
+        # Rounding puts points of the rim outside all triangles; both coordinates say -1 there.
+        outside = (shown == -1.0).all(axis=1)
+        return np.where(outside[:, None], 0.0, shown - points_px)
+
+
+def _piecewise_affine(task: WarpTask) -> Warp:
+    """Map each of the Delaunay triangles of landmarks and corners affinely."""
+    from skimage.transform import PiecewiseAffineTransform
+
+    target, displacement = task.anchored()
+    return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + displacement))
+
+
 THIN_PLATE: Final = Method(
     "thin-plate", Text("Thin-plate spline"), "[6]", "scipy", _thin_plate, needs="scipy"
 )
@@ -55,4 +76,7 @@ RADIAL: Final = Method(
     "scipy",
     _gaussians,
     needs="scipy",
+)
+PIECEWISE_AFFINE: Final = Method(
+    "mesh", Text("Piecewise-affine mesh"), "[4]", "scikit-image", _piecewise_affine, needs="skimage"
 )
