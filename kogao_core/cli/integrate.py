@@ -182,10 +182,12 @@ def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
         else:
             _install(host, folder)
             said.append(Text("{place} is there; start {host} again", place=place, host=name))
+    if remove:
+        return said
     host = HOSTS[name][0]
-    if not remove and host.then is not None:
+    if host.then is not None:
         said.append(host.then)
-    if not remove and settings is None and _sandboxed(host).is_dir():
+    if settings is None and _sandboxed(host).is_dir():
         said.append(
             Text(
                 "{host} is a Flatpak here, which can start Kogao once it may leave its sandbox: "

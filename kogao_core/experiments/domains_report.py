@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from typing import Final
@@ -58,8 +58,7 @@ def report(result: DomainsResult) -> Report:
 
 def _bars(result: DomainsResult) -> list[Chart]:
     shares = [[_share(photo, name) for photo in result.photos] for name in _WORDS]
-    times = [[photo.computing_ms[name] for photo in result.photos] for name in _WORDS]
-    spreads = [one[0] if len(one) == 1 else Spread.of([s.median for s in one]) for one in times]
+    spreads = [_computing(result.photos, name) for name in _WORDS]
     pixels = Series(Text("pixels worked on"), list(map(statistics.median, shares)))
     computing = Series(
         Text("computing"), [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
@@ -79,9 +78,10 @@ def _bars(result: DomainsResult) -> list[Chart]:
 
 
 def _counts(result: DomainsResult) -> Table:
-    rows = [_count_row(photo, name) for photo in result.photos for name in _WORDS]
+    rows = [_row(photo.photo, [photo], name) for photo in result.photos for name in _WORDS]
     if len(result.photos) > 1:
-        rows = [_median_row(result, name) for name in _WORDS] + rows
+        called = Text("median of {count}", count=len(result.photos))
+        rows = [_row(called, result.photos, name) for name in _WORDS] + rows
     return Table(
         Text("Pixels to be worked on"),
         (
@@ -104,22 +104,19 @@ def _share(photo: Domains, name: DomainName) -> float:
     return 100.0 * photo.counts[name] / photo.counts["image"]
 
 
-def _count_row(photo: Domains, name: DomainName) -> tuple[str, ...]:
-    share = _share(photo, name)
+def _row(called: str, photos: Sequence[Domains], name: DomainName) -> tuple[str, ...]:
+    pixels = statistics.median(photo.counts[name] for photo in photos)
+    share = statistics.median(_share(photo, name) for photo in photos)
     return (
-        photo.photo, _WORDS[name], str(photo.counts[name]), f"{share:.1f}",
-        f"{100.0 - share:.1f}", photo.computing_ms[name].text(),
+        called, _WORDS[name], _whole_or_half(pixels), f"{share:.1f}", f"{100.0 - share:.1f}",
+        _computing(photos, name).text(),
     )  # fmt: skip
 
 
-def _median_row(result: DomainsResult, name: DomainName) -> tuple[str, ...]:
-    pixels = statistics.median(photo.counts[name] for photo in result.photos)
-    share = statistics.median(_share(photo, name) for photo in result.photos)
-    computing_ms = [photo.computing_ms[name].median for photo in result.photos]
-    return (
-        Text("median of {count}", count=len(result.photos)), _WORDS[name], _whole_or_half(pixels),
-        f"{share:.1f}", f"{100.0 - share:.1f}", Spread.of(computing_ms).text(),
-    )  # fmt: skip
+def _computing(photos: Sequence[Domains], name: DomainName) -> Spread:
+    """Return the rounds of one photo, or the medians of several."""
+    spreads = [photo.computing_ms[name] for photo in photos]
+    return spreads[0] if len(spreads) == 1 else Spread.of([one.median for one in spreads])
 
 
 def _errors(result: DomainsResult) -> Table:
