@@ -126,23 +126,27 @@ def keep_blocks(
     if (whole.frame.height, whole.frame.width) != before.shape[:2]:
         raise CannotKeepBlocks(Text("its size has changed"))
     changed = _changed_units(before, after, whole.frame.unit_px)
+    units = _around(changed)
     former: list[tuple[Plane, Mask, Plane]] = []
-    heads: list[tuple[bytes, Coefficients]] = []
+    fresh: list[tuple[Box, bytes, Coefficients]] = []
     with aside(folder) as place, hushed() as complaints:
 
         def renew(band: Box) -> None:
             encoded = encode(_pixels(band, whole))
             part = _read(encoded, place / f"read{band.top}")
             _check_alike(whole, part)
-            former.extend(_put(part, whole, band, changed))
-            if not heads:
-                heads.append((encoded, dataclasses.replace(part, planes=())))
+            fresh.append((band, encoded, part))
 
+        share_out(_bands(units), lambda: renew, default_threads())
+        # The row below begins with what the last changed unit may have left.
+        end = min(units.bottom + 1, len(changed))
+        rest = None if blocks.damage else coefficients.around(whole, units.top, end, place)
+        _, encoded, part = fresh[0]
+        merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
         try:
-            share_out(_bands(_around(changed)), lambda: renew, default_threads())
-            encoded, part = heads[0]
-            merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
-            data = _with_headers_of(encoded, coefficients.write(merged, place))
+            for band, _, one in fresh:
+                former += _put(one, whole, band, changed)
+            data = _with_headers_of(encoded, coefficients.write(merged, place, rest))
         finally:
             for into, mask, own in former:
                 into[mask] = own

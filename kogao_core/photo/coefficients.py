@@ -12,7 +12,7 @@ import io
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -23,6 +23,8 @@ import numpy.typing as npt
 
 from kogao_core.language import Text
 from kogao_core.photo import bands
+from kogao_core.photo.bands import Around
+from kogao_core.photo.scan import only_scan
 from kogao_core.photo.segments import segments
 
 _BLOCK_PX: Final = 8
@@ -102,6 +104,8 @@ class Coefficients:
         The table of each component.
     has_usual_codes : bool
         Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
+    scans : memoryview
+        The file from its first scan on.
     """
 
     frame: Frame
@@ -109,6 +113,7 @@ class Coefficients:
     tables: npt.NDArray[np.uint16]
     numbers: npt.NDArray[np.int16]
     has_usual_codes: bool
+    scans: memoryview
 
     @property
     def used(self) -> npt.NDArray[np.uint16]:
@@ -133,10 +138,10 @@ def read(data: bytes, copy: Path) -> Coefficients:
     """
     with io.BytesIO(data) as file:
         needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
-        frame, start = _frame(needed), file.tell()
+        frame, scans = _frame(needed), memoryview(data)[file.tell() :]
     # The library fills arrays of the size that it reads itself: it mustn't see another frame.
     with copy.open("wb") as out:
-        out.writelines([_SOI, *(segment for _, segment in needed), memoryview(data)[start:]])
+        out.writelines([_SOI, *(segment for _, segment in needed), scans])
     planes = tuple(np.empty((*blocks, _NUMBERS), np.int16) for blocks in frame.blocks)
     tables, numbers = np.zeros((_MOST, _NUMBERS), np.uint16), np.zeros(_MOST, np.int16)
     is_done = _library().read_jpeg_dct(
@@ -145,10 +150,36 @@ def read(data: bytes, copy: Path) -> Coefficients:
     copy.unlink()
     if not is_done:
         raise UnreadableCoefficients(Text("its blocks can't be read"))
-    return Coefficients(frame, planes, tables, numbers, _codes(needed) <= _usual_codes())
+    is_usual = _codes(needed) <= _usual_codes()
+    return Coefficients(frame, planes, tables, numbers, is_usual, scans)
 
 
-def write(coefficients: Coefficients, folder: Path) -> bytes:
+def around(coefficients: Coefficients, first: int, end: int, folder: Path) -> Around | None:
+    """Return the data of a file around some rows of units, for `write` once these are others.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        As they were read; they are others while this works.
+    first, end : int
+        The rows, up to the one before `end`, which begins with what it was.
+    folder : Path
+        See `write`.
+
+    Returns
+    -------
+    Around, optional
+        None where it can't be told or isn't worth it.
+    """
+    planes, factors = coefficients.planes, coefficients.frame.factors
+    if not coefficients.has_usual_codes or not bands.is_much_around(planes, factors, first, end):
+        return None
+    source = only_scan(coefficients.scans)
+    write_band = partial(_write_band, coefficients, folder)
+    return source and bands.around(source, planes, factors, first, end, write_band)
+
+
+def write(coefficients: Coefficients, folder: Path, rest: Around | None = None) -> bytes:
     """Return a sequential JPEG file that counts components from 0.
 
     Usual Huffman codes stay: up to the first change the picture's data are then the source's, bit
@@ -160,6 +191,8 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
         What to write; not of RGB.
     folder : Path
         Where the file may lie for a moment: the library writes files alone.
+    rest : Around, optional
+        What is known already of the data: only the rows between are written.
 
     Raises
     ------
@@ -167,19 +200,25 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
         If it can't be written.
     """
     planes, factors = coefficients.planes, coefficients.frame.factors
-    at = bands.cuts(planes, factors) if coefficients.has_usual_codes else []
-    if len(at) <= 2:
+    if rest is not None and not bands.has_end(planes, factors, rest.end):
+        rest = None
+    at = []
+    if coefficients.has_usual_codes:
+        at = bands.cuts(planes, factors, *(rest[:2] if rest is not None else ()))
+    if rest is None and len(at) <= 2:
         return _written(coefficients, folder / "written")
+    write_band = partial(_write_band, coefficients, folder)
+    file = bands.written(planes, factors, at, write_band, rest)
+    return bands.with_height(file, coefficients.frame.height)
+
+
+def _write_band(
+    coefficients: Coefficients, folder: Path, parts: list[Plane], first: int, end: int
+) -> bytes:
     unit, height = coefficients.frame.unit_px[0], coefficients.frame.height
-
-    def write_band(parts: list[Plane], first: int, end: int) -> bytes:
-        frame = dataclasses.replace(
-            coefficients.frame, height=min(height, end * unit) - first * unit
-        )
-        band = dataclasses.replace(coefficients, frame=frame, planes=tuple(parts))
-        return _written(band, folder / f"written{first}")
-
-    return bands.with_height(bands.written(planes, factors, at, write_band), height)
+    frame = dataclasses.replace(coefficients.frame, height=min(height, end * unit) - first * unit)
+    band = dataclasses.replace(coefficients, frame=frame, planes=tuple(parts))
+    return _written(band, folder / f"written{first}")
 
 
 def _written(coefficients: Coefficients, file: Path) -> bytes:
