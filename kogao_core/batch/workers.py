@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import Final
+from pathlib import Path
+from typing import Final, Literal
 
 from kogao_core.batch.tasks import Outcome, Task, work
 from kogao_core.language import Text
@@ -72,10 +73,9 @@ class Workers:
     @staticmethod
     def processes(count: int) -> Workers:
         """Return workers in `count` processes of this machine, one warping thread each."""
-        context = multiprocessing.get_context("spawn")
         return Workers(
             lambda: concurrent.futures.ProcessPoolExecutor(
-                count, mp_context=context, initializer=_settle
+                count, mp_context=multiprocessing.get_context(_start()), initializer=_settle
             ),
             count,
         )
@@ -207,6 +207,14 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def _start() -> Literal["fork", "spawn"]:
+    """Return how a worker begins: as a copy of this process, or afresh."""
+    # A copy has all modules already, which take 0.2 s. Of several threads it would have one, and
+    # what the others had locked.
+    is_alone = sys.platform == "linux" and len([*Path("/proc/self/task").iterdir()]) == 1
+    return "fork" if is_alone else "spawn"
+
+
 def _settle() -> None:
     # Photos are spread over processes already: threads inside each would only get in the way. An
     # interrupt is for the process that hands out tasks; running ones end in peace.
@@ -215,6 +223,9 @@ def _settle() -> None:
     open_standard_streams()
     keep_freed()  # the next photo is often as large as the last
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in signal.valid_signals():  # that the command line ends in a word by
+        if signal.getsignal(number) is signal.default_int_handler:
+            signal.signal(number, signal.SIG_DFL)
     cv2.setNumThreads(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -63,3 +63,66 @@ def test_an_idle_worker_ends_with_a_killed_program(tmp_path):
         time.sleep(0.05)
     os.kill(worker, signal.SIGKILL)
     pytest.fail("the worker waits for a program that is gone")
+
+
+# Tells whether its worker has a module that only the program has loaded.
+BEGINNING = """
+import sys, threading
+from kogao_core.threads import without_blas_threads
+without_blas_threads()
+from kogao_core.batch import Workers
+def is_loaded():
+    return "colorsys" in sys.modules
+if __name__ == "__main__":
+    import colorsys
+    if sys.argv[1:]:
+        threading.Thread(target=threading.Event().wait, daemon=True).start()
+    print(Workers.processes(1)._make().submit(is_loaded).result())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers begin afresh elsewhere")
+@pytest.mark.parametrize(("threads", "is_copy"), [([], "True"), (["more"], "False")])
+def test_a_worker_is_a_copy_of_a_program_of_one_thread(tmp_path, threads, is_copy):
+    script = tmp_path / "program.py"
+    script.write_text(BEGINNING)
+    done = subprocess.run(
+        [sys.executable, str(script), *threads],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=LONGEST_S,
+    )
+    assert (done.stdout, done.stderr) == (f"{is_copy}\n", "")
+
+
+# Ends its worker, as systems do, and has a handler of its own for that.
+ENDED = """
+import os, signal, sys, time
+from concurrent.futures.process import BrokenProcessPool
+from kogao_core.threads import without_blas_threads
+without_blas_threads()
+from kogao_core.batch import Workers
+if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    executor = Workers.processes(1)._make()
+    os.kill(executor.submit(os.getpid).result(), signal.SIGTERM)
+    try:
+        executor.submit(time.sleep, 60).result()
+    except BrokenProcessPool:
+        print("gone")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_what_ends_a_program_in_a_word_ends_its_workers_at_once(tmp_path):
+    script = tmp_path / "program.py"
+    script.write_text(ENDED)
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=LONGEST_S,
+    )
+    assert (done.stdout, done.stderr) == ("gone\n", "")
