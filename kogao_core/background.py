@@ -159,7 +159,7 @@ class BackgroundFinder:
             return self._newest
 
     def _look(self, photo: Image, faces: Sequence[Face], others: Sequence[Face]) -> Background:
-        pyramid = Pyramid(photo)  # halved for lines and people together
+        pyramid = Pyramid.of(photo)  # halved for lines and people together
         shortest = shortest_px(photo)
 
         def lines(people: PersonMask | None = None) -> Array:

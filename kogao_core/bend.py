@@ -94,7 +94,8 @@ def straight_lines(
     if people is not None:
         free = people.mapped(to_small).free(*grey.shape[::-1])
         # The edge of what is painted over lies beyond a look's, where no line counts.
-        grey = np.where(cv2.dilate(free, np.ones((3, 3), np.uint8)) > 0, grey, _PLAIN)
+        shown = cv2.dilate(free, np.ones((3, 3), np.uint8))
+        grey = cv2.copyTo(grey, shown, np.full_like(grey, _PLAIN))
     found: Any = detector.detect(grey)  # None when there is no line
     return np.zeros((0, 2, 2)) if found is None else to_small.inverse(found.reshape(-1, 2, 2))
 

@@ -131,9 +131,8 @@ def work(task: Task) -> Outcome:
     """Read, find, render and write one photo; whatever goes wrong ends up in the outcome."""
     start = time.perf_counter()
     try:
-        key = _key(task)
-        if key and key == task.done:
-            return Outcome(task.source, task.output, "skipped", key=key)
+        if task.done and task.done == _key(task):
+            return Outcome(task.source, task.output, "skipped", key=task.done)
         achieved, note = _render(task)
         seconds = round(time.perf_counter() - start, 3)
         key = _key(task)
@@ -147,6 +146,7 @@ def work(task: Task) -> Outcome:
 
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.background import held_of
+    from kogao_core.landmarks.pixels import Pyramid
     from kogao_core.photo import bits_of, read, write
     from kogao_core.photo.disclosure import disclose, signing, undisclosed
     from kogao_core.pipeline import render
@@ -155,8 +155,10 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     output = Path(task.output)
     bits = bits_of(output)
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits)
+    halved = Pyramid.of(photo.pixels)  # for the search and the look at the background together
     done = _replayed(task, photo) if task.project else _found(task, photo)
     held = held_of(photo.pixels, done, _background())
+    del halved
     rendering = render(
         photo.pixels, done.faces, done.recipe, protection=done.protection, held=held, threads=1
     )

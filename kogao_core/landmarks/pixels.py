@@ -6,6 +6,7 @@ import math
 import threading
 from functools import cached_property
 from typing import Any, Final
+from weakref import WeakValueDictionary
 
 import cv2
 import numpy as np
@@ -32,6 +33,14 @@ class Pyramid:
         self._image = image
         self._halved: list[Rgb8] = []
         self._lock = threading.Lock()
+
+    @staticmethod
+    def of(image: Image) -> Pyramid:
+        """Return the one that somebody holds of the same array, or another."""
+        held = _HELD.get(id(image))
+        if held is None:
+            held = _HELD[id(image)] = Pyramid(image)  # it keeps the array, and so its id
+        return held
 
     @cached_property
     def _whole(self) -> Rgb8:
@@ -92,6 +101,9 @@ class Pyramid:
         if dense == 2:
             picture = cv2.resize(picture, (size_px, size_px), interpolation=cv2.INTER_AREA)
         return np.asarray(picture, np.uint8)
+
+
+_HELD: Final = WeakValueDictionary[int, Pyramid]()
 
 
 def planes(picture: Rgb8) -> npt.NDArray[np.float32]:

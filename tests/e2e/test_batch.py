@@ -23,6 +23,7 @@ from shortly import few_of
 from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.cli import main
+from kogao_core.landmarks import pixels
 from kogao_core.photo.disclosure import Disclosure
 from kogao_core.photo.label_picture import LabelPicture
 from kogao_core.recipe import Recipe
@@ -53,6 +54,16 @@ def test_what_nobody_foresaw_fails_one_photo_and_says_whose_fault_it_is(
     assert outcome.status == "failed"
     assert "an error in the program itself (KeyError: 'strange')" in outcome.reason
     assert not list(tmp_path.iterdir())
+
+
+def test_a_photo_is_halved_once_for_all_who_look_at_it(portrait, tmp_path, monkeypatch):
+    large = tmp_path / "large.jpg"
+    Image.open(portrait).resize((1800, 1800)).save(large)
+    halved, half = [], pixels._half
+    monkeypatch.setattr(pixels, "_half", lambda image: halved.append(image.shape) or half(image))
+    task = batch.Task(str(large), str(tmp_path / "out.jpg"), Recipe().to_dict())
+    assert batch.work(task).status == "done"
+    assert len(halved) == len(set(halved)) > 1
 
 
 def run(capsys, *arguments):
