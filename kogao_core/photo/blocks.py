@@ -22,6 +22,7 @@ from kogao_core.photo.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 from kogao_core.stderr import hushed
 from kogao_core.threads import default_threads, share_out
 
+_WORD: Final = 8  # pixels' values that are looked at together
 _SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
 Mask = npt.NDArray[np.bool_]
@@ -215,12 +216,14 @@ def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mas
     high, wide = unit_px
     changed = np.zeros((-(-height // high), -(-width // wide)), bool)
     rows = [pixels.reshape(height, -1) for pixels in (before, after)]
-    values = wide * rows[0].shape[1] // width  # of a row of a unit
+    values = rows[0].shape[1]
+    words = wide * values // width // _WORD  # of a row of a unit
+    differs = np.zeros(-(-values // _WORD) * _WORD, np.uint8)
     for row, top in enumerate(range(0, height, high)):
         old, new = (pixels[top : top + high] for pixels in rows)
         # Whole rows at once: ten times as fast as asking for any difference pixel by pixel.
-        differs = np.bitwise_or.reduce(np.bitwise_xor(old, new), axis=0)
-        changed[row, np.flatnonzero(differs) // values] = True
+        np.bitwise_or.reduce(np.bitwise_xor(old, new), axis=0, out=differs[:values])
+        changed[row, np.flatnonzero(differs.view(np.uint64)) // words] = True
     return changed
 
 
