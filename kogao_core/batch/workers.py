@@ -211,7 +211,7 @@ def _start() -> Literal["fork", "spawn"]:
     """Return how a worker begins: as a copy of this process, or afresh."""
     # A copy has all modules already, which take 0.2 s. Of several threads it would have one, and
     # what the others had locked.
-    is_alone = sys.platform == "linux" and len([*Path("/proc/self/task").iterdir()]) == 1
+    is_alone = sys.platform == "linux" and len([*Path("/proc/self/task").glob("*")]) == 1
     return "fork" if is_alone else "spawn"
 
 
