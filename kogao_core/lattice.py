@@ -339,14 +339,15 @@ class Lattice:
 
     def mixed_at(self, bx: Array, by: Array) -> Array:
         """Return the mixture (N, 2) of control points at N points, by their `matrices` there."""
-        return np.asarray((bx[:, None] @ np.tensordot(by, self.phi, 1))[:, 0])
+        rows = by @ self.phi.reshape(len(self.phi), -1)
+        return np.asarray((bx[:, None] @ rows.reshape(len(by), *self.phi.shape[1:]))[:, 0])
 
     def mixed(self, bx: Array, by: Array) -> Array:
         """Return the mixtures (2, M, N) of control points on a tensor grid, by its `matrices`."""
-        return np.asarray(by @ self._components @ bx.T)
+        return np.asarray(by @ self.components @ bx.T)
 
     @cached_property
-    def _components(self) -> Array:
+    def components(self) -> Array:
         """`phi` of shape (2, J, I)."""
         return np.ascontiguousarray(self.phi.transpose(2, 0, 1))
 

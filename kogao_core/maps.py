@@ -101,22 +101,22 @@ class LatticeMap:
         self._first_spans = first.tolist()
         nodes = along_x.nodes(span), along_y.nodes(band[run])
         self._phi = np.empty((len(run), 2, nodes[1].shape[1], nodes[0].shape[1]), np.float32)
-        for axis in (0, 1):
-            phi = self._at_nodes(*nodes, axis)
+        for axis, phi in enumerate(self._at_nodes(*nodes)):
             if self._everywhere:
                 # Linear precision: nodes that hold their own coordinates reproduce the identity.
                 place = self.lattice.grid.node_px(nodes[axis], axis) - runs.views[run, axis, None]
                 phi += place[:, :, None] if axis else place[:, None, :]
             self._phi[:, axis] = phi
 
-    def _at_nodes(self, i: Integers, j: Integers, axis: int) -> Array:
-        """Return a component of the control points of columns i (N, I) and rows j (N, J)."""
+    def _at_nodes(self, i: Integers, j: Integers) -> Array:
+        """Return the control points of columns i (N, I) and rows j (N, J), (2, N, J, I)."""
         rows, columns = self.lattice.shape
-        stored = np.zeros((rows + 2, columns + 2))
-        stored[1:-1, 1:-1] = self.lattice.phi[..., axis]
-        i = np.clip(i - self.lattice.first[0], -1, columns) + 1
-        j = np.clip(j - self.lattice.first[1], -1, rows) + 1
-        return np.asarray(stored[j[:, :, None], i[:, None, :]])
+        stored = np.zeros((2, rows + 2, columns + 2))
+        stored[:, 1:-1, 1:-1] = self.lattice.components
+        i = np.minimum(np.maximum(i - (self.lattice.first[0] - 1), 0), columns + 1)
+        j = np.minimum(np.maximum(j - (self.lattice.first[1] - 1), 0), rows + 1)
+        at = j[:, :, None] * (columns + 2) + i[:, None, :]
+        return stored.reshape(2, -1).take(at, axis=1)
 
     def on(self, number: int, run: Box, out: Float32, add: bool) -> None:
         """Write a run's displacement, or with the identity its map, to `out`; or add it.
@@ -145,12 +145,11 @@ class LatticeMap:
         # Spans, components and bands of rows are products of their own.
         rows = by.T @ self._phi[begin:end]
         left = rows.reshape(spans, 2, -1, ROWS_PX, rows.shape[3])
-        shape = (2, -1, ROWS_PX, spans, size)
+        into = np.empty(part.shape, np.float32) if add else part
+        view = into.reshape(2, -1, ROWS_PX, spans, size).transpose(3, 0, 1, 2, 4)
+        np.matmul(left, bx[:, None, None], out=view)
         if add:
-            part += (left @ bx[:, None, None]).transpose(1, 2, 3, 0, 4).reshape(part.shape)
-        else:
-            view = part.reshape(shape).transpose(3, 0, 1, 2, 4)
-            np.matmul(left, bx[:, None, None], out=view)
+            part += into
 
 
 class _Axis:

@@ -104,9 +104,11 @@ class Canvas:
         rows, columns = self._warped.shape
         hit = np.zeros_like(self._warped)
         for cells in regions:
-            over_rows = _overlaps(cells.edges_px(1), rows, self._block_px, self.image.height)
-            over_columns = _overlaps(cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width)
-            hit |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
+            down, over_rows = _overlaps(cells.edges_px(1), rows, self._block_px, self.image.height)
+            along, over_columns = _overlaps(
+                cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width
+            )
+            hit[down, along] |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
         return hit
 
     def _runs(self, blocks: Mask) -> list[Box]:
@@ -173,9 +175,14 @@ def _check(source: Image) -> None:
 
 def _overlaps(
     edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int
-) -> npt.NDArray[np.float32]:
-    """Return 1 where cells (columns) share pixels with blocks (rows) along one axis, else 0."""
-    start = np.arange(blocks)[:, None] * size_px
+) -> tuple[slice, npt.NDArray[np.float32]]:
+    """Return the blocks that cells reach along one axis, and 1 where the two share pixels, else 0.
+
+    Blocks are rows, cells columns.
+    """
+    first = min(max(int(edges_px[0]) // size_px, 0), blocks)
+    reached = slice(first, max(first, min(-(-int(edges_px[-1]) // size_px), blocks)))
+    start = np.arange(reached.start, reached.stop)[:, None] * size_px
     end = np.minimum(start + size_px, end_px)
     low, high = edges_px[:-1], edges_px[1:]
-    return ((low < end) & (high > start) & (low < high)).astype(np.float32)
+    return reached, ((low < end) & (high > start) & (low < high)).astype(np.float32)
