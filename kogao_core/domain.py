@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from kogao_core.field import Field
 from kogao_core.geometry import Box
-from kogao_core.lattice import Lattice
+from kogao_core.lattice import Lattice, meet
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.settings import DomainName
 
@@ -198,8 +198,11 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
         case "threshold":
             # Neighbours' displacements add up, so each face may only use up its share of the
             # threshold; a little less, because single precision may round a displacement up.
-            least_px = 0.99 * max(LOSSLESS_PX, field.fade_px) / max(1, len(field.lattices))
-            cells = tuple(cells_beyond(lattice, image, least_px) for lattice in field.lattices)
+            least_px = 0.99 * max(LOSSLESS_PX, field.fade_px)
+            cells = tuple(
+                cells_beyond(a, image, least_px / sum(meet(a, b) for b in field.lattices))
+                for a in field.lattices
+            )
         case unknown:
             assert_never(unknown)
     return Domain(name, image, cells)

@@ -10,6 +10,7 @@ from kogao_core.counts import pixel_counts
 from kogao_core.domain import fade_of, reduce, threshold_mask
 from kogao_core.field import Field
 from kogao_core.geometry import Box
+from kogao_core.lattice import groups
 from kogao_core.pipeline import render
 from kogao_core.recipe import LOSSLESS_PX, Recipe
 from kogao_core.targets import aim
@@ -77,6 +78,16 @@ def test_counts_of_faces_side_by_side_are_those_of_the_masks(lattice):
         counts = pixel_counts(field, IMAGE, threshold_px)
         assert counts["control-points"] == reached.sum()
         assert counts["threshold"] == (displacement_everywhere(field) > threshold_px).sum()
+
+
+def test_faces_share_the_threshold_with_those_they_reach_and_nobody_else():
+    faces = [oval_face(center=place, size=0.25) for place in [(90, 90), (170, 90), (400, 280)]]
+    field = field_of(Recipe(percent=9), *faces)
+    assert sorted(groups(field.lattices)) == [[0, 1], [2]]
+    domain = reduce(field, IMAGE, "threshold")
+    assert not (displacement_everywhere(field) > LOSSLESS_PX)[~domain.mask(IMAGE)].any()
+    alone = reduce(Field(field.lattices[2:]), IMAGE, "threshold")
+    np.testing.assert_array_equal(domain.cells[2].active, alone.cells[0].active)
 
 
 def test_bounds_hold_the_mask_tightly():
