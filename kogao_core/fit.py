@@ -218,7 +218,7 @@ def problems_of(
         _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection, head)
         for pair, anchor, grid, head in zip(pairs, anchors, grids, heads, strict=True)
     ]
-    _check_together(problems, [problem.support.empty for problem in problems])
+    _check_together(problems)
     return problems
 
 
@@ -335,7 +335,8 @@ def _check_control_points(
         )
 
 
-def _check_together(problems: Sequence[Problem], empty: Sequence[Lattice]) -> None:
+def _check_together(problems: Sequence[Problem]) -> None:
+    empty = [problem.support.empty for problem in problems]
     for group in groups(empty):
         points = sum(len(problems[k].target_px) for k in group)
         nodes = sum(min(ORDER**2 * problems[k].movers, empty[k].phi[..., 0].size) for k in group)
@@ -509,10 +510,7 @@ def approximate(problem: Problem) -> Lattice:
     >>> bool(0.1 < abs(missed).max() < 3.0)
     True
     """
-    return _approximated(problem, problem.support)
-
-
-def _approximated(problem: Problem, support: _Support) -> Lattice:
+    support = problem.support
     w2 = support.weights**2
     own = support.weights / w2.sum(axis=(1, 2), keepdims=True)
     total = np.bincount(support.nodes.ravel(), w2.ravel(), support.size)
@@ -595,22 +593,21 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     >>> bool(abs(missed).max() < 0.01)
     True
     """
-    supports = [problem.support for problem in problems]
-    lattices = [support.empty for support in supports]
+    lattices = [problem.support.empty for problem in problems]
     for group in groups(lattices):
-        solved = _solve_together([problems[k] for k in group], [supports[k] for k in group])
+        solved = _solve_together([problems[k] for k in group])
         for k, lattice in zip(group, solved, strict=True):
             lattices[k] = lattice
     return lattices
 
 
-def _solve_together(problems: list[Problem], supports: list[_Support]) -> list[Lattice]:
+def _solve_together(problems: list[Problem]) -> list[Lattice]:
     targets = np.vstack([problem.target_px for problem in problems])
     displacements = np.vstack([problem.displacement_px for problem in problems])
-    both = list(zip(problems, supports, strict=True))
+    supports = [problem.support for problem in problems]
     own_nodes = [problem.own_nodes for problem in problems]
     designs = _designs(supports, targets, own_nodes)
-    effort = np.sqrt(sum((_approximated(*one).phi ** 2).sum() for one in both))
+    effort = np.sqrt(sum((approximate(problem).phi ** 2).sum() for problem in problems))
     solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []

@@ -175,9 +175,7 @@ def _bends_px(lattice: Lattice, lines: Array) -> Array:
     along = lines[:, 1] - lines[:, 0]
     unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     points = lines.mean(axis=1)[:, None] + 0.5 * t[:, None] * along[:, None]
-    flat = points.reshape(-1, 2)
-    moved, near = np.zeros_like(flat), lattice.reaches(flat)
-    moved[near] = lattice.at(flat[near])
+    moved = Field((lattice,)).at(points.reshape(-1, 2))
     across = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)[:, None]
     aside = (moved.reshape(points.shape) * across).sum(axis=2)
     # What a shift and a turn leave of it.

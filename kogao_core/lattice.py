@@ -153,15 +153,6 @@ class Grid:
         """
         return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
 
-    def halved(self) -> Grid:
-        """Return the grid with half the spacing and the same origin.
-
-        Returns
-        -------
-        Grid
-        """
-        return Grid(self.origin_px, self.spacing_px / 2.0)
-
     def weights(
         self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
     ) -> tuple[npt.NDArray[np.int64], Array]:
@@ -512,16 +503,11 @@ class Lattice:
         """Index (i, j) of the first cell that a stored node reaches."""
         return self.first[0] - 2, self.first[1] - 2
 
-    @property
-    def cell_edges_px(self) -> tuple[Array, Array]:
-        """Where cells begin and the last one ends, along x and along y, px."""
-        (i, j), (rows, columns) = self.first_cell, self.reached.shape
-        return self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
-
     @cached_property
     def cell_spans_px(self) -> tuple[Array, Array]:
         """Where each column of cells begins and ends along x, and each row along y, px."""
-        x, y = self.cell_edges_px
+        (i, j), (rows, columns) = self.first_cell, self.reached.shape
+        x, y = self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
         return np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
 
     @cached_property
@@ -583,7 +569,7 @@ class Lattice:
         rows = _refined_axis(self.phi, 0)
         phi = _refined_axis(rows, 1)
         first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)
-        return Lattice(self.grid.halved(), first, phi)
+        return Lattice(Grid(self.grid.origin_px, self.grid.spacing_px / 2.0), first, phi)
 
 
 def groups(lattices: Sequence[Lattice]) -> list[list[int]]:

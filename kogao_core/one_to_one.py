@@ -261,13 +261,11 @@ def _falloffed_slope(lattice: Lattice, falloff: Falloff, stretch: float) -> floa
 
 def _cells_in(lattice: Lattice, boxes_px: Array) -> npt.NDArray[np.bool_]:
     """Return the cells that meet one of the boxes (left, top, right, bottom)."""
-    rows, columns = lattice.reached.shape
-    x = lattice.grid.nodes_px(lattice.first_cell[0], columns + 1, 0)
-    y = lattice.grid.nodes_px(lattice.first_cell[1], rows + 1, 1)
-    inside = np.zeros((rows, columns), bool)
+    (starts_x, ends_x), (starts_y, ends_y) = lattice.cell_spans_px
+    inside = np.zeros(lattice.reached.shape, bool)
     for left, top, right, bottom in boxes_px:
-        across = (x[1:] > left) & (x[:-1] < right)
-        inside |= ((y[1:] > top) & (y[:-1] < bottom))[:, None] & across
+        across = (ends_x > left) & (starts_x < right)
+        inside |= ((ends_y > top) & (starts_y < bottom))[:, None] & across
     return inside
 
 

@@ -30,16 +30,6 @@ _UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
 }
 
 
-_ZONES: Final = {
-    "cheeks": Text("cheeks"),
-    "jaw": Text("jaw"),
-    "chin": Text("chin"),
-    "left": Text("picture's left"),
-    "right": Text("picture's right"),
-    "even_out": Text("even out"),
-}
-
-
 @dataclass(frozen=True, slots=True)
 class Recipe:
     """What to do to a face; the defaults are the retoucher's, `PAPER` is the paper's.
@@ -136,10 +126,10 @@ class Recipe:
         ]
         if self.whole_head:
             said.append(Text("whole head"))
-        for setting in (SETTINGS[name] for name in ZONES if self.zones):
-            value = getattr(self, setting.name)
-            if value != _DEFAULTS[setting.name]:
-                said.append(Text("{zone} {value:g} %", zone=_ZONES[setting.name], value=value))
+        for name, zone in ZONES.items() if self.zones else ():
+            value = getattr(self, name)
+            if value != _DEFAULTS[name]:
+                said.append(Text("{zone} {value:g} %", zone=zone, value=value))
         return Text.joined(", ", said)
 
     def of_face(self, own: Recipe | None) -> Recipe:

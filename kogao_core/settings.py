@@ -432,8 +432,15 @@ _ALL: Final = (
     ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}
-# What is said of parts of the face; it counts while `zones` is on.
-ZONES: Final = ("cheeks", "jaw", "chin", "left", "right", "even_out")
+# What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
+ZONES: Final = {
+    "cheeks": Text("cheeks"),
+    "jaw": Text("jaw"),
+    "chin": Text("chin"),
+    "left": Text("picture's left"),
+    "right": Text("picture's right"),
+    "even_out": Text("even out"),
+}
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
 
