@@ -51,8 +51,7 @@ def screen_colours(photo: Photo) -> ScreenColours:
     """
     if photo.icc_profile is None:
         return ScreenColours()
-    channels = 1 if photo.pixels.ndim == 2 else photo.pixels.shape[2]
-    return _known_colours(photo.icc_profile, "L" if channels < 3 else "RGB")
+    return _known_colours(photo.icc_profile, "L" if photo.channels < 3 else "RGB")
 
 
 def pyramid_of(photo: Photo) -> PicturePyramid:

@@ -9,12 +9,12 @@ from typing import IO, Any, Final
 
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin
+from PIL.ExifTags import Base as Tag
 
 from kogao_core.photo import chunks, jpeg_extras, metadata, segments
 from kogao_core.photo.model import JpegCoding
 
 _FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
-_X_RESOLUTION, _UNIT = 0x011A, 0x0128
 _JPEG_LS: Final = 0xF7
 _FRAMES: Final = (
     *(*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0)),
@@ -106,7 +106,7 @@ def _is_guessed(image: Pillow.Image) -> bool:
     if image.format == "PNG" or image.info.get("jfif_unit") in (1, 2):
         return False
     try:
-        return not {_X_RESOLUTION, _UNIT} <= image.getexif().keys()
+        return not {Tag.XResolution, Tag.ResolutionUnit} <= image.getexif().keys()
     except (OSError, SyntaxError, ValueError, struct.error):  # a damaged block
         return True
 

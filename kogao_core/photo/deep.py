@@ -13,6 +13,7 @@ from PIL import Image as Pillow
 
 from kogao_core.geometry import Image
 from kogao_core.language import Text
+from kogao_core.photo.model import channels_of
 
 _LOCK: Final = threading.Lock()
 _levels: Final[list[int]] = []
@@ -61,10 +62,13 @@ def decode(data: bytes) -> Image:
         stored = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if stored is None:
         raise ValueError(Text("OpenCV can't decode it"))
-    if stored.ndim == 3 and stored.shape[2] in (3, 4):
-        flip = cv2.COLOR_BGR2RGB if stored.shape[2] == 3 else cv2.COLOR_BGRA2RGBA
-        return np.asarray(cv2.cvtColor(stored, flip))
-    return np.asarray(stored)
+    return _swapped(np.asarray(stored))
+
+
+def _swapped(pixels: Image) -> Image:
+    """Return RGB(A) as BGR(A), in which OpenCV has colours, or the other way round; grey as is."""
+    flip = {3: cv2.COLOR_RGB2BGR, 4: cv2.COLOR_RGBA2BGRA}.get(channels_of(pixels))
+    return pixels if flip is None else np.asarray(cv2.cvtColor(pixels, flip))
 
 
 def with_alpha(grey: Image, transparent: int) -> Image:
@@ -104,12 +108,8 @@ def encode(pixels: Image, how: Sequence[int] = ()) -> bytes:
     ValueError
         If OpenCV can't.
     """
-    stored = pixels
-    if pixels.ndim == 3 and pixels.shape[2] in (3, 4):
-        flip = cv2.COLOR_RGB2BGR if pixels.shape[2] == 3 else cv2.COLOR_RGBA2BGRA
-        stored = np.asarray(cv2.cvtColor(pixels, flip))
     with _silent_opencv():
-        done, data = cv2.imencode(".tiff", stored, how)
+        done, data = cv2.imencode(".tiff", _swapped(pixels), how)
     if not done:
         raise ValueError(Text("OpenCV can't encode it"))
     return data.tobytes()

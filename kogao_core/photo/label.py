@@ -12,6 +12,7 @@ from PIL import ImageDraw, ImageFont
 from kogao_core.geometry import Box, Image
 from kogao_core.language import Text
 from kogao_core.photo.errors import CannotDisclose
+from kogao_core.photo.model import channels_of
 from kogao_core.wording import printable
 
 LONGEST: Final = 100
@@ -150,7 +151,7 @@ def _blended(patch: Image, mask: Image) -> Image:
     """Return pixels under a dark plate and white letters; alpha, if any, becomes opaque there."""
     whole = np.issubdtype(patch.dtype, np.integer)
     white = float(np.iinfo(patch.dtype).max) if whole else 1.0
-    channels = 1 if patch.ndim == 2 else patch.shape[2]
+    channels = channels_of(patch)
     values = patch.reshape(*patch.shape[:2], channels).astype(np.float64)
     colours = values[..., : channels - (channels in (2, 4))]
     colours *= (1.0 - _PLATE_OPACITY) * (1.0 - mask[..., None])

@@ -16,7 +16,7 @@ from kogao_core.display import Rgb8, rgba8
 from kogao_core.geometry import Box, Image
 from kogao_core.language import Text
 from kogao_core.photo.errors import CannotDisclose, UnreadablePhoto
-from kogao_core.photo.model import Photo
+from kogao_core.photo.model import Photo, channels_of
 from kogao_core.photo.reading import read
 from kogao_core.settings import LABEL_CORNER, LABEL_PERCENT, Corner
 
@@ -78,8 +78,8 @@ def lay_over(photo: Photo, pixels: Image, label: LabelPicture) -> Image:
     box = _place(label, pixels, mark)
     result = pixels.copy()
     patch = result[box.slices]
-    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-    colours = _in_colours_of(photo, mark[..., :3], profile, is_grey=channels < 3)
+    is_grey = channels_of(pixels) < 3
+    colours = _in_colours_of(photo, mark[..., :3], profile, is_grey=is_grey)
     layers = np.dstack([colours, mark[..., 3]])
     fitted = _resized(layers, box.width, box.height)
     patch[...] = _over(patch, fitted)
@@ -167,7 +167,7 @@ def _over(patch: Image, layers: Rgb8) -> Image:
     """Return pixels under others with straight alpha; where these are transparent, as they were."""
     whole = np.issubdtype(patch.dtype, np.integer)
     white = float(np.iinfo(patch.dtype).max) if whole else 1.0
-    channels = 1 if patch.ndim == 2 else patch.shape[2]
+    channels = channels_of(patch)
     values = patch.reshape(*patch.shape[:2], channels).astype(np.float64)
     count = channels - (channels in (2, 4))
     alpha = layers[..., -1:] / float(_OPAQUE)

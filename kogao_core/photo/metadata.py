@@ -11,11 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from PIL.ExifTags import Base as Tag
+
 PREFIX: Final = b"Exif\0\0"
-_ORIENTATION: Final = 0x0112
-_EXIF_DIRECTORY: Final = 0x8769
-_PIXEL_WIDTH, _PIXEL_HEIGHT = 0xA002, 0xA003
-_THUMBNAIL_AT, _THUMBNAIL_BYTES = 0x0201, 0x0202
 _SHORT, _LONG = 3, 4
 _XMP_ORIENTATION: Final = re.compile(rb"""(tiff:Orientation(?:=["']|>)\s*)([1-8])""")
 _XMP_WIDTH, _XMP_HEIGHT = (
@@ -71,7 +69,7 @@ def orientation(exif: bytes | None, xmp: bytes | None) -> int:
     if exif:
         try:
             tiff = _Tiff(exif)
-            turn = tiff.numbers(tiff.main()).get(_ORIENTATION)
+            turn = tiff.numbers(tiff.main()).get(Tag.Orientation)
             if turn is not None:
                 value = tiff.read(turn)
                 return value if 1 <= value <= 8 else 1
@@ -90,9 +88,13 @@ def upright_exif(exif: bytes, width: int, height: int) -> bytes:
         tiff = _Tiff(exif)
         main = tiff.main()
         numbers = tiff.numbers(main)
-        if _EXIF_DIRECTORY in numbers:
-            numbers |= tiff.numbers(tiff.read(numbers[_EXIF_DIRECTORY]))
-        for tag, value in ((_ORIENTATION, 1), (_PIXEL_WIDTH, width), (_PIXEL_HEIGHT, height)):
+        if Tag.ExifOffset in numbers:
+            numbers |= tiff.numbers(tiff.read(numbers[Tag.ExifOffset]))
+        for tag, value in (
+            (Tag.Orientation, 1),
+            (Tag.ExifImageWidth, width),
+            (Tag.ExifImageHeight, height),
+        ):
             if tag in numbers:
                 tiff.write(numbers[tag], value)
         _drop_thumbnail(tiff, main)
@@ -108,10 +110,10 @@ def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
         return
     numbers = tiff.numbers(second)
     tiff.write(link, 0)
-    if _THUMBNAIL_AT not in numbers or _THUMBNAIL_BYTES not in numbers:
+    if Tag.JpegIFOffset not in numbers or Tag.JpegIFByteCount not in numbers:
         return
-    start = tiff.read(numbers[_THUMBNAIL_AT])
-    end = min(start + tiff.read(numbers[_THUMBNAIL_BYTES]), len(tiff.data))
+    start = tiff.read(numbers[Tag.JpegIFOffset])
+    end = min(start + tiff.read(numbers[Tag.JpegIFByteCount]), len(tiff.data))
     if end == len(tiff.data):
         del tiff.data[start:]
     else:

@@ -133,7 +133,7 @@ class Photo:
     @property
     def channels(self) -> int:
         """Channels of a pixel: 1 to 4."""
-        return 1 if self.pixels.ndim == 2 else int(self.pixels.shape[2])
+        return channels_of(self.pixels)
 
     @property
     def is_as_read(self) -> bool:
@@ -154,6 +154,11 @@ class Photo:
         from kogao_core.display import preview
 
         return preview(self.pixels)
+
+
+def channels_of(pixels: Image) -> int:
+    """Return the channels of pixels of shape (H, W) or (H, W, C)."""
+    return 1 if pixels.ndim == 2 else int(pixels.shape[2])
 
 
 def is_same(before: Image, after: Image) -> bool:

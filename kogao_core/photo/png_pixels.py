@@ -10,6 +10,7 @@ import numpy as np
 
 from kogao_core.geometry import Image
 from kogao_core.photo import chunks
+from kogao_core.photo.model import channels_of
 from kogao_core.threads import default_threads, share_in_order
 
 # Pillow's own level takes eight times as long and saves a tenth (docs/fidelity.md).
@@ -34,7 +35,7 @@ def header(pixels: Image) -> bytes:
         Grey, grey + alpha, RGB or RGBA; uint8 or uint16.
     """
     height, width = pixels.shape[:2]
-    colours = _COLOUR_TYPES[1 if pixels.ndim == 2 else pixels.shape[2]]
+    colours = _COLOUR_TYPES[channels_of(pixels)]
     return chunks.SIGNATURE + chunks.made(
         b"IHDR", struct.pack(">IIBBBBB", width, height, 8 * pixels.itemsize, colours, 0, 0, 0)
     )

@@ -12,27 +12,25 @@ from typing import IO, Any, Final
 import numpy as np
 from PIL import ExifTags, TiffImagePlugin
 from PIL import Image as Pillow
+from PIL.ExifTags import Base as Tag
 
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Image
 from kogao_core.language import Text
 from kogao_core.photo import deep, photoshop, tiff_pixels
 from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.tiff_pixels import numbers
 from kogao_core.stderr import hushed
 
 HEADS: Final = (b"II*\0", b"MM\0*")
 _BIG_HEADS: Final = (b"II+\0", b"MM\0+")
-_WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC, _ORIENTATION = 256, 257, 258, 259, 262, 274
-_SUBFILE, _IS_REDUCED, _SUB_DIRECTORIES = 254, 1, 330
-_SAMPLES, _PLANES, _EXTRA, _SAMPLE_FORMAT = 277, 284, 338, 339
-_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT, _XMP, _ICC = 282, 283, 296, 700, 34675
-_DENSITY: Final = (_X_RESOLUTION, _Y_RESOLUTION, _RESOLUTION_UNIT)
+_DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
+_IS_REDUCED: Final = 1
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
 _NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
-_STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 273, 279, 324, 325
 _WITH_ALPHA: Final = 4
 _JPEGS: Final = (6, 7)
 _COMPRESSIONS: Final = {
@@ -48,18 +46,16 @@ _COMPRESSIONS: Final = {
 _OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES: Final = 8
-_IPTC, _PHOTOSHOP = 33723, 34377
 _LONG: Final = 4
 # What Pillow raises on damaged blocks, from one version to the next.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
-_EXIF_DIRECTORY, _GPS_DIRECTORY, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 # What a TIFF directory says about the picture rather than about its storage: names, description,
 # make, model, software, date, artist, computer, white point and primaries, ratings, copyright,
 # Windows' texts, and print matching.
 PICTURE_TAGS: Final = (
     *(269, 270, 271, 272, 285, 305, 306, 315, 316, 318, 319, 0x4746, 0x4749, 33432),
-    *(*range(0x9C9B, 0x9CA0), 50341, _EXIF_DIRECTORY, _GPS_DIRECTORY),
+    *(*range(0x9C9B, 0x9CA0), 50341, Tag.ExifOffset, Tag.GPSInfo),
 )
 
 
@@ -103,7 +99,7 @@ class TiffTags:
         """
         tags = Pillow.Exif()
         tags.load_from_fp(file)
-        if _WIDTH not in tags or _HEIGHT not in tags:
+        if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
         return TiffTags(tags, _iptc(file))
 
@@ -119,35 +115,34 @@ class TiffTags:
         ValueError
             If they don't.
         """
-        for places, lengths in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
-            parts = zip(self._all(places), self._all(lengths), strict=False)
+        for places, lengths in (
+            (Tag.StripOffsets, Tag.StripByteCounts),
+            (Tag.TileOffsets, Tag.TileByteCounts),
+        ):
+            parts = zip(numbers(self.tags, places), numbers(self.tags, lengths), strict=False)
             if any(start + length > file_bytes for start, length in parts):
                 raise ValueError(Text("the file ends before its pixels"))
-
-    def _all(self, tag: int) -> tuple[int, ...]:
-        value = self.tags.get(tag, ())
-        return value if isinstance(value, tuple) else (value,)
 
     @property
     def orientation(self) -> int:
         """EXIF orientation, 1 to 8."""
-        value = self._first(_ORIENTATION, 1)
+        value = self._first(Tag.Orientation, 1)
         return value if 1 <= value <= 8 else 1
 
     @property
     def width(self) -> int:
         """Stored columns, px."""
-        return self._first(_WIDTH, 0)
+        return self._first(Tag.ImageWidth, 0)
 
     @property
     def height(self) -> int:
         """Stored rows, px."""
-        return self._first(_HEIGHT, 0)
+        return self._first(Tag.ImageLength, 0)
 
     @property
     def bits(self) -> int:
         """How deep a channel is."""
-        return self._first(_BITS, 1)
+        return self._first(Tag.BitsPerSample, 1)
 
     @property
     def is_deep(self) -> bool:
@@ -157,17 +152,21 @@ class TiffTags:
     @property
     def converted(self) -> tuple[str, ...]:
         """What Pillow converts by the way, in a note."""
-        if self._first(_EXTRA, 0) == _PREMULTIPLIED:
+        if self._first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
             return (Text("converted from premultiplied to straight alpha"),)
         # A JPEG's pixels are RGB for everybody.
-        if self._first(_PHOTOMETRIC, _RGB) == _YCBCR and self.compression not in _JPEGS:
+        if self._meaning == _YCBCR and self.compression not in _JPEGS:
             return (Text("converted from {mode} to RGB", mode="YCbCr"),)
         return ()
 
     @property
+    def _meaning(self) -> int:
+        return self._first(Tag.PhotometricInterpretation, _RGB)
+
+    @property
     def compression(self) -> int:
         """How the pixels are compressed, by TIFF's number."""
-        return self._first(_COMPRESSION, 1)
+        return self._first(Tag.Compression, 1)
 
     def check_first(self, path: Path) -> None:
         """Refuse a file whose first picture is a small copy of another one.
@@ -177,8 +176,8 @@ class TiffTags:
         UnreadablePhoto
             If so; renamed raw photos are such files.
         """
-        is_copy = self._first(_SUBFILE, 0) & _IS_REDUCED
-        if is_copy and (_SUB_DIRECTORIES in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
+        is_copy = self._first(Tag.NewSubfileType, 0) & _IS_REDUCED
+        if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
                     "{path} is a TIFF that begins with a small copy of its picture; save it as an "
@@ -214,16 +213,15 @@ class TiffTags:
         UnreadablePhoto
             If a deep file isn't 16-bit whole or 32-bit float, grey or RGB(A), interleaved.
         """
-        samples = self._first(_SAMPLES, 1)
-        depth = (self._first(_BITS, 1), self._first(_SAMPLE_FORMAT, _UNSIGNED))
-        meaning = self._first(_PHOTOMETRIC, _RGB)
+        samples = self._first(Tag.SamplesPerPixel, 1)
+        depth = (self.bits, self._first(Tag.SampleFormat, _UNSIGNED))
         plain = (
             depth in ((16, _UNSIGNED), (32, _FLOAT))
             # OpenCV takes the number of channels from the meaning: what has fewer is filled up with
             # whatever lies in memory.
-            and samples in _CHANNELS.get(meaning, ())
-            and (samples == 1 or self._first(_PLANES, 1) == 1)
-            and self._first(_EXTRA, 0) != _PREMULTIPLIED
+            and samples in _CHANNELS.get(self._meaning, ())
+            and (samples == 1 or self._first(Tag.PlanarConfiguration, 1) == 1)
+            and self._first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
         )
         if not plain:
             raise UnreadablePhoto(
@@ -241,26 +239,26 @@ class TiffTags:
         if pixels is None:
             file.seek(0)
             pixels = deep.decode(file.read())
-        if self._first(_PHOTOMETRIC, _RGB) == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
+        if self._meaning == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
-        if pixels.ndim == 3 and self._first(_EXTRA, _STRAIGHT) == _UNSPECIFIED:
+        if pixels.ndim == 3 and self._first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
             return pixels[..., :3]  # a fourth channel is a selection, or anything
         return pixels
 
     @property
     def icc_profile(self) -> bytes | None:
         """Embedded ICC profile."""
-        return _as_bytes(self.tags.get(_ICC))
+        return _as_bytes(self.tags.get(Tag.InterColorProfile))
 
     @property
     def xmp(self) -> bytes | None:
         """Embedded XMP packet."""
-        return _as_bytes(self.tags.get(_XMP))
+        return _as_bytes(self.tags.get(Tag.XMLPacket))
 
     @property
     def photoshop(self) -> bytes | None:
         """Photoshop resources; an IPTC record that stands alone is put into some."""
-        resources = _as_bytes(self.tags.get(_PHOTOSHOP))
+        resources = _as_bytes(self.tags.get(Tag.ImageResources))
         if self.iptc is None or (resources and photoshop.iptc_of(resources)):
             return resources
         return (resources or b"") + photoshop.holding(self.iptc)
@@ -268,20 +266,20 @@ class TiffTags:
     @property
     def dpi(self) -> tuple[Any, Any] | None:
         """Resolution (x, y) in dots per inch."""
-        if _X_RESOLUTION not in self.tags or _Y_RESOLUTION not in self.tags:
+        if Tag.XResolution not in self.tags or Tag.YResolution not in self.tags:
             return None
-        unit = self._first(_RESOLUTION_UNIT, _PER_INCH)
+        unit = self._first(Tag.ResolutionUnit, _PER_INCH)
         factor = {_PER_INCH: 1.0, _PER_CENTIMETRE: 2.54}.get(unit)
         if factor is None:
             return None
-        return self.tags[_X_RESOLUTION] * factor, self.tags[_Y_RESOLUTION] * factor
+        return self.tags[Tag.XResolution] * factor, self.tags[Tag.YResolution] * factor
 
     @property
     def aspect(self) -> tuple[Any, Any] | None:
         """Pixels along x and y in the same length, where there is no unit."""
-        if self._first(_RESOLUTION_UNIT, _PER_INCH) != _NO_UNIT:
+        if self._first(Tag.ResolutionUnit, _PER_INCH) != _NO_UNIT:
             return None
-        return self.tags.get(_X_RESOLUTION), self.tags.get(_Y_RESOLUTION)
+        return self.tags.get(Tag.XResolution), self.tags.get(Tag.YResolution)
 
     @property
     def exif(self) -> bytes | None:
@@ -315,7 +313,7 @@ def _iptc(file: IO[bytes]) -> bytes | None:
         for _ in range(entries):
             tag, kind, count = struct.unpack(order + "HHI", file.read(8))
             place = file.read(4)
-            if tag == _IPTC:
+            if tag == Tag.IPTCNAA:
                 size = count * (4 if kind == _LONG else 1)
                 if size > len(place):
                     file.seek(struct.unpack(order + "I", place)[0])
@@ -344,7 +342,8 @@ def taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, 
         file.seek(start)
         directory.load(file)
     dict(directory)  # entries that were never looked at would not be saved
-    directory[_STRIPS] = tuple(offset - _HEADER_BYTES for offset in directory[_STRIPS])
+    starts = directory[Tag.StripOffsets]
+    directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
     return directory, memoryview(written)[_HEADER_BYTES:start]
 
 
@@ -372,17 +371,22 @@ def with_metadata(
     photoshop_resources : bytes, optional
         Those to keep.
     """
-    if directory[_SAMPLES] == _WITH_ALPHA:
-        directory[_EXTRA] = _STRAIGHT
+    if directory[Tag.SamplesPerPixel] == _WITH_ALPHA:
+        directory[Tag.ExtraSamples] = _STRAIGHT
     density = dpi or aspect
     if density is not None:
-        directory[_X_RESOLUTION], directory[_Y_RESOLUTION] = density
-        directory[_RESOLUTION_UNIT] = _PER_INCH if dpi else _NO_UNIT
+        directory[Tag.XResolution], directory[Tag.YResolution] = density
+        directory[Tag.ResolutionUnit] = _PER_INCH if dpi else _NO_UNIT
     iptc = photoshop_resources and photoshop.iptc_of(photoshop_resources)
-    blocks = {_ICC: icc_profile, _XMP: xmp, _PHOTOSHOP: photoshop_resources, _IPTC: iptc}
-    for tag, stored in blocks.items():
+    blocks = (
+        (Tag.InterColorProfile, icc_profile),
+        (Tag.XMLPacket, xmp),
+        (Tag.ImageResources, photoshop_resources),
+        (Tag.IPTCNAA, iptc),
+    )
+    for block, stored in blocks:
         if stored:
-            directory[tag] = stored
+            directory[block] = stored
     for tag, value in entries_of(exif) or ():
         if density is None or tag not in _DENSITY:
             directory[tag] = value
@@ -411,13 +415,13 @@ def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
 
 def _picture_tags(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
     for tag in PICTURE_TAGS:
-        if tag in tags and tag not in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
+        if tag in tags and tag not in (Tag.ExifOffset, Tag.GPSInfo):
             yield tag, _kept(tags[tag])
-    for tag in (_EXIF_DIRECTORY, _GPS_DIRECTORY):
+    for tag in (Tag.ExifOffset, Tag.GPSInfo):
         if tag in tags:
             inner = {name: _kept(value) for name, value in tags.get_ifd(tag).items()}
-            if _INTEROPERABILITY in inner:
-                inner[_INTEROPERABILITY] = dict(tags.get_ifd(_INTEROPERABILITY))
+            if (further := Tag.ExifInteroperabilityOffset) in inner:
+                inner[further] = dict(tags.get_ifd(further))
             yield tag, inner
 
 

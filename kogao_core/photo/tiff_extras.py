@@ -9,14 +9,13 @@ from typing import IO, Final
 
 from PIL import ExifTags
 from PIL import Image as Pillow
+from PIL.ExifTags import Base as Tag
 
 from kogao_core.language import Text
 from kogao_core.photo import kinds, tiff
 from kogao_core.photo.kinds import Extra
 
 _LAYERS, CREDENTIALS = 37724, 52545
-_SUB_DIRECTORIES: Final = 330
-_EXIF_DIRECTORY, _MAKER_NOTE = 0x8769, 0x927C
 # How pixels are stored, and where: the new file says so itself. Blocks with a way of their own.
 _STORAGE: Final = {
     *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
@@ -27,13 +26,12 @@ _STORAGE: Final = {
 _NAMED: Final = {
     _LAYERS: Extra(kinds.LAYERS),
     CREDENTIALS: Extra(kinds.CREDENTIALS),
-    _SUB_DIRECTORIES: Extra(kinds.FURTHER),
+    Tag.SubIFDs: Extra(kinds.FURTHER),
 }
-_PHOTOMETRIC, _SAMPLES = 262, 277
 _COLOURS: Final = {2: 3, 5: 4, 6: 3, 8: 3, 9: 3, 10: 3}  # of a photometric interpretation; else 1
 # Sizes of TIFF's types, by number; 13 is a directory.
 _SIZES: Final = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4), start=1))
-_POINTERS: Final = {_SUB_DIRECTORIES, _EXIF_DIRECTORY, 34853, 40965}
+_POINTERS: Final = {Tag.SubIFDs, Tag.ExifOffset, Tag.GPSInfo, Tag.ExifInteroperabilityOffset}
 _PLACES: Final = {273: 279, 324: 325, 513: 514}
 _MOST_DIRECTORIES: Final = 1000
 
@@ -50,7 +48,9 @@ def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
     """
     if tags.get_ifd(ExifTags.IFD.IFD1):
         yield Extra(kinds.FURTHER)
-    photometric, samples = (_first(tags.get(tag, 1)) for tag in (_PHOTOMETRIC, _SAMPLES))
+    photometric, samples = (
+        _first(tags.get(tag, 1)) for tag in (Tag.PhotometricInterpretation, Tag.SamplesPerPixel)
+    )
     colours = _COLOURS.get(photometric, 1)
     if (more := samples - colours - (channels in (2, 4))) > 0:
         yield Extra(kinds.CHANNELS, Text.counted(more, "{n} extra channel", "{n} extra channels"))
@@ -73,7 +73,7 @@ def rare_tags(tags: Pillow.Exif) -> list[int]:
 
 def has_maker_note(tags: Pillow.Exif) -> bool:
     """Tell whether there is a maker's note."""
-    return _MAKER_NOTE in tags.get_ifd(_EXIF_DIRECTORY)
+    return Tag.MakerNote in tags.get_ifd(Tag.ExifOffset)
 
 
 def _first(value: object) -> int:

@@ -7,21 +7,13 @@ from typing import IO, Any, Final
 import numpy as np
 from PIL import Image as Pillow
 from PIL import TiffImagePlugin, TiffTags
+from PIL.ExifTags import Base as Tag
 
 from kogao_core.geometry import Image
+from kogao_core.photo.model import channels_of
 from kogao_core.photo.turning import turn_upright
 
 UNCOMPRESSED: Final = 1
-_WIDTH, _HEIGHT = TiffImagePlugin.IMAGEWIDTH, TiffImagePlugin.IMAGELENGTH
-_BITS, _FORMAT = TiffImagePlugin.BITSPERSAMPLE, TiffImagePlugin.SAMPLEFORMAT
-_COMPRESSION, _PHOTOMETRIC = TiffImagePlugin.COMPRESSION, TiffImagePlugin.PHOTOMETRIC_INTERPRETATION
-_SAMPLES, _PLANES = TiffImagePlugin.SAMPLESPERPIXEL, TiffImagePlugin.PLANAR_CONFIGURATION
-_STRIPS, _STRIP_BYTES = TiffImagePlugin.STRIPOFFSETS, TiffImagePlugin.STRIPBYTECOUNTS
-_ROWS, _FILL_ORDER, _TILE_WIDTH = (
-    TiffImagePlugin.ROWSPERSTRIP,
-    TiffImagePlugin.FILLORDER,
-    TiffImagePlugin.TILEWIDTH,
-)
 _BIG_ENDIAN: Final = b"MM"
 _DEPTHS: Final[dict[tuple[int, int], np.dtype[Any]]] = {
     (16, 1): np.dtype(np.uint16),
@@ -56,7 +48,8 @@ def read(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | None:
     ValueError
         If the file ends before its pixels.
     """
-    width, height, samples = tags[_WIDTH], tags[_HEIGHT], tags.get(_SAMPLES, 1)
+    width, height = tags[Tag.ImageWidth], tags[Tag.ImageLength]
+    samples = tags.get(Tag.SamplesPerPixel, 1)
     depth = _depth(tags, samples)
     start = None if depth is None else _start(tags, height, width * samples * depth.itemsize)
     if depth is None or start is None:
@@ -72,11 +65,12 @@ def read(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | None:
 
 def _depth(tags: Pillow.Exif, samples: int) -> np.dtype[Any] | None:
     """Return the type that all channels have, if they are stored as in memory."""
-    bits, formats = _numbers(tags, _BITS), _numbers(tags, _FORMAT) or (_UNSIGNED,) * samples
+    bits = numbers(tags, Tag.BitsPerSample)
+    formats = numbers(tags, Tag.SampleFormat) or (_UNSIGNED,) * samples
     is_plain = (
-        tags.get(_COMPRESSION, UNCOMPRESSED) == UNCOMPRESSED
-        and tags.get(_FILL_ORDER, _USUAL_ORDER) == _USUAL_ORDER
-        and _TILE_WIDTH not in tags
+        tags.get(Tag.Compression, UNCOMPRESSED) == UNCOMPRESSED
+        and tags.get(Tag.FillOrder, _USUAL_ORDER) == _USUAL_ORDER
+        and Tag.TileWidth not in tags
         and bits == bits[:1] * samples
         and formats == formats[:1] * samples
     )
@@ -85,8 +79,10 @@ def _depth(tags: Pillow.Exif, samples: int) -> np.dtype[Any] | None:
 
 def _start(tags: Pillow.Exif, height: int, row_bytes: int) -> int | None:
     """Return where the pixels start, if one strip follows the other."""
-    starts, lengths = (np.array(_numbers(tags, tag), np.int64) for tag in (_STRIPS, _STRIP_BYTES))
-    rows = min(int(tags.get(_ROWS, height)), height)
+    starts, lengths = (
+        np.array(numbers(tags, tag), np.int64) for tag in (Tag.StripOffsets, Tag.StripByteCounts)
+    )
+    rows = min(int(tags.get(Tag.RowsPerStrip, height)), height)
     wanted = np.full(-(-height // max(1, rows)), rows * row_bytes)
     wanted[-1] -= len(wanted) * rows * row_bytes - height * row_bytes
     if not np.array_equal(lengths, wanted) or len(starts) != len(lengths):
@@ -94,7 +90,8 @@ def _start(tags: Pillow.Exif, height: int, row_bytes: int) -> int | None:
     return int(starts[0]) if np.array_equal(np.diff(starts), lengths[:-1]) else None
 
 
-def _numbers(tags: Pillow.Exif, tag: int) -> tuple[int, ...]:
+def numbers(tags: Pillow.Exif, tag: int) -> tuple[int, ...]:
+    """Return all numbers of an entry of a directory; none where there is no such entry."""
     value = tags.get(tag, ())
     return value if isinstance(value, tuple) else (value,)
 
@@ -115,21 +112,26 @@ def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memo
         Those of `pixels` themselves, where this machine stores numbers as the file does.
     """
     height, width = pixels.shape[:2]
-    samples = 1 if pixels.ndim == 2 else pixels.shape[2]
+    samples = channels_of(pixels)
     row_bytes = width * samples * pixels.itemsize
     rows = min(height, max(1, _USUAL_STRIP // row_bytes))
     starts = tuple(range(0, height * row_bytes, rows * row_bytes))
     lengths = tuple(min(rows * row_bytes, height * row_bytes - start) for start in starts)
     directory = TiffImagePlugin.ImageFileDirectory_v2()
-    sizes = {_WIDTH: (width,), _HEIGHT: (height,), _ROWS: (rows,), _STRIP_BYTES: lengths}
-    for tag, numbers in sizes.items():
-        directory.tagtype[tag] = TiffTags.SHORT if max(numbers) <= _MOST_SHORT else TiffTags.LONG
-        directory[tag] = numbers
-    directory[_BITS] = (8 * pixels.itemsize,) * samples
-    directory[_FORMAT] = (_FORMATS[pixels.dtype.kind],) * samples
-    directory[_COMPRESSION], directory[_PLANES] = UNCOMPRESSED, _INTERLEAVED
-    directory[_PHOTOMETRIC] = _BLACK_IS_ZERO if samples == 1 else _RGB
-    directory[_SAMPLES] = samples
-    directory[_STRIPS] = starts
+    sizes = {
+        Tag.ImageWidth: (width,),
+        Tag.ImageLength: (height,),
+        Tag.RowsPerStrip: (rows,),
+        Tag.StripByteCounts: lengths,
+    }
+    for tag, values in sizes.items():
+        directory.tagtype[tag] = TiffTags.SHORT if max(values) <= _MOST_SHORT else TiffTags.LONG
+        directory[tag] = values
+    directory[Tag.BitsPerSample] = (8 * pixels.itemsize,) * samples
+    directory[Tag.SampleFormat] = (_FORMATS[pixels.dtype.kind],) * samples
+    directory[Tag.Compression], directory[Tag.PlanarConfiguration] = UNCOMPRESSED, _INTERLEAVED
+    directory[Tag.PhotometricInterpretation] = _BLACK_IS_ZERO if samples == 1 else _RGB
+    directory[Tag.SamplesPerPixel] = samples
+    directory[Tag.StripOffsets] = starts
     stored = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<"))
     return directory, stored.reshape(-1).view(np.uint8).data

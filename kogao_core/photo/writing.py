@@ -19,7 +19,7 @@ from kogao_core.photo import encoding, formats, kinds
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, Format
 from kogao_core.photo.kinds import Extra
-from kogao_core.photo.model import Photo, is_same
+from kogao_core.photo.model import Photo, channels_of, is_same
 from kogao_core.wording import system_reason
 
 Sign: TypeAlias = Callable[[Photo, Pieces, Format], Pieces]
@@ -313,8 +313,7 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
 
 
 def _shows_through(pixels: Image) -> bool:
-    has_alpha = pixels.ndim == 3 and pixels.shape[2] in (2, 4)
-    return has_alpha and bool((pixels[..., -1] != np.iinfo(np.uint8).max).any())
+    return channels_of(pixels) in (2, 4) and bool((pixels[..., -1] != np.iinfo(np.uint8).max).any())
 
 
 def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:

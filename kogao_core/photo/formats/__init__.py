@@ -16,6 +16,7 @@ from kogao_core.photo.formats.png import PNG
 from kogao_core.photo.formats.raw import RAW
 from kogao_core.photo.formats.tiff import TIFF
 from kogao_core.photo.formats.webp import WEBP
+from kogao_core.photo.model import channels_of
 
 Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
 SourceFormat = Literal[Format, "HEIF", "RAW"]
@@ -68,8 +69,7 @@ def either(words: list[str]) -> Text:
 
 def exact_endings(pixels: Image, without: FileFormat) -> str:
     """Return the endings of other formats that hold such pixels exactly, as a choice."""
-    depth, channels = pixels.dtype.name, 1 if pixels.ndim == 2 else pixels.shape[2]
-    has_alpha = channels in (2, 4)
+    depth, has_alpha = pixels.dtype.name, channels_of(pixels) in (2, 4)
     return either(
         [
             form.suffixes[0]

@@ -15,7 +15,7 @@ from kogao_core.geometry import Box, Image
 from kogao_core.language import Text
 from kogao_core.photo import kinds
 from kogao_core.photo.kinds import Extra, Kind
-from kogao_core.photo.model import Photo
+from kogao_core.photo.model import Photo, channels_of
 
 if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
@@ -190,7 +190,7 @@ class FileFormat:
 
     def becomes_colour(self, pixels: Image) -> bool:
         """Tell whether pixels are grey and no such grey can be written."""
-        depth, channels = pixels.dtype.name, 1 if pixels.ndim == 2 else pixels.shape[2]
+        depth, channels = pixels.dtype.name, channels_of(pixels)
         if channels > 2:
             return False
         wanted = channels if self.holds_alpha(depth) else 1

@@ -10,10 +10,11 @@ from PIL import JpegImagePlugin, UnidentifiedImageError
 
 from kogao_core.geometry import Image
 from kogao_core.language import Text
-from kogao_core.photo import colour, contents, deep, jpeg_data, metadata, riff
+from kogao_core.photo import colour, contents, deep, jpeg_data, metadata
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import Source
-from kogao_core.photo.model import Photo
+from kogao_core.photo.formats.webp import is_lossless
+from kogao_core.photo.model import Photo, channels_of
 from kogao_core.photo.turning import turn_upright
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
             pixels, notes = _deep_png(image, source, is_grey=is_grey)
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
-        blocks = contents.blocks(image, file, 1 if pixels.ndim == 2 else pixels.shape[2])
+        blocks = contents.blocks(image, file, channels_of(pixels))
         turn = metadata.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
             turn_upright(pixels, turn),
@@ -72,7 +73,7 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
             **contents.density(image),
             orientation=turn,
             jpeg=jpeg if not notes else None,
-            lossless_webp=riff.is_lossless(file),
+            lossless_webp=is_lossless(file),
             notes=(*damage, *notes),
         )
 

@@ -17,7 +17,7 @@ from kogao_core.language import Text
 from kogao_core.photo import jpeg_extras, kinds, segments, trailers
 from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
 from kogao_core.photo.kinds import Extra
-from kogao_core.photo.model import Photo
+from kogao_core.photo.model import Photo, channels_of
 from kogao_core.stderr import hushed
 
 if TYPE_CHECKING:
@@ -54,9 +54,10 @@ def _plain(content: Content) -> bytes:
 
 
 def _without_alpha(pixels: Image) -> Image:
-    if pixels.ndim == 2 or pixels.shape[2] == 3:
+    channels = channels_of(pixels)
+    if channels in (1, 3):
         return pixels
-    return np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] == 4 else pixels[..., 0])
+    return np.ascontiguousarray(pixels[..., :3] if channels == 4 else pixels[..., 0])
 
 
 def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
