@@ -18,11 +18,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cv2
-from clock import take_turns
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
+from paired import take_turns
 from PySide6.QtWidgets import QApplication
 
+from kogao_core.face import LandmarkSource
 from kogao_core.landmarks import source
 from kogao_core.threads import take_short_turns
 
@@ -33,17 +34,15 @@ def main(photo: str, rounds: str, out: str) -> None:
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        editor = Editor(app, source(), Storage.in_folder(folder / "home"))
-        editor.window.resize(1280, 800)
-        editor.window.show()
+        editor = shown(app, source(), folder)
         editor.files.open(Path(photo))
-        _settle(app, editor)
+        settle(app, editor)
         pixels = cv2.imread(photo)
         copy, bare = folder / "copy.jpg", str(folder / "bare.jpg")
 
         def save() -> None:
             editor.files.save(copy)
-            _settle(app, editor)
+            settle(app, editor)
 
         def write() -> None:
             cv2.imwrite(bare, pixels)
@@ -53,7 +52,16 @@ def main(photo: str, rounds: str, out: str) -> None:
     Path(out).write_text(json.dumps(times))
 
 
-def _settle(app: QApplication, editor: Editor) -> None:
+def shown(app: QApplication, source: LandmarkSource, folder: Path) -> Editor:
+    """Return an editor of usual size that keeps what is its own in a folder."""
+    editor = Editor(app, source, Storage.in_folder(folder / "home"))
+    editor.window.resize(1280, 800)
+    editor.window.show()
+    return editor
+
+
+def settle(app: QApplication, editor: Editor) -> None:
+    """Handle events until the editor has nothing more to do."""
     while editor.busy:
         app.processEvents()
         time.sleep(0.001)

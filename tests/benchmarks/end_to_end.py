@@ -14,8 +14,7 @@ import json
 import statistics
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,17 +25,14 @@ import finding
 import numpy as np
 import photographs
 import stages
-from clock import machine
-from engine import Bench, group
-from paired import Case, Row, beside_floor, measured, timed
+from paired import Case, Row, beside_floor, measured
 from processes import CLI, EDITOR, Cost, run
 
 from kogao_core.experiments.charts import Chart, Series
+from kogao_core.experiments.machine import machine
 from kogao_core.experiments.page import page
 from kogao_core.experiments.report import Made, Report, Table
 from kogao_core.experiments.spread import in_turns
-from kogao_core.pipeline import Rendering
-from kogao_core.recipe import Recipe
 
 HERE = Path(__file__).resolve().parent
 FLOOR = (sys.executable, str(HERE / "floors.py"))
@@ -149,31 +145,6 @@ def editor(sizes: Sizes, folder: Path) -> Iterator[Row]:
 # -- many faces ----------------------------------------------------------------------------------
 
 
-def drawing(sizes: Sizes, _: Path) -> Iterator[Row]:
-    """Yield a full render of 18 faces and the readings after it; one face's at 15 MP."""
-    bench = Bench(*sizes.group)
-    ours = bench.ours(Recipe(), faces=group(*sizes.group))
-    unit = bench.full_remap(cv2.INTER_CUBIC)
-    yield beside_floor("full render, 18 faces, 12 MP", "ms", timed(ours), timed(unit), sizes.rounds)
-    yield _readings("readings after it, 18 faces", ours, sizes.rounds)
-    wide, high = (round(side * np.sqrt(1.25)) for side in sizes.group)
-    alone = Bench(wide, high)
-    yield _readings("readings, one face, 15 MP", alone.ours(Recipe()), sizes.rounds)
-
-
-def _readings(name: str, ours: Callable[[], Rendering], rounds: int) -> Row:
-    times: dict[str, list[float]] = {"ours": [], "floor": []}
-    for _ in range(rounds):
-        start = time.perf_counter()
-        rendering = ours()
-        rendered = time.perf_counter()
-        for reading in ("residual", "achieved", "one_to_one", "pixel_counts"):
-            getattr(rendering, reading)
-        times["floor"].append((rendered - start) * 1e3)
-        times["ours"].append((time.perf_counter() - rendered) * 1e3)
-    return Row(name, "ms", times["ours"], times["floor"])
-
-
 def search(sizes: Sizes, _: Path) -> Iterator[Row]:
     """Yield the search for 18 faces, for 30 and for none."""
     times = measured(finding.cases(*sizes.group), sizes.rounds)
@@ -203,7 +174,6 @@ GROUPS = {
     "memory": memory,
     "batch": batch,
     "editor": editor,
-    "drawing": drawing,
     "search": search,
     "methods": methods,
 }

@@ -22,9 +22,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import rivals
-from clock import machine, ratio, take_turns
+from paired import ratio, take_turns
 from scenes import oval_face, textured_photo
 
+from kogao_core.experiments.machine import machine
 from kogao_core.experiments.methods.scattered import PIECEWISE_AFFINE, THIN_PLATE
 from kogao_core.face import Face
 from kogao_core.geometry import Affine, Image

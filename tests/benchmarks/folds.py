@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from clock import machine
 from scenes import oval_face
 
 from kogao_core.domain import fade_of
+from kogao_core.experiments.machine import machine
 from kogao_core.face import Face
 from kogao_core.field import Field
 from kogao_core.fit import fit

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from kogao_core.geometry import Array, Image
 from kogao_core.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
 from kogao_core.landmarks.edges.strips import smooth
 from kogao_core.landmarks.outline import ended, resampled
+from kogao_core.project import sha256_of
 
 STUDIO = ("frll", "canada", "composites")
 OURS = Path(__file__).resolve().parents[1] / "labels" / "faces.json"
@@ -90,7 +90,7 @@ def _groups(folder: str, name: str, people: dict[str, dict[str, str]]) -> tuple[
 def _wild(data: Path) -> Iterator[Sample]:
     for face in json.loads(OURS.read_text(encoding="utf-8"))["faces"]:
         picture = data / face["file"]
-        if hashlib.sha256(picture.read_bytes()).hexdigest() != face["sha256"]:
+        if sha256_of(picture) != face["sha256"]:
             raise ValueError(f"{picture} isn't the picture that was labelled")
         view = "turned" if "turned" in face["tags"] else "frontal"
         opposites = [f"no {tag}" for tag in ("beard", "glasses") if tag not in face["tags"]]

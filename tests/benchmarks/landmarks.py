@@ -20,7 +20,6 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-from clock import machine
 from kogao_resources.training.evaluate import (
     Errors,
     distance_to_line,
@@ -32,6 +31,7 @@ from kogao_resources.training.evaluate import (
 from labelled import STUDIO, Sample, samples
 
 from kogao_core.assets import AssetMissing
+from kogao_core.experiments.machine import machine
 from kogao_core.face import Face, LandmarkSource
 from kogao_core.landmarks import CHOICES
 

@@ -23,12 +23,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from clock import machine
 
 import kogao_core as kogao
 from kogao_core.background import BackgroundFinder, held_of
 from kogao_core.bend import SEEN_PX as SEEN_BEND_PX
 from kogao_core.bend import bends
+from kogao_core.experiments.machine import machine
 from kogao_core.face import Face
 from kogao_core.geometry import Array, Image
 from kogao_core.one_to_one import least_det

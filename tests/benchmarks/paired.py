@@ -1,11 +1,11 @@
-"""Rows of a table in which everything stands beside its floor, measured in the same rounds."""
+"""Honest timing: cases take turns, and every figure comes with its spread and beside its floor."""
 
 from __future__ import annotations
 
 import dataclasses
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from kogao_core.experiments.report import NONE
@@ -98,6 +98,23 @@ def measured(cases: dict[str, Case], rounds: int, warm_up: int = 1) -> dict[str,
         if counts:
             found[name].append(value)
     return found
+
+
+def take_turns(works: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
+    """Do every work in turns, after one round that doesn't count; return the times of each, ms."""
+    return measured({name: timed(work) for name, work in works.items()}, rounds)
+
+
+def ratio(times: Mapping[str, list[float]], over: str, under: str) -> dict[str, float]:
+    """Return the ratio of medians and the quartiles of the ratio round by round."""
+    row = Row(over, "ms", times[over], times[under])
+    return {
+        "ratio": row.ratio,
+        "q1": row.by_round.q1,
+        "q3": row.by_round.q3,
+        "median_ms": statistics.median(row.ours),
+        "unit_ms": statistics.median(row.floor),
+    }
 
 
 def beside_floor(

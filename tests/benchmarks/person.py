@@ -11,7 +11,6 @@ Distances are from the drawn edge to the mask's, in % of the outer inter-ocular 
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import os
 import time
@@ -22,14 +21,15 @@ from typing import Any
 
 import cv2
 import numpy as np
-from clock import machine
 
 import kogao_core as kogao
 from kogao_core.background import BackgroundFinder, measure
 from kogao_core.bend import SEEN_PX, BentLine, bends, beside, straight_lines
+from kogao_core.experiments.machine import machine
 from kogao_core.face import Face
 from kogao_core.geometry import Array, Box, Image
 from kogao_core.person import PersonFinder
+from kogao_core.project import sha256_of
 from kogao_core.protection import NOTHING
 from kogao_core.sidecar import Applied
 
@@ -192,7 +192,7 @@ def main() -> None:
     agreements, found = [], {}
     for drawn in json.loads(DRAWN.read_text(encoding="utf-8"))["masks"]:
         file = options.data / drawn["file"]
-        if hashlib.sha256(file.read_bytes()).hexdigest() != drawn["sha256"]:
+        if sha256_of(file) != drawn["sha256"]:
             raise SystemExit(f"{file} is another picture than the one that was drawn on")
         if file not in found:
             photo = kogao.read(file).pixels

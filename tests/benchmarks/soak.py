@@ -26,8 +26,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import cv2
 import numpy as np
+from editing import settle, shown
 from kogao_app.editor import Editor
-from kogao_app.storage import Storage
 from PySide6.QtWidgets import QApplication
 from scenes import KnownFaces, oval_face
 from soaking import RandomUser, equals_a_fresh_render
@@ -47,12 +47,6 @@ def given_back() -> None:
     ctypes.CDLL(None).malloc_trim(0)
 
 
-def settle(app: QApplication, editor: Editor) -> None:
-    while editor.busy:
-        app.processEvents()
-        time.sleep(0.001)
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--edits", type=int, default=10_000)
@@ -67,9 +61,7 @@ def main() -> int:
         small = np.random.default_rng(0).integers(0, 255, (height // 8, width // 8, 3), np.uint8)
         cv2.imwrite(str(place / "photo.png"), cv2.resize(small, (width, height)))
         face = oval_face(width, height, size=0.5)
-        editor = Editor(app, KnownFaces(face), Storage.in_folder(place / "home"))
-        editor.window.resize(1280, 800)
-        editor.window.show()
+        editor = shown(app, KnownFaces(face), place)
         editor.files.read(place / "photo.png")
         settle(app, editor)
         code = soak(app, editor, RandomUser(editor, face, options.seed), options.edits)

@@ -28,9 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import cv2
 import numpy as np
 import photographs
-from kogao_app.editor import Editor
+from editing import shown
 from kogao_app.features.batch.order import Order
-from kogao_app.storage import Storage
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 from scenes import KnownFaces, oval_face, textured_photo
@@ -116,9 +115,7 @@ def stalls(app: QApplication, folder: Path, megapixels: float) -> dict[str, Wait
     for k in range(2):
         cv2.imwrite(str(folder / "in" / f"{k}.jpg"), textured_photo(1200, 900, seed=k))
     source = Slow(oval_face(width, height, size=0.5))
-    editor = Editor(app, source, Storage.in_folder(folder / "home"))
-    editor.window.resize(1280, 800)
-    editor.window.show()
+    editor = shown(app, source, folder)
     order = Order((folder / "in",), folder / "out", Recipe(), again=True)
     slider = editor.recipe.panel.percent.slider
     acts = {

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageEnhance
+from processes import CLI
 
 from kogao_core import assets, photo
 from kogao_core.project import Project, Sheet, save, sha256_of
@@ -29,7 +30,6 @@ from kogao_core.sidecar import original, sidecar_of
 BAD_SHARE, PROJECT_SHARE = 0.05, 0.1
 SUFFIXES = (".jpg", ".jpg", ".jpg", ".png", ".tif", ".webp")
 SIDE_PX = (220, 320)
-PROGRAM = (sys.executable, "-c", "from kogao_core.cli import main; main()")
 
 
 def make(folder: Path, count: int, rng: np.random.Generator) -> set[Path]:
@@ -72,7 +72,7 @@ def _damage(path: Path, rng: np.random.Generator) -> None:
 
 def command(inputs: Path, out: Path, jobs: int) -> list[str]:
     """Return the command line of the batch."""
-    return [*PROGRAM, "batch", str(inputs), "-o", str(out), "--projects", "-j", str(jobs)]
+    return [*CLI, "batch", str(inputs), "-o", str(out), "--projects", "-j", str(jobs)]
 
 
 def run(inputs: Path, out: Path, jobs: int) -> tuple[int, float]:
