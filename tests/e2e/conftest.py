@@ -1,6 +1,7 @@
 """The command line, called in this process."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -23,6 +24,33 @@ def cli(capsys):
         with pytest.raises(SystemExit) as ending:
             main([str(argument) for argument in arguments])
         return ending.value.code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def works(cli):
+    """Run a command that must do all of its work without complaint; return what it printed."""
+
+    def run(*arguments):
+        code, said, err = cli(*arguments)
+        assert (code, err) == (0, "")
+        return said
+
+    return run
+
+
+@pytest.fixture
+def fails(cli, tmp_path):
+    """Run a command that must fail with a code, one line on stderr, and leave no file behind."""
+
+    def run(code, words, *arguments):
+        before = {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")}
+        found, out, err = cli(*arguments)
+        assert (found, out) == (code, "")
+        assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
+        assert re.search(words, err), err
+        assert {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
     return run
 

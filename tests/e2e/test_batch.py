@@ -22,7 +22,6 @@ from shortly import few_of
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
-from kogao_core.cli import main
 from kogao_core.landmarks import pixels
 from kogao_core.photo.disclosure import Disclosure
 from kogao_core.photo.label_picture import LabelPicture
@@ -66,10 +65,9 @@ def test_a_photo_is_halved_once_for_all_who_look_at_it(portrait, tmp_path, monke
     assert len(halved) == len(set(halved)) > 1
 
 
-def run(capsys, *arguments):
-    with pytest.raises(SystemExit) as ending:
-        main(["batch", *map(str, arguments)])
-    return ending.value.code, *capsys.readouterr()
+@pytest.fixture
+def cli(cli):
+    return lambda *arguments: cli("batch", *arguments)
 
 
 def lines(out):
@@ -78,20 +76,20 @@ def lines(out):
 
 
 @pytest.mark.usefixtures("in_process")
-def test_what_a_result_does_not_keep_is_in_the_report(capsys, small_portrait, tmp_path):
+def test_what_a_result_does_not_keep_is_in_the_report(cli, small_portrait, tmp_path):
     (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + beside.MP4)
     for percent, told in ((6, "not kept: the motion photo's video; "), (0, "")):
         out = tmp_path / str(percent)
-        assert run(capsys, tmp_path / "a.jpg", "-o", out, "-j", 1, "--percent", percent)[0] == 0
+        assert cli(tmp_path / "a.jpg", "-o", out, "-j", 1, "--percent", percent)[0] == 0
         (line,) = lines(out)
         assert line["reason"].startswith(told)
         assert bool(line["reason"]) == bool(told)
 
 
-def test_good_photos_are_done_and_bad_ones_named(capsys, folder, tmp_path):
+def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
     out = tmp_path / "out"
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    code, said, err = run(capsys, folder, "-o", out, "-j", 2, "--percent", 6)
+    code, said, err = cli(folder, "-o", out, "-j", 2, "--percent", 6)
     assert (code, said) == (5, "")
     assert "broken.jpg" in err
     assert "wall.png: no face" in err
@@ -114,24 +112,24 @@ def test_good_photos_are_done_and_bad_ones_named(capsys, folder, tmp_path):
 
 
 @pytest.mark.usefixtures("in_process")
-def test_what_was_done_is_skipped_unless_something_has_changed(capsys, folder, tmp_path):
+def test_what_was_done_is_skipped_unless_something_has_changed(cli, folder, tmp_path):
     out = tmp_path / "out"
-    run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
-    code, _, err = run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
+    cli(folder, "-o", out, "-j", 1, "--percent", 6)
+    code, _, err = cli(folder, "-o", out, "-j", 1, "--percent", 6)
     assert code == 5
     assert "5 skipped" in err
     # Other choices, another source or a damaged result are worked on again.
     (out / "b.jpg").write_bytes(b"damaged")
     Image.open(folder / "a.jpg").rotate(5).save(folder / "a.jpg")
-    _, _, err = run(capsys, folder, "-o", out, "-j", 1, "--percent", 6)
+    _, _, err = cli(folder, "-o", out, "-j", 1, "--percent", 6)
     assert "2 done, 1 failed, 1 no face, 3 skipped" in err
-    _, _, err = run(capsys, folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5)
+    _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5)
     assert "1 of 1: 1 done" in err
-    _, _, err = run(capsys, folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5, "--again")
+    _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5, "--again")
     assert "1 of 1: 1 done" in err
 
 
-def test_wrong_calls_end_with_one_line(capsys, folder, tmp_path, monkeypatch):
+def test_wrong_calls_end_with_one_line(cli, folder, tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "_ANSWER_S", 0.2)
     out = tmp_path / "out"
     for arguments, words in [
@@ -141,13 +139,13 @@ def test_wrong_calls_end_with_one_line(capsys, folder, tmp_path, monkeypatch):
         ((folder / "a.jpg", "--percent", "99"), "percent must be within"),
         ((folder / "a.jpg", "--dask", "127.0.0.1:1"), "dask"),
     ]:
-        code, said, err = run(capsys, *arguments, "-o", out)
+        code, said, err = cli(*arguments, "-o", out)
         assert (code in (1, 2), said) == (True, "")
         assert words in err
         assert err.count("\n") == 1
     empty = tmp_path / "empty"
     empty.mkdir()
-    code, _, err = run(capsys, empty, "-o", out)
+    code, _, err = cli(empty, "-o", out)
     assert code == 2
     assert "no photos" in err
 
@@ -161,13 +159,13 @@ def test_results_inside_the_input_folder_are_not_inputs_the_next_time(folder):
 
 
 @pytest.mark.parametrize("kind", ["photo", "text"])
-def test_a_file_that_is_no_report_is_left_alone(capsys, small_portrait, tmp_path, kind):
+def test_a_file_that_is_no_report_is_left_alone(cli, small_portrait, tmp_path, kind):
     source, other = tmp_path / "a.jpg", tmp_path / "notes.txt"
     shutil.copy(small_portrait, source)
     other.write_text("remember the milk")
     report = source if kind == "photo" else other
     before = report.read_bytes()
-    code, _, err = run(capsys, source, "-o", tmp_path / "out", "--report", report)
+    code, _, err = cli(source, "-o", tmp_path / "out", "--report", report)
     assert code == 3
     assert "it is no report of a batch" in err
     assert err.count("\n") == 1
@@ -272,7 +270,7 @@ def test_the_report_names_what_was_asked(folder, tmp_path):
 
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
-def test_what_looks_like_a_photo_and_is_none_fails_by_name(capsys, small_portrait, tmp_path):
+def test_what_looks_like_a_photo_and_is_none_fails_by_name(cli, small_portrait, tmp_path):
     inputs, out = tmp_path / "in", tmp_path / "out"
     (inputs / "album.jpg").mkdir(parents=True)  # a folder may be called anything
     shutil.copy(small_portrait, inputs / "a.jpg")
@@ -281,7 +279,7 @@ def test_what_looks_like_a_photo_and_is_none_fails_by_name(capsys, small_portrai
     (inputs / "circle.jpg").symlink_to("circle.jpg")
     (inputs / ".kogao-0123456789abcdef.partial").mkdir()
     shutil.copy(small_portrait, inputs / ".kogao-0123456789abcdef.partial" / "b.jpg")
-    code, _, err = run(capsys, inputs, "-o", out, "-j", 1)
+    code, _, err = cli(inputs, "-o", out, "-j", 1)
     assert code == 5
     assert "4 of 4: 1 done, 3 failed" in err
     for name, words in (
@@ -290,12 +288,12 @@ def test_what_looks_like_a_photo_and_is_none_fails_by_name(capsys, small_portrai
         ("circle.jpg", "is a link to circle.jpg, where there is nothing"),
     ):
         assert re.search(f"{name} {words}", err), err
-        code, _, err_of_one = run(capsys, inputs / name, "-o", tmp_path / name)
+        code, _, err_of_one = cli(inputs / name, "-o", tmp_path / name)
         assert code == 5
         assert words in err_of_one
 
 
-def test_a_cluster_without_workers_is_not_waited_for(capsys, small_portrait, tmp_path, monkeypatch):
+def test_a_cluster_without_workers_is_not_waited_for(cli, small_portrait, tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
     assert workers._ANSWER_S + workers._JOIN_S < 20
     monkeypatch.setattr(workers, "_JOIN_S", 0.2)
@@ -304,7 +302,7 @@ def test_a_cluster_without_workers_is_not_waited_for(capsys, small_portrait, tmp
         n_workers=0, dashboard_address=None, silence_logs="CRITICAL"
     ) as cluster:
         address = cluster.scheduler_address
-        code, said, err = run(capsys, small_portrait, "-o", tmp_path / "out", "--dask", address)
+        code, said, err = cli(small_portrait, "-o", tmp_path / "out", "--dask", address)
     assert (code, said) == (2, "")
     assert "has no workers; start some with: dask worker" in err
     assert len(err.splitlines()) == 1

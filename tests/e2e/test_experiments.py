@@ -68,10 +68,9 @@ def test_every_experiment_is_run_here_and_has_its_section():
 
 
 @pytest.mark.parametrize("name", RECORDS)
-def test_one_command_writes_everything(cli, portrait, tmp_path, name):
+def test_one_command_writes_everything(cli, works, portrait, tmp_path, name):
     folder = tmp_path / "out"
-    code, said, err = cli(name, portrait, "-o", folder, *ONCE[name])
-    assert (code, err) == (0, "")
+    said = works(name, portrait, "-o", folder, *ONCE[name])
     document = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
     assert document["experiment"] == name
     assert document["made"]["command"].startswith(f"kogao-cli experiment {name} ")
@@ -100,16 +99,14 @@ def test_masks_have_the_pixels_that_are_counted(cli, portrait, tmp_path):
         assert (mask == 255).sum() == photo["counts"][name]
 
 
-def test_single_files_and_printing(cli, portrait, tmp_path):
+def test_single_files_and_printing(cli, fails, portrait, tmp_path):
     once = ONCE["timing"]
     file = tmp_path / "figures.csv"
     code, said, _ = cli("timing", portrait, *once, "--size", "own", "--csv", file, "--json", "-")
     assert code == 0
     assert len(json.loads(said)["timings"]) == 4
     assert len(file.read_text(encoding="utf-8").splitlines()) == 1 + 4
-    code, out, err = cli("timing", portrait, *once, "--csv", file)
-    assert (code, out) == (2, "")
-    assert "--force replaces it" in err
+    fails(2, "--force replaces it", "timing", portrait, *once, "--csv", file)
 
 
 def test_sessions_give_manual_ways_a_total(cli, portrait, tmp_path):
@@ -162,17 +159,12 @@ def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, 
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(
-    cli, portrait, faceless, tmp_path, arguments, code, words
+    fails, portrait, faceless, tmp_path, arguments, code, words
 ):
     empty = tmp_path / "empty"
     empty.mkdir()
     names = {"photo": portrait, "faceless": faceless, "empty": empty}
-    before = sorted(tmp_path.rglob("*"))
-    found, out, err = cli("distortion", *(str(one).format(**names) for one in arguments))
-    assert (found, out) == (code, "")
-    assert re.fullmatch(r"kogao-cli: [^\n]+\n", err), err
-    assert words in err
-    assert sorted(tmp_path.rglob("*")) == before
+    fails(code, words, "distortion", *(str(one).format(**names) for one in arguments))
 
 
 @pytest.mark.parametrize("options", [("-o", "{folder}/out"), ("--json", "{folder}/out.json")])

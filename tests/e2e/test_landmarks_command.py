@@ -1,7 +1,6 @@
 """Landmarks out by one command and in by another."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -11,14 +10,12 @@ from kogao_core import interchange
 
 
 @pytest.mark.parametrize("form", ["json", "tem"])
-def test_exported_points_warp_like_those_found(cli, portrait, tmp_path, form):
-    code, said, err = cli("landmarks", "export", portrait, "--format", form, "-o", tmp_path / "lm")
-    assert (code, err) == (0, "")
+def test_exported_points_warp_like_those_found(cli, works, portrait, tmp_path, form):
+    said = works("landmarks", "export", portrait, "--format", form, "-o", tmp_path / "lm")
     file = tmp_path / "lm" / f"average.{form}"
     assert str(file) in said
     cli("warp", portrait, "-o", tmp_path / "found.png")
-    code, _, err = cli("warp", portrait, "--points", file, "-o", tmp_path / "given.png")
-    assert (code, err) == (0, "")
+    works("warp", portrait, "--points", file, "-o", tmp_path / "given.png")
     found, given = (
         np.asarray(Image.open(tmp_path / f"{name}.png"), int) for name in ("found", "given")
     )
@@ -26,7 +23,7 @@ def test_exported_points_warp_like_those_found(cli, portrait, tmp_path, form):
     assert np.abs(found - given).max() <= (0 if form == "json" else 2)
 
 
-def test_68_points_and_a_mapping_come_near(cli, portrait, tmp_path):
+def test_68_points_and_a_mapping_come_near(cli, works, portrait, tmp_path):
     code, said, _ = cli("landmarks", "export", portrait, "--format", "pts", "-o", tmp_path)
     assert code == 0
     assert "45 of 68 points are a mean face's" in said
@@ -34,17 +31,15 @@ def test_68_points_and_a_mapping_come_near(cli, portrait, tmp_path):
     for options in ((), ("--points-map", "0-16/36,39,42,45/48,54")):
         out = tmp_path / f"out{len(options)}.png"
         found = ("--points", tmp_path / "average.pts", *options)
-        code, said, err = cli("warp", portrait, *found, "-o", out, "--json", "-")
-        assert (code, err) == (0, "")
+        said = works("warp", portrait, *found, "-o", out, "--json", "-")
         report.append(json.loads(said)["faces"])
     assert report[0] == report[1]
 
 
-def test_what_cant_be_done_is_said_and_leaves_nothing(cli, portrait, tmp_path):
+def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path):
     (tmp_path / "text.tem").write_text("hello")
     (tmp_path / "average.csv").touch()
     interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
-    before = sorted(tmp_path.rglob("*"))
     export = ("landmarks", "export", portrait)
     warp = ("warp", portrait, "-o", tmp_path / "out.png")
     for wanted, words, *arguments in (
@@ -67,11 +62,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(cli, portrait, tmp_path):
         (2, "such as 0-16", *warp, "--points", tmp_path / "text.tem", "--points-map", "x"),
         (2, "--project holds", *warp, "--points", "x.tem", "--project", "x.kogao.json"),
     ):
-        code, out, err = cli(*arguments)
-        assert (code, out) == (wanted, ""), err
-        assert words in err
-        assert re.fullmatch(r"kogao-cli: [^\n]+\n", err)
-    assert sorted(tmp_path.rglob("*")) == before
+        fails(wanted, words, *arguments)
 
 
 def _far(folder):
@@ -81,10 +72,9 @@ def _far(folder):
     return path
 
 
-def test_figures_are_drawn_and_not_over_others(cli, portrait, tmp_path):
+def test_figures_are_drawn_and_not_over_others(cli, works, portrait, tmp_path):
     arguments = ("experiment", "figures", portrait, "-o", tmp_path / "new", "--width", 300)
-    code, said, err = cli(*arguments, "--format", "both")
-    assert (code, err) == (0, "")
+    said = works(*arguments, "--format", "both")
     assert "average-landmarks.png" in said
     assert len(list((tmp_path / "new").glob("average-*.svg"))) == 5
     with Image.open(tmp_path / "new" / "average-lattice.png") as image:
