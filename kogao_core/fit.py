@@ -130,17 +130,14 @@ def fit(
     pairs: Sequence[Pairs],
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
-    protection: Protection = NOTHING,
 ) -> tuple[Lattice, ...]:
-    """Fit one lattice to each face.
+    """Fit one lattice to each face, with nothing protected.
 
     Parameters
     ----------
     pairs, anchors, recipes : sequences of equal length
         Landmark pairs, lattice anchor and recipe of each face; of the recipes `fit`, `lattice`,
         `lattice_unit` and, for the limits, `threshold_px` are used.
-    protection : Protection
-        Places that must not move.
 
     Returns
     -------
@@ -166,7 +163,7 @@ def fit(
     >>> bool(abs(missed).max() < 0.01)
     True
     """
-    return solve(problems_of(pairs, anchors, recipes, protection), recipes)
+    return solve(problems_of(pairs, anchors, recipes), recipes)
 
 
 def problems_of(

@@ -36,6 +36,12 @@ _UNKNOWN_TYPE: Final = "application/octet-stream"  # named as the source, but no
 _EDITED: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits"
 # By the number of bits of an elliptic curve.
 _CURVES: Final = {256: "es256", 384: "es384", 521: "es512"}
+_PROGRAM: Final = {"name": "Kogao", "version": kogao_core.__version__}
+_BUILDER: Final = {
+    "thumbnail": {"enabled": False},
+    "intent": "edit",
+    "claim_generator_info": _PROGRAM,
+}
 _LOCAL: Final = {"remote_manifest_fetch": False, "ocsp_fetch": False, "verify_trust": False}
 
 
@@ -103,7 +109,7 @@ def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str
     source = photo.path.read_bytes()
     result = io.BytesIO()
     try:
-        context = c2pa.Context.from_dict({"verify": _LOCAL, "builder": _builder()})
+        context = c2pa.Context.from_dict({"verify": _LOCAL, "builder": _BUILDER})
         info = c2pa.C2paSignerInfo(algorithm, chain, key, None)
         with c2pa.Builder(_manifest(what), context=context) as builder:
             builder.add_ingredient(_ingredient(source), _type(photo, source), io.BytesIO(source))
@@ -127,21 +133,12 @@ def _c2pa() -> ModuleType:
     return module
 
 
-def _builder() -> dict[str, Any]:
-    program = {"name": "Kogao", "version": kogao_core.__version__}
-    return {
-        "thumbnail": {"enabled": False},
-        "intent": "edit",
-        "claim_generator_info": program,
-    }
-
-
 def _manifest(what: str) -> dict[str, Any]:
     action = {
         "action": "c2pa.edited",
         "description": what,
         "when": datetime.now(UTC).isoformat(timespec="seconds"),
-        "softwareAgent": {"name": "Kogao", "version": kogao_core.__version__},
+        "softwareAgent": _PROGRAM,
         "digitalSourceType": _EDITED,
     }
     return {"assertions": [{"label": "c2pa.actions.v2", "data": {"actions": [action]}}]}

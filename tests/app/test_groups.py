@@ -130,11 +130,12 @@ def select(driver, face):
     assert driver.editor.view.face == face
 
 
-def right_click(widget, at, reason=QContextMenuEvent.Reason.Mouse):
+def right_click(widget, at):
     """Send what the system sends, press and release included."""
     for event in (QTest.mousePress, QTest.mouseRelease):
         event(widget, Qt.MouseButton.RightButton, pos=at)
-    QApplication.sendEvent(widget, QContextMenuEvent(reason, at, widget.mapToGlobal(at)))
+    place = widget.mapToGlobal(at)
+    QApplication.sendEvent(widget, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, place))
 
 
 @pytest.mark.parametrize("where", ["photo", "list"])

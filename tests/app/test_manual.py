@@ -38,8 +38,8 @@ def mark(driver, source, target):
     driver.release(at(driver, target))
 
 
-def mark_face(driver, face=None, points=range(0, 21, 2)):
-    face = face or oval_face()
+def mark_face(driver, points=range(0, 21, 2)):
+    face = oval_face()
     for corner in (*face.eyes, *face.mouth):
         click(driver, corner)
     middle = face.points.mean(axis=0)

@@ -12,6 +12,7 @@ import sys
 import textwrap
 import threading
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -410,9 +411,7 @@ def test_strange_files_in_the_folder_are_left_alone(start, storage):
 
 
 def test_a_full_disk_is_said_once(opened, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
+    full = Mock(side_effect=OSError(28, "No space left on device"))
     monkeypatch.setattr("kogao_app.features.recovery.save", full)
     opened.change_something()
     opened.qtbot.waitUntil(lambda: "No space left" in opened.say())

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 from strangely import strange
-from test_room import LEAST, told
+from test_room import LEAST, nothing_is_cut, told
 
 from kogao_core.sidecar import sidecar_of
 
@@ -71,11 +71,6 @@ def plain(root, names=()):
     return found
 
 
-def nothing_is_cut(window):
-    assert window.size().toTuple() == LEAST
-    assert told(window) == []
-
-
 @pytest.mark.usefixtures("strange")
 @pytest.mark.parametrize("name", WORKSPACES)
 def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start, photo):
@@ -86,7 +81,7 @@ def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start,
         driver.window.actions_by_name[f"mode-{mode}"].trigger()
         driver.settle()
         driver.window.resize(*LEAST)
-        driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window))
+        driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, mode))
         assert plain(driver.window, (str(photo), photo.name, "Kogao")) == set()
 
 

@@ -37,10 +37,11 @@ def smaller(source):
     return pixels
 
 
-def written(source, path, signer, pixels=None, what="one face made smaller"):
+def written(source, path, signer, pixels=None):
     pixels = smaller(source) if pixels is None else pixels
     told = Disclosure(signer=signer)
-    return photo.write(*disclose(source, pixels, told), path, sign=signing(told, what))
+    sign = signing(told, "one face made smaller")
+    return photo.write(*disclose(source, pixels, told), path, sign=sign)
 
 
 def actions(manifest):

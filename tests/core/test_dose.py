@@ -15,8 +15,8 @@ from kogao_core.targets import aim
 PHOTO = textured_photo()
 
 
-def rendering(face=None, **choices):
-    return render(PHOTO, [face or oval_face()], dataclasses.replace(PAPER, **choices))
+def rendering(**choices):
+    return render(PHOTO, [oval_face()], dataclasses.replace(PAPER, **choices))
 
 
 def solved(field, pairs):

@@ -16,8 +16,8 @@ from kogao_core.geometry import Affine, Array
 from kogao_core.landmarks import template_face
 
 
-def half_circle(radius: float, points: int = 400) -> Array:
-    angles = np.linspace(np.pi, 0.0, points)
+def half_circle(radius: float) -> Array:
+    angles = np.linspace(np.pi, 0.0, 400)
     return np.column_stack([np.cos(angles), np.sin(angles)]) * radius
 
 

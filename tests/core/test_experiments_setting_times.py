@@ -13,8 +13,8 @@ def file(tmp_path):
     return tmp_path / "deep" / "sessions.jsonl"
 
 
-def session(seconds: float = 74.25, photo: str = "Müller „x“.jpg") -> SettingTime:
-    return SettingTime.now(photo, (960, 720), [21, 19], seconds)
+def session(seconds: float = 74.25) -> SettingTime:
+    return SettingTime.now("Müller „x“.jpg", (960, 720), [21, 19], seconds)
 
 
 def test_what_is_appended_is_read(file):

@@ -61,8 +61,8 @@ def test_a_broken_outline_is_refused(outline):
         Face(outline, face.eyes, face.mouth)
 
 
-def faces_at(*places, size=0.3):
-    return [oval_face(center=place, size=size) for place in places]
+def faces_at(*places):
+    return [oval_face(center=place, size=0.3) for place in places]
 
 
 @pytest.mark.parametrize(

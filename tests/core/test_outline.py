@@ -9,14 +9,12 @@ from kogao_core.landmarks.mesh import EYES
 from kogao_core.landmarks.outline import forehead, joined, silhouette
 
 
-def oval_mesh(width: float = 200.0, height: float = 260.0) -> Array:
-    """A mesh whose rim lies on an ellipse; the other points crowd its middle."""
+def oval_mesh() -> Array:
+    """A mesh whose rim lies on an ellipse of 200 x 260; the other points crowd its middle."""
     rng = np.random.default_rng(3)
     mesh = rng.normal(0.0, 10.0, (478, 2))
     angles = np.linspace(0.0, 2.0 * np.pi, len(outline._OVAL), endpoint=False)
-    mesh[list(outline._OVAL)] = np.column_stack(
-        [np.sin(angles) * width / 2.0, -np.cos(angles) * height / 2.0]
-    )
+    mesh[list(outline._OVAL)] = np.column_stack([100.0 * np.sin(angles), -130.0 * np.cos(angles)])
     mesh[list(EYES)] = [(-48.0, -22.0), (-20.0, -20.0), (20.0, -20.0), (48.0, -18.0)]
     return mesh + 300.0
 

@@ -6,6 +6,7 @@ import os
 import struct
 import tempfile
 import zlib
+from unittest.mock import Mock
 
 import cv2
 import files
@@ -450,10 +451,7 @@ def test_a_failing_disk_leaves_the_old_file_whole(tmp_path, picture, monkeypatch
     before = path.read_bytes()
     source = photo.read(path)
 
-    def full(_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", Mock(side_effect=OSError(28, "No space left on device")))
     with pytest.raises(CannotWrite, match=r"No space left on device.*make room"):
         photo.write(source, inverted(source), path, force=True)
     assert path.read_bytes() == before

@@ -31,8 +31,8 @@ from kogao_core.strict import BadFile, Node, parse
 WIDTH, HEIGHT = 480, 360
 
 
-def project(seed=5):
-    rng = np.random.default_rng(seed)
+def project():
+    rng = np.random.default_rng(5)
     first = oval_face(center=(130.3, 170.7), size=0.5).with_target(10, (131.1, 230.9))
     jitter = first.outline + rng.normal(0, 1, first.outline.shape)
     first = dataclasses.replace(first, outline=jitter, confidence=rng.random(27))

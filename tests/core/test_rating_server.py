@@ -8,6 +8,7 @@ import sys
 import threading
 import urllib.error
 import urllib.request
+from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 import pytest
@@ -74,8 +75,8 @@ def serve(folder):
         server.stop()
 
 
-def log(folder, rater="r1"):
-    return results.load(folder / plan.RATINGS_FOLDER / f"{rater}.jsonl")
+def log(folder):
+    return results.load(folder / plan.RATINGS_FOLDER / "r1.jsonl")
 
 
 def refusal(act, *arguments, **headers):
@@ -206,9 +207,7 @@ def test_a_full_disk_is_said_and_the_answer_can_be_given_again(folder, serve, mo
     page.open()
     page.judge(1)
 
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
+    full = Mock(side_effect=OSError(28, "No space left on device"))
     monkeypatch.setattr(results.os, "fsync", full)
     code, told = refusal(page.judge, 1)
     assert (code, "No space left" in told["problem"]) == (507, True)

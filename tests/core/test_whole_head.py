@@ -33,9 +33,9 @@ def rendered(recipe, *faces, photo=None, **more):
     return render(photo, faces or [face_at()], recipe, **more)
 
 
-def inward(rendering, points, face=0):
-    """How far places come towards a face's centre, % of their distance."""
-    center = rendering.pairs[face].center_px
+def inward(rendering, points):
+    """How far places come towards the first face's centre, % of their distance."""
+    center = rendering.pairs[0].center_px
     away = points - center
     moved = rendering.field.at(points)
     return 100.0 * (moved * away).sum(axis=1) / (away**2).sum(axis=1)

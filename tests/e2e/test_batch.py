@@ -12,6 +12,7 @@ import subprocess
 import sys
 from concurrent.futures import Executor
 from pathlib import Path
+from unittest.mock import Mock
 
 import beside
 import numpy as np
@@ -44,10 +45,7 @@ def folder(tmp_path, small_portrait):
 def test_what_nobody_foresaw_fails_one_photo_and_says_whose_fault_it_is(
     small_portrait, tmp_path, monkeypatch
 ):
-    def raising(*_, **__):
-        raise KeyError("strange")
-
-    monkeypatch.setattr("kogao_core.pipeline.render", raising)
+    monkeypatch.setattr("kogao_core.pipeline.render", Mock(side_effect=KeyError("strange")))
     task = batch.Task(str(small_portrait), str(tmp_path / "out.jpg"), Recipe().to_dict())
     outcome = batch.work(task)
     assert outcome.status == "failed"

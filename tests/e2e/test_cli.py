@@ -12,6 +12,7 @@ import tomllib
 import zlib
 from importlib import util
 from pathlib import Path
+from unittest.mock import Mock
 
 import beside
 import numpy as np
@@ -454,10 +455,7 @@ def test_an_error_of_our_own_is_one_line_with_its_own_code(fails, marked, tmp_pa
     "work", ["kogao_core.landmarks.MeshSource.load", "kogao_core.photo.blocks.read_blocks"]
 )
 def test_so_is_one_in_what_runs_beside_other_work(fails, portrait, tmp_path, monkeypatch, work):
-    def raising(*_):
-        raise MemoryError
-
-    monkeypatch.setattr(work, raising)
+    monkeypatch.setattr(work, Mock(side_effect=MemoryError))
     words = "doesn't fit into memory; close"
     fails(70, words, "warp", portrait, "-o", tmp_path / "out.jpg", "--landmarks", "mesh")
 
@@ -590,10 +588,7 @@ def test_only_files_are_replaced(fails, portrait, tmp_path, device, kind):
 
 
 def test_a_full_disk_leaves_nothing(fails, portrait, tmp_path, monkeypatch):
-    def full(_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", Mock(side_effect=OSError(28, "No space left on device")))
     fails(3, "No space left on device", "warp", portrait, "-o", tmp_path / "out.jpg")
 
 

@@ -1,12 +1,12 @@
 """The experiments as commands: on the sample portrait, to files that anyone can read."""
 
 import csv
-import errno
 import json
 import re
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -169,9 +169,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 
 @pytest.mark.parametrize("options", [("-o", "{folder}/out"), ("--json", "{folder}/out.json")])
 def test_a_full_disk_is_named_with_what_to_do(cli, portrait, tmp_path, monkeypatch, options):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
+    full = Mock(side_effect=OSError(28, "No space left on device"))
     monkeypatch.setattr(atomic, "put", full)
     given = (str(option).format(folder=tmp_path) for option in options)
     code, _, err = cli("domains", portrait, "--repeats", 1, *given)

@@ -93,8 +93,8 @@ def seen(browser):
     browser.ask("new Promise((f) => requestAnimationFrame(f))")
 
 
-def log(study, rater="synthetic"):
-    return results.load(study / plan.RATINGS_FOLDER / f"{rater}.jsonl")
+def log(study):
+    return results.load(study / plan.RATINGS_FOLDER / "synthetic.jsonl")
 
 
 def test_a_session_by_keys_to_the_report(study, address, browse):

@@ -106,10 +106,6 @@ class Content:
             return out.getvalue()
 
 
-def _nothing_inside(_: Photo, __: IO[bytes]) -> Iterator[Extra]:
-    return iter(())
-
-
 def _nothing_said(_: Photo) -> str:
     return ""
 
@@ -128,6 +124,8 @@ class FileFormat:
         Endings of names, the usual one first.
     is_lossless : bool
         Whether every file of it holds its pixels exactly.
+    inside : callable
+        Yields what an open file of the photo holds beside pixels and metadata blocks.
     encode : callable, optional
         Given a `Content`; returns the pieces of a file. None, where it is read only.
     layouts : mapping of str to tuple of int
@@ -139,8 +137,6 @@ class FileFormat:
         What a changed photo brings along, and what lies elsewhere in it; all else is left out.
     reader : Reader, optional
         None, where Pillow recognises and decodes it.
-    inside : callable
-        Yields what an open file of the photo holds beside pixels and metadata blocks.
     behind : callable, optional
         Yields what follows the end of the picture in a file, open at its start.
     note : Kind, optional
@@ -164,13 +160,13 @@ class FileFormat:
     title: str
     suffixes: tuple[str, ...]
     is_lossless: bool
+    inside: Callable[[Photo, IO[bytes]], Iterator[Extra]]
     encode: Callable[[Content], Pieces] | None = None
     layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     longest_side_px: int | None = None
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset()
     reader: Reader | None = None
-    inside: Callable[[Photo, IO[bytes]], Iterator[Extra]] = _nothing_inside
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_said
