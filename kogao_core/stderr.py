@@ -59,7 +59,7 @@ def hushed() -> Iterator[list[str]]:
     complaints: list[str] = []
     with _LOCK, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        caught = None if _must_stay() else _memory()
+        caught = _memory()
         if caught is None:
             yield complaints
             return
@@ -75,7 +75,7 @@ def if_unsaid(work: Callable[[], _Result]) -> _Result | None:
     Their complaints are forgotten. None, too, where nothing can be kept from there (`hushed`).
     """
     with _LOCK:
-        caught = None if _must_stay() else _memory()
+        caught = _memory()
         if caught is None:
             return None
         with caught:
@@ -99,15 +99,14 @@ def _led_into(caught: IO[bytes]) -> Iterator[None]:
         caught.seek(0)
 
 
-def _must_stay() -> bool:
-    return sys.__stderr__ is None or faulthandler.is_enabled()
-
-
 def _memory() -> IO[bytes] | None:
-    """Return a file that nothing waits for, however much is written; None where there is no room.
+    """Return a file that nothing waits for, however much is written.
 
-    A pipe could fill up under a library that holds Python's lock.
+    A pipe could fill up under a library that holds Python's lock. None where there is no room, and
+    where nothing may be kept from standard error.
     """
+    if sys.__stderr__ is None or faulthandler.is_enabled():
+        return None
     try:
         if sys.platform == "linux":
             return os.fdopen(os.memfd_create("stderr"), "w+b")

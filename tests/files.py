@@ -123,6 +123,12 @@ def chunk(name, body):
     return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
 
+def empty_png(width, height):
+    """Return a PNG file that claims a size and holds no pixels."""
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(b"\0"))
+
+
 def jpeg(pixels, orientation=1, order="<", **options):
     """Return a JPEG file with everything that a JPEG file may hold."""
     height, width = pixels.shape[:2]

@@ -7,11 +7,11 @@ import numpy as np
 from kogao_core.atomic import Pieces
 from kogao_core.geometry import Box, Image
 from kogao_core.photo import formats, jpeg_extras, metadata, photoshop, stale
-from kogao_core.photo.formats import Content, Format
+from kogao_core.photo.formats import Content, FileFormat
 from kogao_core.photo.model import Photo
 
 
-def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -> Pieces:
+def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = None) -> Pieces:
     """Return a file with new pixels and the photo's metadata, whose orientation is upright.
 
     Parameters
@@ -20,7 +20,7 @@ def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -
         Where the metadata and the compression come from.
     pixels : array of shape (H, W) or (H, W, C)
         Upright, of a depth and layout that `form` holds.
-    form : {"JPEG", "PNG", "TIFF", "WEBP"}
+    form : FileFormat
         What to write.
     part : Box, optional
         What of the pixels to write, px; all of them when absent. The metadata are of the whole.
@@ -30,15 +30,14 @@ def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -
     ValueError
         If the encoder can't, or there is none.
     """
-    target = formats.BY_NAME[form]
-    if target.encode is None:
-        raise ValueError(f"{target.title} is read only")
-    carried = photo.carried if form == photo.format else ()
+    if form.encode is None:
+        raise ValueError(f"{form.title} is read only")
+    carried = photo.carried if form.name == photo.format else ()
     is_extended = any(map(jpeg_extras.is_extension, carried))
     height, width = pixels.shape[:2]
     pixels = pixels[(part or Box.of(pixels)).slices]
     xmp = photo.xmp and metadata.upright_xmp(photo.xmp, width, height)
-    becomes_colour = target.becomes_colour(pixels)
+    becomes_colour = form.becomes_colour(pixels)
     content = Content(
         photo,
         _coloured(pixels) if becomes_colour else np.ascontiguousarray(pixels),
@@ -52,7 +51,7 @@ def encode(photo: Photo, pixels: Image, form: Format, part: Box | None = None) -
         carried,
         is_lossless=photo.lossless_webp or formats.BY_NAME[photo.format].is_lossless,
     )
-    return target.encode(content)
+    return form.encode(content)
 
 
 def _coloured(grey: Image) -> Image:

@@ -71,7 +71,9 @@ def read(
     """
     path = Path(path)
     try:
-        with _present(path).open("rb") as file:
+        if (problem := _why_absent(path)) is not None:
+            raise UnreadablePhoto(problem)
+        with path.open("rb") as file:
             return _read_open(file, path, max_megapixels, bits)
     except PermissionError:
         raise UnreadablePhoto(
@@ -84,30 +86,22 @@ def read(
         ) from error
 
 
-def _present(path: Path) -> Path:
+def _why_absent(path: Path) -> Text | None:
     if path.is_dir():
-        raise UnreadablePhoto(Text("{path} is a folder; name a photo inside it", path=path))
+        return Text("{path} is a folder; name a photo inside it", path=path)
     if path.is_symlink() and not path.exists():
-        raise UnreadablePhoto(
-            Text(
-                "{path} is a link to {target}, where there is nothing; name the photo itself",
-                path=path,
-                target=path.readlink(),
-            )
+        return Text(
+            "{path} is a link to {target}, where there is nothing; name the photo itself",
+            path=path,
+            target=path.readlink(),
         )
     if not path.exists():
-        raise UnreadablePhoto(
-            Text("{path} doesn't exist; check the name and the folder", path=path)
-        )
+        return Text("{path} doesn't exist; check the name and the folder", path=path)
     if not path.is_file():
-        raise UnreadablePhoto(
-            Text("{path} is not an ordinary file; copy the photo to a file first", path=path)
-        )
+        return Text("{path} is not an ordinary file; copy the photo to a file first", path=path)
     if path.stat().st_size == 0:
-        raise UnreadablePhoto(
-            Text("{path} is empty (0 bytes); copy it again from where it came", path=path)
-        )
-    return path
+        return Text("{path} is empty (0 bytes); copy it again from where it came", path=path)
+    return None
 
 
 def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:

@@ -17,7 +17,7 @@ from kogao_core.geometry import Box, Image
 from kogao_core.language import Text
 from kogao_core.photo import encoding, formats, kinds
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
-from kogao_core.photo.formats import FORMATS, Format
+from kogao_core.photo.formats import FORMATS, FileFormat, Format
 from kogao_core.photo.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of, is_same
 from kogao_core.wording import system_reason
@@ -92,19 +92,20 @@ def write(
     marked.png exists; choose another name, or force=True to replace it
     """
     path = Path(path)
-    form = check_output(path, force=force)
+    name = check_output(path, force=force)
     check_holds(path, pixels)
+    form, is_same_format = formats.BY_NAME[name], name == photo.format
     try:
-        if _is_unchanged(photo, pixels, form):
+        if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
             pieces: Pieces = [photo.path.read_bytes()]
             note = ""
         else:
             encode = partial(_encoded, photo, pixels, path, form)
-            keep = formats.BY_NAME[form].keep if form == photo.format else None
+            keep = form.keep if is_same_format else None
             ahead = ahead or partial(read_ahead, photo, path)
             pieces, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
             if sign is not None:
-                pieces = sign(photo, pieces, form)
+                pieces = sign(photo, pieces, name)
             note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
         if before is not None:
             before(pieces)
@@ -158,9 +159,10 @@ def read_ahead(photo: Photo, path: str | os.PathLike[str]) -> object:
     >>> kogao.write(photo, pixels, "small.jpg", ahead=lambda: known)
     "0.0 % of the JPEG's blocks are the source's own"
     """
-    path = Path(path)
-    form = formats.BY_NAME[FORMATS[path.suffix.lower()]]
-    return None if form.ahead is None or form.name != photo.format else form.ahead(photo, path)
+    form = formats.of(path)
+    if form.ahead is None or form.name != photo.format:
+        return None
+    return form.ahead(photo, Path(path))
 
 
 def _backed_up(path: Path) -> Path:
@@ -285,7 +287,7 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
     new.jpg: JPEG can't hold this 16-bit photo; write it as .png or .tif
     """
     path = Path(path)
-    form = formats.BY_NAME[FORMATS[path.suffix.lower()]]
+    form = formats.of(path)
     depth, longest = pixels.dtype.name, form.longest_side_px
     reason = ""
     if depth not in form.layouts:
@@ -316,11 +318,9 @@ def _shows_through(pixels: Image) -> bool:
     return channels_of(pixels) in (2, 4) and bool((pixels[..., -1] != np.iinfo(np.uint8).max).any())
 
 
-def _is_unchanged(photo: Photo, pixels: Image, form: Format) -> bool:
-    return form == photo.format and is_same(photo.pixels, pixels) and photo.is_as_read
-
-
-def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str, *, is_signed: bool) -> str:
+def _worth_knowing(
+    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool
+) -> str:
     """Return the notes on a changed photo: what it lost, and what of its file was kept."""
     held = {
         kinds.IPTC: photo.photoshop,
@@ -332,13 +332,12 @@ def _worth_knowing(photo: Photo, pixels: Image, form: Format, kept: str, *, is_s
     if is_signed:  # credentials of the photo's own go into the new ones
         extras = [one for one in extras if one.kind is not kinds.CREDENTIALS]
         signed = "signed, with the photo as its source"
-    target = formats.BY_NAME[form]
-    lost = target.not_kept(extras)
     grey = ""
-    if photo.icc_profile and target.becomes_colour(pixels):
+    if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    notes = [*photo.notes, lost, target.lacks(photo), grey, spread, kept, signed]
+    lost, lacks = form.not_kept(extras), form.lacks(photo)
+    notes = [*photo.notes, lost, lacks, grey, spread, kept, signed]
     return Text.joined("; ", notes)
 
 
@@ -359,18 +358,16 @@ def _spread(photo: Photo, pixels: Image) -> str:
     )
 
 
-def _encoded(photo: Photo, pixels: Image, path: Path, form: Format, part: Box | None) -> Pieces:
+def _encoded(photo: Photo, pixels: Image, path: Path, form: FileFormat, part: Box | None) -> Pieces:
     try:
         return encoding.encode(photo, pixels, form, part)
     except ValueError as error:
-        target = formats.BY_NAME[form]
-        other = formats.exact_endings(pixels, target)
         raise CannotWrite(
             Text(
                 "{path} can't be encoded as {format} ({error}); write it as {other}",
                 path=path,
-                format=target.title,
+                format=form.title,
                 error=error,
-                other=other,
+                other=formats.exact_endings(pixels, form),
             )
         ) from error

@@ -14,6 +14,7 @@ from kogao_core import photo
 from kogao_core.photo import coefficients
 from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks, read_blocks
 from kogao_core.photo.encoding import encode
+from kogao_core.photo.formats import JPEG
 
 SIZES = [(317, 203), (320, 208), (33, 17)]
 
@@ -82,7 +83,7 @@ def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, ki
     pixels = source.pixels.copy()
     pixels[-20:, -30:] ^= 255  # to the border, where units are filled up
     photo.write(source, pixels, tmp_path / "out.jpg")
-    (tmp_path / "whole.jpg").write_bytes(b"".join(encode(source, pixels, "JPEG")))
+    (tmp_path / "whole.jpg").write_bytes(b"".join(encode(source, pixels, JPEG)))
     written, whole, first = (
         components(tmp_path / name) for name in ("out.jpg", "whole.jpg", "in.jpg")
     )

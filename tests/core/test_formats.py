@@ -38,7 +38,7 @@ def test_a_format_without_an_encoder_writes_nothing(tmp_path):
     (tmp_path / "in.png").write_bytes(files.png(np.full((16, 24, 3), 90, np.uint8)))
     source = photo.read(tmp_path / "in.png")
     with pytest.raises(ValueError, match="raw is read only"):
-        encoding.encode(source, source.pixels, "RAW")
+        encoding.encode(source, source.pixels, formats.RAW)
     with pytest.raises(TypeError, match="needs both an encoder and the layouts"):
         dataclasses.replace(formats.RAW, layouts={"uint8": (3,)})
     with pytest.raises(TypeError, match="needs both an encoder and the layouts"):

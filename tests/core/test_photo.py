@@ -5,20 +5,18 @@ import io
 import os
 import struct
 import tempfile
-import zlib
 from unittest.mock import Mock
 
 import cv2
 import files
 import numpy as np
 import pytest
-from PIL import Image, ImageCms, PngImagePlugin
+from PIL import Image, PngImagePlugin
 from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import CannotWrite, RefusedOutput, UnreadablePhoto
 
-SRGB = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 XMP = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><r tiff:Orientation="6" keep="me"/></x:xmpmeta>'
 EXIF = files.exif_block(6, 72, 48)
 
@@ -270,13 +268,6 @@ def test_a_photo_written_over_is_kept_beside_it_once(tmp_path, picture):
 # ---- bad input ------------------------------------------------------------------------------
 
 
-def png_header(width, height):
-    body = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    head = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + body + struct.pack(">I", zlib.crc32(body))
-    data = b"IDAT" + zlib.compress(b"\0")
-    return head + struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
-
-
 def assert_refused(path, words, **options):
     with pytest.raises(UnreadablePhoto, match=words) as refusal:
         photo.read(path, **options)
@@ -356,12 +347,12 @@ def test_a_truncated_file_is_refused_without_noise(tmp_path, deep_picture, kind,
 
 def test_too_large_is_refused_before_decoding(tmp_path):
     path = tmp_path / "large.png"
-    path.write_bytes(png_header(40_000, 40_000))
+    path.write_bytes(files.empty_png(40_000, 40_000))
     assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise it")
-    path.write_bytes(png_header(14_000, 14_000))  # beyond Pillow's own limit, within ours
+    path.write_bytes(files.empty_png(14_000, 14_000))  # beyond Pillow's own limit, within ours
     assert_refused(path, "damaged or incomplete")
     assert_refused(path, "the limit is 100", max_megapixels=100)
-    path.write_bytes(png_header(300, 200))
+    path.write_bytes(files.empty_png(300, 200))
     assert_refused(path, "0.06 megapixels; the limit is 0.01", max_megapixels=0.01)
 
 
@@ -392,7 +383,7 @@ def test_damaged_bytes_never_raise_anything_else(tmp_path, picture, kind):
     rng = np.random.default_rng(10)
     path = tmp_path / f"in.{kind}"
     pixels = picture.astype(np.uint16) * 257 if kind.startswith("deep") else picture
-    source = photo.Photo(pixels, path, "PNG", SRGB, EXIF, XMP, (72.0, 72.0))
+    source = photo.Photo(pixels, path, "PNG", files.SRGB, EXIF, XMP, (72.0, 72.0))
     photo.write(source, pixels, path)
     whole = np.frombuffer(path.read_bytes(), np.uint8)
     for _ in range(60):
@@ -409,7 +400,7 @@ def test_damaged_bytes_never_raise_anything_else(tmp_path, picture, kind):
 
 def test_numbers_without_a_profile_are_said_to_be_seen_as_srgb(tmp_path, deep_picture):
     floating = deep_picture[..., 0].astype(np.float32) / 65535.0
-    assert photo.read(saved(tmp_path / "with.tif", floating, icc_profile=SRGB)).notes == ()
+    assert photo.read(saved(tmp_path / "with.tif", floating, icc_profile=files.SRGB)).notes == ()
     bare = photo.read(saved(tmp_path / "bare.tif", floating))
     assert bare.icc_profile is None
     (note,) = bare.notes

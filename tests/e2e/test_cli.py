@@ -5,16 +5,15 @@ import json
 import os
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import tomllib
-import zlib
 from importlib import util
 from pathlib import Path
 from unittest.mock import Mock
 
 import beside
+import files
 import numpy as np
 import pytest
 from PIL import Image
@@ -501,11 +500,11 @@ def bad_inputs(folder):
     whole = folder / "whole.jpg"
     Image.fromarray(np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)).save(whole)
     yield "truncated.jpg", whole.read_bytes()[:4000], "damaged or incomplete"
-    header = struct.pack(">4sIIBBBBB", b"IHDR", 40_000, 40_000, 8, 2, 0, 0, 0)
-    png = b"\x89PNG\r\n\x1a\n\0\0\0\r" + header + struct.pack(">I", zlib.crc32(header))
-    data = b"IDAT" + zlib.compress(b"\0")
-    png += struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
-    yield "large.png", png, "40000 x 40000 px, 1600 megapixels; the limit is 300"
+    yield (
+        "large.png",
+        files.empty_png(40_000, 40_000),
+        "40000 x 40000 px, 1600 megapixels; the limit is 300",
+    )
 
 
 @pytest.mark.skipif(

@@ -5,11 +5,13 @@ A new format is a module here and its line in `ALL`.
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Final, Literal, cast
 
 from kogao_core.geometry import Image
 from kogao_core.language import Text
-from kogao_core.photo.formats.base import Content, Fate, FileFormat, Source
+from kogao_core.photo.formats.base import Content, FileFormat, Source
 from kogao_core.photo.formats.heif import HEIF
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.formats.png import PNG
@@ -50,14 +52,19 @@ __all__ = [
     "WEBP",
     "WRITTEN",
     "Content",
-    "Fate",
     "FileFormat",
     "Format",
     "Source",
     "SourceFormat",
     "either",
     "exact_endings",
+    "of",
 ]
+
+
+def of(path: str | os.PathLike[str]) -> FileFormat:
+    """Return the format that a file is written in, by an ending that is one of `FORMATS`."""
+    return BY_NAME[FORMATS[Path(path).suffix.lower()]]
 
 
 def either(words: list[str]) -> Text:
