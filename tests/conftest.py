@@ -17,7 +17,7 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", os.environ["OMP_NUM_THREADS"])
 # Tests read English, wherever they run.
 os.environ["LANGUAGE"] = "en"
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -56,6 +56,22 @@ def weights() -> Path:
         return assets.path("models/face_landmarks_detector.tflite").parent
     except assets.AssetMissing as missing:
         pytest.skip(f"the network weights are absent: {missing}")
+
+
+@pytest.fixture
+def lack(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Let the files be missing whose names hold some letters, of those that come along."""
+    found = assets.path
+
+    def missing(letters: str) -> None:
+        def path(name: str) -> Path:
+            if letters in name:
+                raise assets.AssetMissing(f"{name} is missing; reinstall")
+            return found(name)
+
+        monkeypatch.setattr(assets, "path", path)
+
+    return missing
 
 
 @pytest.fixture(scope="session")

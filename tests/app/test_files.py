@@ -14,7 +14,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 from scenes import textured_photo
 
-from kogao_core import assets
 from kogao_core.cli import doctor
 from kogao_core.photo import read
 from kogao_core.pipeline import render
@@ -199,13 +198,10 @@ def test_the_report_is_what_the_command_line_says_and_the_window_system(opened):
     assert opened.say() == "The report is on the clipboard."
 
 
-def test_a_missing_sample_is_said(empty, monkeypatch):
-    def missing(name):
-        raise assets.AssetMissing(f"{name} is not in this installation")
-
-    monkeypatch.setattr(assets, "path", missing)
+def test_a_missing_sample_is_said(empty, lack):
+    lack("average.jpg")
     empty.editor.files.welcome()
-    assert "average.jpg is not in this installation" in empty.say()
+    assert "average.jpg is missing; reinstall" in empty.say()
     assert empty.editor.document.photo is None
 
 

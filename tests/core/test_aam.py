@@ -1,5 +1,6 @@
 """The committed appearance model: what it finds, and which files it refuses."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -28,18 +29,6 @@ def sample(name: str) -> np.ndarray:
 @pytest.fixture(scope="module")
 def source() -> AamSource:
     return AamSource()
-
-
-@pytest.fixture
-def no_networks(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = assets.path
-
-    def path(name: str) -> Path:
-        if name.endswith(".tflite"):
-            raise assets.AssetMissing(name)
-        return found(name)
-
-    monkeypatch.setattr(assets, "path", path)
 
 
 def test_the_model_is_small_and_writes_back_the_same(tmp_path: Path) -> None:
@@ -74,9 +63,11 @@ def test_it_agrees_with_the_mesh_on_the_samples(source: AamSource, name: str) ->
     assert fitted.source == "aam"
 
 
-@pytest.mark.usefixtures("no_networks")
 @pytest.mark.parametrize("degrees", few_of((170.0, 0.0, 90.0), 1))
-def test_without_networks_it_starts_from_haar_boxes(degrees: float) -> None:
+def test_without_networks_it_starts_from_haar_boxes(
+    lack: Callable[[str], None], degrees: float
+) -> None:
+    lack(".tflite")
     picture = sample("average")
     (upright,) = AamSource().find(picture)
     assert upright.interocular_px > 0.15 * picture.shape[1]

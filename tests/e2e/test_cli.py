@@ -152,18 +152,11 @@ def test_detect_writes_where_people_are(works, fails, portrait, tmp_path):
 
 
 def test_without_the_network_for_people_warp_says_so_once(
-    cli, works, fails, portrait, tmp_path, monkeypatch
+    cli, works, fails, portrait, tmp_path, lack
 ):
-    everything = assets.path
-
-    def without(name):
-        if "selfie" in name:
-            raise assets.AssetMissing(f"{name} is missing; reinstall")
-        return everything(name)
-
     _, said, _ = cli("warp", portrait, "-o", tmp_path / "with.png")
     assert "nearby" not in said
-    monkeypatch.setattr(assets, "path", without)
+    lack("selfie")
     said = works("warp", portrait, "-o", tmp_path / "without.png")
     assert said.count("the network that tells people apart is missing") == 1
     assert "straight ones nearby" in said
@@ -591,15 +584,8 @@ def test_a_full_disk_leaves_nothing(fails, portrait, tmp_path, monkeypatch):
     fails(3, "No space left on device", "warp", portrait, "-o", tmp_path / "out.jpg")
 
 
-def test_without_networks_the_aam_steps_in_and_says_so(cli, portrait, monkeypatch):
-    everything = assets.path
-
-    def no_networks(name):
-        if name.endswith(".tflite"):
-            raise assets.AssetMissing(f"{name} is missing; reinstall")
-        return everything(name)
-
-    monkeypatch.setattr(assets, "path", no_networks)
+def test_without_networks_the_aam_steps_in_and_says_so(cli, portrait, lack):
+    lack(".tflite")
     code, said, err = cli("detect", portrait, "--json", "-")
     assert code == 0
     assert len(json.loads(said)["faces"]) == 1
@@ -633,11 +619,8 @@ def test_a_damaged_network_is_no_photo_without_a_face(fails, portrait, tmp_path,
     fails(1, words, "batch", portrait, "-o", tmp_path / "out")
 
 
-def test_missing_networks_say_how_to_get_them(fails, faceless, tmp_path, monkeypatch):
-    def missing(name):
-        raise assets.AssetMissing(f"{name} is missing; reinstall")
-
-    monkeypatch.setattr(assets, "path", missing)
+def test_missing_networks_say_how_to_get_them(fails, faceless, tmp_path, lack):
+    lack("")
     fails(1, "is missing; reinstall", "warp", faceless, "-o", tmp_path / "out.png")
     fails(1, "is missing; reinstall", "detect", "--sample")
 
