@@ -31,6 +31,13 @@ def signer(person):
     return Signer(person.certificate, person.key_file)
 
 
+@pytest.fixture
+def path(tmp_path):
+    """A small photo."""
+    (tmp_path / "in.png").write_bytes(files.png(textured_photo(64, 48)))
+    return tmp_path / "in.png"
+
+
 def smaller(source):
     pixels = source.pixels.copy()
     pixels[5:20, 9:30] = pixels.max() - pixels[5:20, 9:30]
@@ -143,9 +150,7 @@ def test_credentials_that_were_broken_before_are_no_trouble(tmp_path, person, si
     assert person.told(tmp_path / "out.jpg")[0] in ("Trusted", "Valid")
 
 
-def test_what_didnt_change_is_copied_unsigned_and_that_is_said(tmp_path, signer):
-    path = tmp_path / "in.png"
-    path.write_bytes(files.png(textured_photo(64, 48)))
+def test_what_didnt_change_is_copied_unsigned_and_that_is_said(tmp_path, path, signer):
     source = photo.read(path)
     assert written(source, tmp_path / "out.png", signer, source.pixels) == ""
     assert (tmp_path / "out.png").read_bytes() == path.read_bytes()
@@ -171,9 +176,7 @@ def test_a_photo_written_in_place_is_signed_from_its_original(tmp_path, person, 
     assert path.read_bytes() == first
 
 
-def test_a_photo_that_others_have_changed_since_is_no_source(tmp_path, signer):
-    path = tmp_path / "in.png"
-    path.write_bytes(files.png(textured_photo(64, 48)))
+def test_a_photo_that_others_have_changed_since_is_no_source(tmp_path, path, signer):
     source = photo.read(path)
     path.write_bytes(path.read_bytes() + b"x")
     with pytest.raises(CannotWrite, match="has changed since it was read; open it again"):
@@ -182,7 +185,7 @@ def test_a_photo_that_others_have_changed_since_is_no_source(tmp_path, signer):
 
 
 def test_a_protected_key_takes_its_password_from_the_environment(
-    tmp_path, person, signer, monkeypatch
+    tmp_path, path, person, signer, monkeypatch
 ):
     (tmp_path / "key.pem").write_bytes(key_pem(person.key, b"secret"))
     mine = Signer(signer.certificate, str(tmp_path / "key.pem"))
@@ -194,8 +197,6 @@ def test_a_protected_key_takes_its_password_from_the_environment(
     monkeypatch.setenv(PASSWORD, "secret")
     check_signer(mine)
     check_signer(signer)
-    path = tmp_path / "in.png"
-    path.write_bytes(files.png(textured_photo(64, 48)))
     written(photo.read(path), tmp_path / "out.png", mine)
     assert person.told(tmp_path / "out.png")[0] == "Trusted"
 
@@ -218,25 +219,21 @@ def test_who_cannot_sign_is_told_why(tmp_path, signer):
         assert "\n" not in str(refused.value)
 
 
-def test_a_certificate_that_c2pa_refuses_leaves_no_file(tmp_path, person):
+def test_a_certificate_that_c2pa_refuses_leaves_no_file(tmp_path, path, person):
     itself = Signer(str(tmp_path / "self.pem"), person.key_file)
     (tmp_path / "self.pem").write_bytes(self_signed(person.key))
-    path = tmp_path / "in.png"
-    path.write_bytes(files.png(textured_photo(64, 48)))
     with pytest.raises(CannotDisclose, match=r"the result can't be signed .*self-signed"):
         written(photo.read(path), tmp_path / "out.png", itself)
     assert not (tmp_path / "out.png").exists()
 
 
 @pytest.mark.parametrize("make", [ec.SECP384R1, ec.SECP521R1, "ed25519", "rsa"])
-def test_keys_of_all_kinds_sign(tmp_path, make):
+def test_keys_of_all_kinds_sign(tmp_path, path, make):
     key = {
         "ed25519": ed25519.Ed25519PrivateKey.generate,
         "rsa": lambda: rsa.generate_private_key(65537, 2048),
     }.get(make, lambda: ec.generate_private_key(make()))()
     person = Person(tmp_path / "person", key=key)
-    path = tmp_path / "in.png"
-    path.write_bytes(files.png(textured_photo(64, 48)))
     written(photo.read(path), tmp_path / "out.png", Signer(person.certificate, person.key_file))
     assert person.told(tmp_path / "out.png")[0] == "Trusted"
 

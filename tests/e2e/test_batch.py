@@ -291,14 +291,18 @@ def test_what_looks_like_a_photo_and_is_none_fails_by_name(cli, small_portrait, 
         assert words in err_of_one
 
 
-def test_a_cluster_without_workers_is_not_waited_for(cli, small_portrait, tmp_path, monkeypatch):
+def cluster_of(n_workers, **how):
+    """Return a cluster on this machine, or skip the test."""
     distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
+    quiet = {"dashboard_address": None, "silence_logs": "CRITICAL"}
+    return distributed.LocalCluster(n_workers=n_workers, **quiet, **how)
+
+
+def test_a_cluster_without_workers_is_not_waited_for(cli, small_portrait, tmp_path, monkeypatch):
     assert workers._ANSWER_S + workers._JOIN_S < 20
     monkeypatch.setattr(workers, "_JOIN_S", 0.2)
     monkeypatch.setattr(workers, "_ANSWER_S", LONGEST_S)  # the scheduler itself may be slow
-    with distributed.LocalCluster(
-        n_workers=0, dashboard_address=None, silence_logs="CRITICAL"
-    ) as cluster:
+    with cluster_of(0) as cluster:
         address = cluster.scheduler_address
         code, said, err = cli(small_portrait, "-o", tmp_path / "out", "--dask", address)
     assert (code, said) == (2, "")
@@ -315,10 +319,7 @@ def patient(monkeypatch):
 
 @pytest.mark.usefixtures("patient")
 def test_a_cluster_writes_the_bytes_of_one_process(small_portrait, tmp_path):
-    distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
-    with distributed.LocalCluster(
-        n_workers=1, processes=False, dashboard_address=None, silence_logs="CRITICAL"
-    ) as cluster:
+    with cluster_of(1, processes=False) as cluster:
         tasks = batch.plan([small_portrait], tmp_path / "out", Recipe())
         (outcome,) = batch.run(tasks, batch.Workers.dask(cluster.scheduler_address))
     assert outcome.status == "done"
@@ -352,15 +353,12 @@ def test_a_cluster_may_have_been_started_in_another_folder(small_portrait, tmp_p
 @pytest.mark.slow
 @pytest.mark.usefixtures("patient")
 def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portrait, tmp_path):
-    distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
     inputs, out = tmp_path / "in", tmp_path / "out"
     inputs.mkdir()
     for k in range(8):
         shutil.copy(small_portrait, inputs / f"{k}.jpg")
     tasks = batch.plan([inputs], out, Recipe())
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
-    ) as cluster:
+    with cluster_of(2, threads_per_worker=1) as cluster:
         victim = next(iter(cluster.workers.values())).pid
         outcomes = []
         for outcome in batch.run(tasks, batch.Workers.dask(cluster.scheduler_address)):
