@@ -90,11 +90,7 @@ def matching(face: Face, others: Sequence[Face]) -> int | None:
     >>> matching(here, [there, here])
     1
     """
-    middle = (face.eye_center + face.mouth_center) / 2.0
-    apart = [
-        float(np.linalg.norm((other.eye_center + other.mouth_center) / 2.0 - middle))
-        for other in others
-    ]
+    apart = [float(np.linalg.norm(other.middle - face.middle)) for other in others]
     if not apart:
         return None
     nearest = int(np.argmin(apart))

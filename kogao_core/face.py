@@ -135,8 +135,8 @@ class Face:
         if self.pinned_anchor is not None:
             return self.pinned_anchor
         steps = np.linalg.norm(np.diff(self.outline, axis=0), axis=1)
-        middle = (self.eye_center + self.mouth_center) / 2.0
-        return Anchor((float(middle[0]), float(middle[1])), max(1e-3, float(steps.mean())))
+        x, y = self.middle.tolist()
+        return Anchor((x, y), max(1e-3, float(steps.mean())))
 
     @cached_property
     def eye_center(self) -> Array:
@@ -147,6 +147,11 @@ class Face:
     def mouth_center(self) -> Array:
         """Mean of the two mouth corners, (x, y)."""
         return np.asarray(self.mouth.mean(axis=0))
+
+    @cached_property
+    def middle(self) -> Array:
+        """Halfway between eyes and mouth, (x, y)."""
+        return np.asarray((self.eye_center + self.mouth_center) / 2.0)
 
     @cached_property
     def interocular_px(self) -> float:

@@ -73,8 +73,7 @@ def gains(face: Face, recipe: Recipe) -> Array:
     >>> gains(face, kogao.Recipe(chin=0))[:11].round(2)
     array([1.  , 1.  , 1.  , 1.  , 1.  , 1.  , 1.  , 0.83, 0.47, 0.14, 0.  ])
     """
-    middle = (face.eye_center + face.mouth_center) / 2.0
-    degrees, _ = directions(face.outline, middle, across(face))
+    degrees, _ = directions(face.outline, face.middle, across(face))
     beyond_chin = _rise(np.abs(degrees), 0.0, _JAW)
     cheeks = _rise(np.abs(degrees), _JAW, _CHEEKS)
     right = _rise(degrees, -_MIXED, _MIXED)

@@ -237,7 +237,7 @@ def check_inside(faces: Sequence[Face], image: Box) -> None:
         of this one. Or if a point lies farther outside than its face is large.
     """
     for number, face in enumerate(faces, start=1):
-        x, y = (face.eye_center + face.mouth_center) / 2.0
+        x, y = face.middle
         if not (image.left <= x < image.right and image.top <= y < image.bottom):
             raise BadFile(
                 Text(

@@ -125,8 +125,7 @@ def nearest(faces: Sequence[Face], labels: Labels) -> Face | None:
     """Return the face that stands where the labels are, None if there is none."""
 
     def apart(face: Face) -> float:
-        center = (face.eye_center + face.mouth_center) / 2.0
-        return float(np.linalg.norm(center - labels.center_px)) / (100.0 * labels.unit_px)
+        return float(np.linalg.norm(face.middle - labels.center_px)) / (100.0 * labels.unit_px)
 
     near = [face for face in faces if apart(face) < _SAME_FACE]
     return min(near, key=apart, default=None)

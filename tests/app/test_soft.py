@@ -207,7 +207,7 @@ def test_with_the_brush_control_paints(opened):
 def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
     """The source has a cheek wrong: a smooth dent of a tenth of the face's width."""
     right = oval_face()
-    inwards = (right.eye_center + right.mouth_center) / 2.0 - right.outline[index]
+    inwards = right.middle - right.outline[index]
     dent = 0.1 * right.box[2] * inwards / np.linalg.norm(inwards)
     dented = moved(right, index, right.outline[index] + dent, 4.0 * right.anchor.spacing_px)
     source.faces = [dented]

@@ -77,7 +77,7 @@ def test_every_visible_face_of_a_group_is_found_once(
     faces = source.find(picture)
     sizes = [face.interocular_px for face in faces]
     seen = np.array(VISIBLE[name]) * (picture.shape[1], picture.shape[0]) / 1000.0
-    centers = np.array([(face.eye_center + face.mouth_center) / 2.0 for face in faces])
+    centers = np.array([face.middle for face in faces])
     apart = np.linalg.norm(seen[:, None] - centers, axis=-1)
     assert apart.argmin(axis=1).tolist() == list(range(len(faces)))  # from left to right
     assert (apart.min(axis=1) < sizes).all()

@@ -20,7 +20,7 @@ MANY = Recipe(percent=6, cheeks=40, jaw=180, chin=90, left=150, right=20, even_o
 def crooked(by: float = 1.0, **place):
     """An oval face that bulges on its left, and whose chin is drawn to its right."""
     face = oval_face(**place)
-    middle = (face.eye_center + face.mouth_center) / 2.0
+    middle = face.middle
     bulge = np.exp(-(((np.arange(21) - 6.0) / 2.5) ** 2))
     outline = middle + (1.0 + 0.08 * by * bulge[:, None]) * (face.outline - middle)
     outline[:, 0] += 5.0 * by * np.exp(-(((np.arange(21) - 10.0) / 2.0) ** 2))

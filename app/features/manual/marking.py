@@ -78,7 +78,7 @@ def _turns(face: Face, points: Array) -> Array:
     """Return the angle of each point round the middle of the face, from left over chin to right."""
     right = across(face)
     down = np.array([-right[1], right[0]])
-    away = points - (face.eye_center + face.mouth_center) / 2.0
+    away = points - face.middle
     return np.asarray(np.arctan2(away @ right, away @ down))
 
 
