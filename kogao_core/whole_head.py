@@ -152,15 +152,17 @@ def heads_of(
     >>> heads_of([face], [face.eye_center], [kogao.Recipe()], photo, kogao.Protection())
     (None,)
     """
-    if not any(_can_follow(*both) for both in zip(faces, recipes, strict=True)):
+    foreheads = [_following(*both) for both in zip(faces, recipes, strict=True)]
+    if all(forehead is None for forehead in foreheads):
         return (None,) * len(faces)
     hulls = [_hull(face) for face in faces]
     found: list[Head | None] = []
-    for k, (face, own, center) in enumerate(zip(faces, recipes, centers_px, strict=True)):
-        if not _can_follow(face, own):
+    asked = zip(faces, foreheads, recipes, centers_px, strict=True)
+    for k, (face, forehead, own, center) in enumerate(asked):
+        if forehead is None:
             found.append(None)
             continue
-        line, aside, share = _edge(face, own)
+        line, aside, share = _edge(face, forehead, own)
         degrees, radii = directions(line, center, -across(face))
         order = np.argsort(degrees, kind="stable")
         unit = face.anchor.spacing_px
@@ -197,11 +199,12 @@ def forehead_pairs(face: Face, recipe: Recipe, center_px: Array) -> tuple[Array,
     two arrays of shape (13, 2)
         Px; of shape (0, 2) where the head doesn't follow.
     """
-    if face.forehead is None or not recipe.whole_head:
+    forehead = _following(face, recipe)
+    if forehead is None:
         return np.zeros((0, 2)), np.zeros((0, 2))
-    _, aside, share = _edge(face, recipe)
+    _, aside, share = _edge(face, forehead, recipe)
     share = share[aside < 1.0]
-    return face.forehead, face.forehead + share[:, None] * (center_px - face.forehead)
+    return forehead, forehead + share[:, None] * (center_px - forehead)
 
 
 def unfollowed(faces: Sequence[Face], recipe: Recipe) -> str:
@@ -241,16 +244,15 @@ def unfollowed(faces: Sequence[Face], recipe: Recipe) -> str:
     )
 
 
-def _can_follow(face: Face, recipe: Recipe) -> bool:
-    return recipe.whole_head and face.forehead is not None
+def _following(face: Face, recipe: Recipe) -> Array | None:
+    return face.forehead if recipe.whole_head else None
 
 
-def _edge(face: Face, recipe: Recipe) -> tuple[Array, Array, Array]:
+def _edge(face: Face, forehead: Array, recipe: Recipe) -> tuple[Array, Array, Array]:
     """Return the edge of forehead and upper cheeks from left to right, (N, 2).
 
     And of each point `Head.aside` and `Head.share`.
     """
-    forehead = np.zeros((0, 2)) if face.forehead is None else face.forehead
     side = min(_SIDE, len(face.outline) // 3)
     left, right = slice(side, None, -1), slice(None, -side - 2, -1)
     line = np.vstack([face.outline[left], forehead, face.outline[right]])
