@@ -43,8 +43,8 @@ class Clocked:
     def __init__(self, net: object, clock: Networks) -> None:
         self._net, self._clock = net, clock
 
-    def setInput(self, *given: object) -> None:  # noqa: N802
-        self._net.setInput(*given)
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._net, name)
 
     def forward(self, *given: object) -> object:
         start = time.perf_counter()
