@@ -154,20 +154,21 @@ class BackgroundFinder:
         with self._lock:
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
             if self._newest is None or self._photo() is not photo or keys != self._faces:
+                halved = Pyramid.of(photo)  # for lines and people together
                 self._newest = self._look(photo, faces, others)
+                del halved
                 self._photo, self._faces = weakref.ref(photo), keys
             return self._newest
 
     def _look(self, photo: Image, faces: Sequence[Face], others: Sequence[Face]) -> Background:
-        pyramid = Pyramid.of(photo)  # halved for lines and people together
         shortest = shortest_px(photo)
 
         def lines(people: PersonMask | None = None) -> Array:
-            found = straight_lines(photo, pyramid, people)
+            found = straight_lines(photo, people)
             return beside(found, [face.outline for face in faces])
 
         try:
-            people = self.people.find(photo, faces, pyramid)
+            people = self.people.find(photo, faces)
         except (AssetMissing, ModelRefused):
             why = Text(
                 "the network that tells people apart is missing or damaged (see kogao-cli doctor)"

@@ -57,17 +57,13 @@ class BentLine:
     holding: HoldingName = ""
 
 
-def straight_lines(
-    photo: Image, pyramid: Pyramid | None = None, people: PersonMask | None = None
-) -> Array:
+def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
     """Find straight lines of the photo.
 
     Parameters
     ----------
     photo : array of shape (H, W) or (H, W, C)
         The photo before the warp.
-    pyramid : Pyramid, optional
-        The same, if its halvings are wanted elsewhere, too.
     people : PersonMask, optional
         Where to look: not at people, whose hair takes longer than a wall, nor beyond its looks.
 
@@ -85,7 +81,7 @@ def straight_lines(
     >>> len(straight_lines(photo)) > 0
     True
     """
-    small, halved = (pyramid or Pyramid(photo)).at_most(_DETECTOR_PX)
+    small, halved = Pyramid.of(photo).at_most(_DETECTOR_PX)
     if min(small.shape[:2]) < _LEAST_PX:
         return np.zeros((0, 2, 2))
     shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))

@@ -240,9 +240,7 @@ class PersonFinder:
     def _network(self) -> PersonNetwork:
         return PersonNetwork(locked.network(locked.PERSON))
 
-    def find(
-        self, photo: Image, faces: Sequence[Face], pyramid: Pyramid | None = None
-    ) -> PersonMask:
+    def find(self, photo: Image, faces: Sequence[Face]) -> PersonMask:
         """Tell people from the background round faces.
 
         Parameters
@@ -252,8 +250,6 @@ class PersonFinder:
             for the same photo.
         faces : sequence of Face
             Where to look, px of `photo`.
-        pyramid : Pyramid, optional
-            The photo, if its halvings are wanted elsewhere, too.
 
         Returns
         -------
@@ -274,7 +270,7 @@ class PersonFinder:
             views = {_key(face): (_view(face), face) for face in faces}
             image = None
             if views.keys() - known.keys():
-                image = pyramid or Pyramid(photo)
+                image = Pyramid.of(photo)
             self._kept = {
                 key: known[key] if image is None or key in known else
                 self._network.look(image, *there) for key, there in views.items()

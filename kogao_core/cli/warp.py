@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from kogao_core.background import BackgroundFinder, Bends
     from kogao_core.face import Face, LandmarkSource
     from kogao_core.geometry import Image
-    from kogao_core.holding import Held
     from kogao_core.photo import Photo
     from kogao_core.photo.disclosure import Disclosure
     from kogao_core.pipeline import Rendering
@@ -132,6 +131,7 @@ def command(
     from kogao_core.background import BackgroundFinder, held_of
     from kogao_core.landmarks.pixels import Pyramid
     from kogao_core.photo import read_ahead
+    from kogao_core.pipeline import render
     from kogao_core.sidecar import Applied
     from kogao_core.whole_head import unfollowed
 
@@ -149,7 +149,9 @@ def command(
         finder = BackgroundFinder()
         held = held_of(photo.pixels, done, finder)
         del halved
-        rendering = _render(photo, done, held)
+        rendering = render(
+            photo.pixels, done.faces, done.recipe, protection=done.protection, held=held
+        )
         with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
             write = (
                 partial(_write_in_place, temporary) if in_place else partial(_write_to, to, force)
@@ -236,12 +238,6 @@ def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
 
 def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:
     return [face for face in found if all(face is not one for one in chosen)]
-
-
-def _render(photo: Photo, done: Applied, held: Held) -> Rendering:
-    from kogao_core.pipeline import render
-
-    return render(photo.pixels, done.faces, done.recipe, protection=done.protection, held=held)
 
 
 def _measured(photo: Photo, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:

@@ -31,7 +31,7 @@ class Finder:
         self.opacity = np.zeros((WIDTH, WIDTH), np.float32)
         self.opacity[SHOULDERS:HEIGHT] = 1.0
 
-    def find(self, _photo, faces, _pyramid=None):
+    def find(self, _photo, faces):
         if self.opacity is None:
             raise AssetMissing("selfie_segmentation.tflite isn't here; fetch it")
         still = Affine.similarity(1.0, 0.0, (0.0, 0.0))

@@ -33,7 +33,7 @@ class Finder:
     def __init__(self, opacity=None, missed=0):
         self.opacity, self.missed = opacity, missed
 
-    def find(self, _photo, faces, _pyramid=None):
+    def find(self, _photo, faces):
         if isinstance(self.opacity, Exception):
             raise self.opacity
         if self.opacity is None:
