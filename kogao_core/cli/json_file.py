@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import click
 
@@ -14,10 +14,11 @@ from kogao_core.cli import common, words
 from kogao_core.language import Text
 
 STDOUT: Final = Path("-")
-PLACE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+_PLACE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
-def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
+def _no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
     """Refuse a photo's name: with F left out, the photo that follows would be taken for it."""
     if file is None or file == STDOUT:
         return file
@@ -30,10 +31,15 @@ def no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path |
     return file
 
 
-writes_json = words.option(
-    "--json", "json_file", type=PLACE, is_flag=False, flag_value="-", metavar="[F]",
-    callback=no_photo, help="Write everything as JSON; without F, or with -, print it.",
-)  # fmt: skip
+def writes(kind: str, what: Text) -> Callable[[_Command], _Command]:
+    """Return what adds an option to write a kind of file, or to print it, to a command."""
+    return words.option(
+        f"--{kind}", f"{kind}_file", type=_PLACE, is_flag=False, flag_value="-", metavar="[F]",
+        callback=_no_photo, help=what,
+    )  # fmt: skip
+
+
+writes_json = writes("json", Text("Write everything as JSON; without F, or with -, print it."))
 
 
 def check(file: Path | None, force: bool) -> None:

@@ -22,16 +22,10 @@ STDOUT: Final = json_file.STDOUT
 # Adds ``--json``, ``--csv``, ``--html``, which `asked_for` reads, and ``--force``.
 writes_files = words.together(
     json_file.writes_json,
-    words.option(
-        "--csv", "csv_file", type=json_file.PLACE, is_flag=False, flag_value="-", metavar="[F]",
-        callback=json_file.no_photo, help="Write a table of all figures, or print it.",
-    ),
-    words.option(
-        "--html", "html_file", type=json_file.PLACE, is_flag=False, flag_value="-", metavar="[F]",
-        callback=json_file.no_photo, help="Write a report for a browser, or print it.",
-    ),
+    json_file.writes("csv", Text("Write a table of all figures, or print it.")),
+    json_file.writes("html", Text("Write a report for a browser, or print it.")),
     common.forces,
-)  # fmt: skip
+)
 
 
 def asked_for(given: Mapping[str, Any]) -> dict[str, Path]:
