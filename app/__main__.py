@@ -12,19 +12,19 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from kogao_core.language import languages, system_languages, tr, translated, use_language
-from kogao_core.memory import end_at_once
-from kogao_core.stderr import open_standard_streams
-from kogao_core.threads import take_short_turns, without_blas_threads
-from kogao_core.wording import shown
+from kogao_core.base.language import languages, system_languages, tr, translated, use_language
+from kogao_core.base.memory import end_at_once
+from kogao_core.base.stderr import open_standard_streams
+from kogao_core.base.threads import take_short_turns, without_blas_threads
+from kogao_core.base.wording import shown
 
 from .workspaces import WORKSPACES
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
-    from kogao_core.face import LandmarkSource
-    from kogao_core.originals import Originals
+    from kogao_core.faces.face import LandmarkSource
+    from kogao_core.photo.originals import Originals
 
     from .ahead import Ahead
     from .faults import Faults
@@ -65,8 +65,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         from .ahead import Ahead
 
         ahead = Ahead(options.photos[0])
-    from kogao_core import landmarks
-    from kogao_core.originals import Originals
+    from kogao_core.faces import landmarks
+    from kogao_core.photo.originals import Originals
 
     source = source or landmarks.source()
     if ahead is not None:
@@ -96,7 +96,7 @@ def _application(storage: Storage) -> QApplication:
     from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
 
-    from kogao_core import assets
+    from kogao_core.base import assets
 
     from .preferences import SCALE, preferred
 
@@ -276,7 +276,7 @@ def _names(text: str) -> frozenset[str]:
 
 
 def _percent(text: str) -> float:
-    from kogao_core.recipe import Recipe
+    from kogao_core.recipe.recipe import Recipe
 
     try:
         return Recipe(percent=float(text)).percent

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from kogao_core.face import Face, LandmarkSource
+from kogao_core.base.threads import stoppable
+from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.photo import Photo, read
-from kogao_core.threads import stoppable
 
 from .render.colour import pyramid_of
 from .render.pyramid import PicturePyramid

@@ -13,16 +13,16 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from kogao_core.doubt import doubtful
-from kogao_core.face import Face
-from kogao_core.geometry import Box, Line
+from kogao_core.base.geometry import Box, Line
+from kogao_core.faces.doubt import doubtful
+from kogao_core.faces.face import Face
+from kogao_core.faces.targets import Pairs, aim
 from kogao_core.photo import Photo
-from kogao_core.project import Mode, Sheet
-from kogao_core.protection import NOTHING, Protection
-from kogao_core.recipe import Recipe
-from kogao_core.settings import FACE_FIELDS
-from kogao_core.sidecar import Applied
-from kogao_core.targets import Pairs, aim
+from kogao_core.projects.project import Mode, Sheet
+from kogao_core.projects.sidecar import Applied
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import FACE_FIELDS
+from kogao_core.warp.protection import NOTHING, Protection
 
 if TYPE_CHECKING:
     from .render.pyramid import PicturePyramid

@@ -8,7 +8,7 @@ from pyqtgraph.util.garbage_collector import GarbageCollector
 from PySide6.QtCore import QObject, QThreadPool
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.face import LandmarkSource
+from kogao_core.faces.face import LandmarkSource
 
 from . import theme
 from .document import Document

@@ -8,7 +8,7 @@ from typing import Final
 
 from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
 
-from kogao_core.language import (
+from kogao_core.base.language import (
     ENGLISH,
     in_context,
     language,
@@ -19,7 +19,7 @@ from kogao_core.language import (
     translated,
     use_language,
 )
-from kogao_core.wording import system_reason
+from kogao_core.base.wording import system_reason
 
 __all__ = [
     "bare",

@@ -11,8 +11,8 @@ from typing import Final, Literal
 
 from PySide6.QtCore import QSettings
 
-from kogao_core.language import Text
-from kogao_core.recipe import Recipe
+from kogao_core.base.language import Text
+from kogao_core.recipe.recipe import Recipe
 
 from .i18n import language_names, tr
 

@@ -9,10 +9,10 @@ from typing import Final, get_args
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
-from kogao_core.atomic import put
-from kogao_core.geometry import Box
-from kogao_core.limits import OutOfBounds, check_protection
-from kogao_core.wording import sentence, system_reason
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Box
+from kogao_core.base.wording import sentence, system_reason
+from kogao_core.warp.limits import OutOfBounds, check_protection
 
 from .canvas.overlays.listed import LISTED
 from .editor import Editor

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
-from kogao_core.bend import BentLine
-from kogao_core.display import Rgb8
-from kogao_core.geometry import Array, Box
-from kogao_core.settings import DomainName
+from kogao_core.background.lines import BentLine
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Array, Box
+from kogao_core.recipe.settings import DomainName
 
 from .document import Document, State
 

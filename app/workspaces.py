@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from kogao_core.language import Text
+from kogao_core.base.language import Text
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,21 +18,21 @@ TYPE_CHECKING = False  # loading `typing` takes ten times as long as all else he
 if TYPE_CHECKING:
     from typing import Any
 
-    from kogao_core.assets import sample
-    from kogao_core.face import Face
-    from kogao_core.landmarks.sources import find, source
-    from kogao_core.landmarks.template import template_face
+    from kogao_core.base.assets import sample
+    from kogao_core.base.strict import BadFile
+    from kogao_core.faces.face import Face
+    from kogao_core.faces.landmarks.sources import find, source
+    from kogao_core.faces.landmarks.template import template_face
     from kogao_core.photo.errors import CannotWrite, UnreadablePhoto
     from kogao_core.photo.model import Photo
     from kogao_core.photo.reading import read
     from kogao_core.photo.writing import write
     from kogao_core.pipeline import Rendering, render
-    from kogao_core.project import Project
-    from kogao_core.project import load as load_project
-    from kogao_core.protection import Protection
-    from kogao_core.recipe import PAPER, Recipe
-    from kogao_core.sidecar import apply as apply_project
-    from kogao_core.strict import BadFile
+    from kogao_core.projects.project import Project
+    from kogao_core.projects.project import load as load_project
+    from kogao_core.projects.sidecar import apply as apply_project
+    from kogao_core.recipe.recipe import PAPER, Recipe
+    from kogao_core.warp.protection import Protection
 
 __version__ = "0.1.0"
 __all__ = [
@@ -59,20 +59,20 @@ __all__ = [
 
 # The same as above, for when it runs; a test compares the two.
 _HOMES = {
-    "assets": {"sample": "sample"},
-    "face": {"Face": "Face"},
-    "landmarks.sources": {"find": "find", "source": "source"},
-    "landmarks.template": {"template_face": "template_face"},
+    "base.assets": {"sample": "sample"},
+    "faces.face": {"Face": "Face"},
+    "faces.landmarks.sources": {"find": "find", "source": "source"},
+    "faces.landmarks.template": {"template_face": "template_face"},
     "photo.errors": {"CannotWrite": "CannotWrite", "UnreadablePhoto": "UnreadablePhoto"},
     "photo.model": {"Photo": "Photo"},
     "photo.reading": {"read": "read"},
     "photo.writing": {"write": "write"},
     "pipeline": {"Rendering": "Rendering", "render": "render"},
-    "project": {"Project": "Project", "load_project": "load"},
-    "protection": {"Protection": "Protection"},
-    "recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
-    "sidecar": {"apply_project": "apply"},
-    "strict": {"BadFile": "BadFile"},
+    "projects.project": {"Project": "Project", "load_project": "load"},
+    "warp.protection": {"Protection": "Protection"},
+    "recipe.recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
+    "projects.sidecar": {"apply_project": "apply"},
+    "base.strict": {"BadFile": "BadFile"},
 }
 
 

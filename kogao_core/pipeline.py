@@ -7,26 +7,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from kogao_core import domain as domains
-from kogao_core.counts import pixel_counts
-from kogao_core.dose import achieved_percent
-from kogao_core.face import Face
-from kogao_core.falloff import falloff_of
-from kogao_core.field import Field, Residual, residual
-from kogao_core.fit import problems_of, solve
-from kogao_core.geometry import Box, Image
-from kogao_core.guard import hold_back
-from kogao_core.holding import NOTHING_HELD, Held, hold
-from kogao_core.limits import check_corners
-from kogao_core.one_to_one import OneToOne, check_one_to_one
-from kogao_core.protection import NOTHING, Protection
-from kogao_core.recipe import Recipe
-from kogao_core.settings import DomainName
-from kogao_core.targets import Pairs, aim
-from kogao_core.threads import one_blas_thread
-from kogao_core.timing import Stopwatch
-from kogao_core.warp import Canvas
-from kogao_core.whole_head import heads_of
+from kogao_core.background.holding import NOTHING_HELD, Held, hold
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.threads import one_blas_thread
+from kogao_core.base.timing import Stopwatch
+from kogao_core.faces.face import Face
+from kogao_core.faces.targets import Pairs, aim
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import DomainName
+from kogao_core.warp import domain as domains
+from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.counts import pixel_counts
+from kogao_core.warp.dose import achieved_percent
+from kogao_core.warp.falloff import falloff_of
+from kogao_core.warp.field import Field, Residual, residual
+from kogao_core.warp.fit import problems_of, solve
+from kogao_core.warp.guard import hold_back
+from kogao_core.warp.limits import check_corners
+from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
+from kogao_core.warp.protection import NOTHING, Protection
+from kogao_core.warp.whole_head import heads_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ class Rendering:
 
     def _repr_png_(self) -> bytes:
         """Return the result as a notebook shows it."""
-        from kogao_core.display import preview
+        from kogao_core.base.display import preview
 
         return preview(self.pixels)
 

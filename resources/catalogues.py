@@ -21,7 +21,7 @@ ROOT: Final = Path(__file__).resolve().parents[1]
 FOLDER: Final = ROOT / "resources" / "translations"
 _DOMAIN: Final = "kogao"
 _SOURCES: Final = ("app", "kogao_core")
-_MACHINERY: Final = "kogao_core/language.py"  # it is handed the words
+_MACHINERY: Final = "kogao_core/base/language.py"  # it is handed the words
 _COMMENT: Final = "# Translators:"
 _WIDTH: Final = 100
 # What click and argparse say to people who call our programs; they ask for it in our catalogue.

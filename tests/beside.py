@@ -11,7 +11,7 @@ import files
 import numpy as np
 from PIL import Image
 
-from kogao_core.photo import kinds
+from kogao_core.photo.metadata import kinds
 
 HEIGHT, WIDTH = 48, 64
 MARK = b"told by nothing else"

@@ -27,7 +27,7 @@ import pytest
 from PIL import Image
 from strangely import Strange
 
-from kogao_core import assets, language
+from kogao_core.base import assets, language
 from kogao_core.batch import Workers
 
 ROOT = Path(__file__).resolve().parents[1]

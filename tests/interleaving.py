@@ -35,9 +35,9 @@ from PySide6.QtWidgets import (
 )
 from scenes import KnownFaces, oval_face, textured_photo
 
-from kogao_core.background import BackgroundFinder, held_of
+from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.pipeline import render
-from kogao_core.sidecar import Applied
+from kogao_core.projects.sidecar import Applied
 
 _SIZE = (240, 180)
 # How long an edit may be on no disk, s; and when it counts as lost rather than late.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kogao_core.experiments.study.session import Answer, Display, Record, Session
+from kogao_core.lab.study.session import Answer, Display, Record, Session
 
 DISPLAY = Display((960, 720), (1280, 960), 1.25)
 

@@ -10,12 +10,12 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from kogao_core.face import FOREHEAD_POINTS, Face, OnFace, ignored
-from kogao_core.field import Field
-from kogao_core.fit import fit
-from kogao_core.geometry import Affine
-from kogao_core.recipe import Recipe
-from kogao_core.targets import aim
+from kogao_core.base.geometry import Affine
+from kogao_core.faces.face import FOREHEAD_POINTS, Face, OnFace, ignored
+from kogao_core.faces.targets import aim
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.field import Field
+from kogao_core.warp.fit import fit
 
 
 def oval_face(

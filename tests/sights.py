@@ -7,8 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from kogao_core.face import Face
-from kogao_core.landmarks import MeshSource
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import MeshSource
 
 Scene = tuple[np.ndarray, Face]
 

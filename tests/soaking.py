@@ -6,8 +6,8 @@ import numpy as np
 from kogao_app.canvas.handles import Handle, position
 from kogao_app.editor import Editor
 
-from kogao_core.background import BackgroundFinder, held_of
-from kogao_core.face import Face
+from kogao_core.background.find import BackgroundFinder, held_of
+from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
 
 _MOST_STROKES = 8

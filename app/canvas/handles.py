@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core import reshape
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array
-from kogao_core.targets import center_candidates
+from kogao_core.base.geometry import Affine, Array
+from kogao_core.faces import reshape
+from kogao_core.faces.face import Face
+from kogao_core.faces.targets import center_candidates
 
 from ..document import State
 from ..i18n import tr

@@ -19,7 +19,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.bend import BentLine
+from kogao_core.background.lines import BentLine
 
 from ..i18n import tr
 from ..view_state import ViewState

@@ -15,8 +15,8 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPixmap, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from kogao_core.display import Rgb8
-from kogao_core.geometry import Box
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Box
 
 from ..render.live import RenderedFrame
 from ..render.pictures import qt_image

@@ -15,9 +15,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAccessibleWidget
 
-from kogao_core.differences import matching
-from kogao_core.doubt import SEEN
-from kogao_core.geometry import Array
+from kogao_core.base.geometry import Array
+from kogao_core.faces.differences import matching
+from kogao_core.faces.doubt import SEEN
 
 from ..accessibility import FOCUS, NOTHING, PRESS, speak
 from ..document import Document

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QGraphicsView, QLabel
 
-from kogao_core.geometry import Array
+from kogao_core.base.geometry import Array
 
 from ..i18n import tr
 from ..render.live import RenderedFrame, VisiblePart

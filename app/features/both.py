@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from kogao_core.pipeline import Rendering
-from kogao_core.project import Mode
+from kogao_core.projects.project import Mode
 
 from ..canvas.viewport import OtherModeView
 from ..document import State

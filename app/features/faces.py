@@ -10,11 +10,11 @@ from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
-from kogao_core import doubt
-from kogao_core.doubt import Doubt
-from kogao_core.face import Face, LandmarkSource, in_reading_order
-from kogao_core.geometry import Box
-from kogao_core.landmarks import template_face
+from kogao_core.base.geometry import Box
+from kogao_core.faces import doubt
+from kogao_core.faces.doubt import Doubt
+from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
+from kogao_core.faces.landmarks import template_face
 
 from ..ahead import FaceSearch
 from ..document import State

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from PySide6.QtCore import QPoint, QRectF, Qt
 from PySide6.QtWidgets import QMenu
 
-from kogao_core.face import Face
+from kogao_core.faces.face import Face
 
 from ..i18n import tr
 from .faces import Faces

@@ -10,8 +10,8 @@ from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QImage, QKeySequence, QShortcut, QTextDocument
 from PySide6.QtWidgets import QLineEdit, QPushButton, QTextBrowser, QWidget
 
-from kogao_core import assets
-from kogao_core.language import language
+from kogao_core.base import assets
+from kogao_core.base.language import language
 
 from ..i18n import sentence, tr
 from ..theme import GRID_PX

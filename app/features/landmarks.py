@@ -8,17 +8,17 @@ from itertools import chain, repeat
 from pathlib import Path
 from typing import Final
 
-from kogao_core import interchange
-from kogao_core.face import LandmarkSource
-from kogao_core.landmarks import (
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
+from kogao_core.faces.face import LandmarkSource
+from kogao_core.faces.landmarks import (
     CHOICES,
     Measured,
     ModelRefused,
     networks_are_here,
     source,
 )
-from kogao_core.language import Text
-from kogao_core.strict import BadFile
+from kogao_core.projects import interchange
 
 from ..i18n import lettered, sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path

@@ -15,14 +15,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.background import held_of
-from kogao_core.differences import Differences, differences, matching
-from kogao_core.display import Rgb8, reduced
-from kogao_core.geometry import Box
-from kogao_core.holding import Held
+from kogao_core.background.find import held_of
+from kogao_core.background.holding import Held
+from kogao_core.base.display import Rgb8, reduced
+from kogao_core.base.geometry import Box
+from kogao_core.faces.differences import Differences, differences, matching
 from kogao_core.pipeline import Rendering, render
-from kogao_core.project import Mode, Sheet
-from kogao_core.sidecar import Applied
+from kogao_core.projects.project import Mode, Sheet
+from kogao_core.projects.sidecar import Applied
 
 from ..canvas.handles import Handle, name
 from ..document import State

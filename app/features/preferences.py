@@ -13,8 +13,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.presets import listed
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.presets import listed
+from kogao_core.recipe.recipe import Recipe
 
 from .. import preferences, theme
 from ..i18n import bare, tr, translated

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
-from kogao_core import presets
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import presets
+from kogao_core.recipe.recipe import Recipe
 
 from ..i18n import sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path, confirm

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from kogao_core import sidecar
 from kogao_core.photo import Photo
 from kogao_core.photo.model import Stamp
-from kogao_core.project import save
+from kogao_core.projects import sidecar
+from kogao_core.projects.project import save
 
 from ..document import State
 from ..i18n import reason, sentence, tr

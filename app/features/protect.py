@@ -13,8 +13,8 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
-from kogao_core.geometry import Array
-from kogao_core.protection import NOTHING
+from kogao_core.base.geometry import Array
+from kogao_core.warp.protection import NOTHING
 
 from ..i18n import tr
 from ..theme import GRID_PX

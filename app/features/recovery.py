@@ -11,9 +11,9 @@ from typing import Final
 
 from PySide6.QtCore import QLockFile, QThreadPool, QTimer
 
+from kogao_core.base.strict import BadFile
 from kogao_core.photo import Photo
-from kogao_core.project import Project, load, save
-from kogao_core.strict import BadFile
+from kogao_core.projects.project import Project, load, save
 
 from ..document import State
 from ..i18n import reason, tr

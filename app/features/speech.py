@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QLabel
 
-from kogao_core.geometry import Array
+from kogao_core.base.geometry import Array
 from kogao_core.pipeline import Rendering
 
 from ..accessibility import announce

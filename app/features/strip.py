@@ -11,7 +11,7 @@ from PySide6.QtCore import QFileSystemWatcher, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QColorSpace, QIcon, QImage, QImageReader, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
-from kogao_core.display import preview
+from kogao_core.base.display import preview
 from kogao_core.photo import READABLE, UnreadablePhoto, read
 
 from ..i18n import reason, tr

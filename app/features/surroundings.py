@@ -8,14 +8,14 @@ from typing import Final
 
 from PySide6.QtCore import Signal
 
-from kogao_core.assets import AssetMissing
-from kogao_core.background import BackgroundFinder, Bends, measure
-from kogao_core.bend import BentLine
-from kogao_core.display import Rgb8
-from kogao_core.geometry import Affine, Image, Line
-from kogao_core.landmarks import ModelRefused
-from kogao_core.person import PersonFinder, PersonMask
-from kogao_core.project_json import as_line
+from kogao_core.background.find import BackgroundFinder, Bends, measure
+from kogao_core.background.lines import BentLine
+from kogao_core.background.people import PersonFinder, PersonMask
+from kogao_core.base.assets import AssetMissing
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Affine, Image, Line
+from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.projects.json import as_line
 
 from ..i18n import reason, sentence, tr
 from ..render.live import RenderedFrame

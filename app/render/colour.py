@@ -12,9 +12,9 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageCms
 
-from kogao_core.display import Rgb8, rgba8
+from kogao_core.base.display import Rgb8, rgba8
+from kogao_core.base.threads import default_threads, share_out
 from kogao_core.photo import Photo
-from kogao_core.threads import default_threads, share_out
 
 from .pyramid import PicturePyramid, Show
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
-from kogao_core.background import Background, BackgroundFinder
-from kogao_core.display import Rgb8
-from kogao_core.geometry import Affine, Box, Image
-from kogao_core.holding import NOTHING_HELD, Held
+from kogao_core.background.find import Background, BackgroundFinder
+from kogao_core.background.holding import NOTHING_HELD, Held
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Affine, Box, Image
 from kogao_core.pipeline import Rendering, render
-from kogao_core.protection import NOTHING
-from kogao_core.sidecar import Applied
-from kogao_core.warp import Canvas
+from kogao_core.projects.sidecar import Applied
+from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.protection import NOTHING
 
 from ..document import State
 from ..workers import Lane

@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QIcon, QImage, QPixmap
 
-from kogao_core.display import Rgb8
-from kogao_core.face import Face
-from kogao_core.geometry import Box, Image
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Box, Image
+from kogao_core.faces.face import Face
 
 from .pyramid import PicturePyramid
 

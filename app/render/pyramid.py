@@ -8,8 +8,8 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.display import Rgb8
-from kogao_core.geometry import Affine, Box
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Affine, Box
 
 # Writes pictures, second of each pair, as the first ones look on the screen.
 Show = Callable[[Sequence[tuple[Rgb8, Rgb8]]], None]

@@ -16,13 +16,13 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core import assets
-from kogao_core.atomic import put
-from kogao_core.geometry import Image
-from kogao_core.landmarks import MeshSource
+from kogao_core.base import assets
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Image
+from kogao_core.faces.landmarks import MeshSource
 from kogao_core.photo import read
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 PERCENT: Final = 6.0
 GAP_PX: Final = 12

@@ -6,14 +6,14 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from kogao_core.atomic import is_aside
+from kogao_core.base.atomic import is_aside
+from kogao_core.base.language import Text
 from kogao_core.batch.report import keys_of
 from kogao_core.batch.tasks import Task
-from kogao_core.language import Text
-from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.formats import READ_ONLY, READABLE
-from kogao_core.recipe import Recipe
-from kogao_core.sidecar import sidecar_of
+from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.recipe.recipe import Recipe
 
 
 class NothingToDo(ValueError):

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
-from kogao_core.atomic import appended
+from kogao_core.base.atomic import appended
+from kogao_core.base.language import Text
 from kogao_core.batch.tasks import Outcome
-from kogao_core.language import Text
 
 REPORT: Final = "kogao-batch.jsonl"
 """Its name, in the folder of the results."""

@@ -11,18 +11,18 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from kogao_core.face import LandmarkSource, select
-from kogao_core.language import Text
-from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
+from kogao_core.faces.face import LandmarkSource, select
+from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.model import Photo
-from kogao_core.project import load, sha256_of
-from kogao_core.protection import NOTHING
-from kogao_core.recipe import Recipe
-from kogao_core.sidecar import Applied, apply
-from kogao_core.strict import BadFile
+from kogao_core.projects.project import load, sha256_of
+from kogao_core.projects.sidecar import Applied, apply
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.protection import NOTHING
 
 if TYPE_CHECKING:
-    from kogao_core.background import BackgroundFinder
+    from kogao_core.background.find import BackgroundFinder
 
 Status = Literal["done", "skipped", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -68,7 +68,7 @@ class Task:
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
-        from kogao_core.landmarks import CHOICES
+        from kogao_core.faces.landmarks import CHOICES
 
         told, model = self.disclosure, self.landmarks
         is_file = model is not None and model not in {choice.name for choice in CHOICES}
@@ -110,7 +110,7 @@ class Outcome:
     seconds : float
         Time from reading to written.
     achieved_percent : tuple of float
-        How far each face came towards its centre, % of D (`kogao_core.dose`).
+        How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
     """
 
     source: str
@@ -145,12 +145,12 @@ def work(task: Task) -> Outcome:
 
 
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
-    from kogao_core.background import held_of
-    from kogao_core.landmarks.pixels import Pyramid
+    from kogao_core.background.find import held_of
+    from kogao_core.faces.landmarks.pixels import Pyramid
     from kogao_core.photo import bits_of, read, write
-    from kogao_core.photo.disclosure import disclose, signing, undisclosed
+    from kogao_core.photo.disclosure.disclosing import disclose, signing, undisclosed
     from kogao_core.pipeline import render
-    from kogao_core.whole_head import unfollowed
+    from kogao_core.warp.whole_head import unfollowed
 
     output = Path(task.output)
     bits = bits_of(output)
@@ -191,14 +191,14 @@ def _replayed(task: Task, photo: Photo) -> Applied:
 
 @cache
 def _source(wanted: str | None) -> LandmarkSource:
-    from kogao_core.landmarks import source
+    from kogao_core.faces.landmarks import source
 
     return source(wanted)
 
 
 @cache
 def _background() -> BackgroundFinder:
-    from kogao_core.background import BackgroundFinder
+    from kogao_core.background.find import BackgroundFinder
 
     return BackgroundFinder()
 

@@ -16,10 +16,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Literal
 
+from kogao_core.base.language import Text
+from kogao_core.base.memory import keep_freed
+from kogao_core.base.stderr import open_standard_streams
 from kogao_core.batch.tasks import Outcome, Task, work
-from kogao_core.language import Text
-from kogao_core.memory import keep_freed
-from kogao_core.stderr import open_standard_streams
 
 # Photos handed out ahead of each worker: enough to keep it busy, few enough to stop at once.
 _AHEAD: Final = 2

@@ -15,13 +15,13 @@ from contextlib import contextmanager
 import click
 
 import kogao_core
+from kogao_core.base.language import Text, system_languages, tr, translated, use_language
+from kogao_core.base.memory import end_at_once, keep_freed
+from kogao_core.base.stderr import open_standard_streams
+from kogao_core.base.threads import without_blas_threads
+from kogao_core.base.wording import system_reason
 from kogao_core.cli import words
 from kogao_core.cli.common import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
-from kogao_core.language import Text, system_languages, tr, translated, use_language
-from kogao_core.memory import end_at_once, keep_freed
-from kogao_core.stderr import open_standard_streams
-from kogao_core.threads import without_blas_threads
-from kogao_core.wording import system_reason
 
 PROGRAM = "kogao-cli"
 INTERRUPTED = 130
@@ -53,10 +53,11 @@ Errors are one line on stderr; nothing half-written is left behind.
 # Each module that isn't needed makes the program start later.
 _MODULES = (
     *("warp", "restore", "batch", "detect", "landmarks", "presets"),
-    *("experiment", "integrate", "doctor"),
+    *("integrate", "doctor"),
 )
 _LATER = {name: f"{__name__}.{name}" for name in _MODULES}
 _LATER["licenses"] = f"{__name__}.licences"
+_LATER["experiment"] = "kogao_core.lab.commands.experiment"
 
 
 @words.group(no_args_is_help=False, later=_LATER)
@@ -141,7 +142,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _unforeseen(error: Exception) -> int:
-    from kogao_core.limits import OutOfBounds
+    from kogao_core.warp.limits import OutOfBounds
 
     if isinstance(error, OutOfBounds):
         return _end(translated(error), USAGE)

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from kogao_core import installed, wording
+from kogao_core.base import installed, wording
+from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, options, words
-from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from kogao_core.batch import Outcome, Task, Workers
-    from kogao_core.photo.disclosure import Disclosure
+    from kogao_core.photo.disclosure.disclosing import Disclosure
 
 
 @words.command("batch")

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from kogao_core.base.language import Text, translated
+from kogao_core.base.wording import printable, sentence, system_reason
 from kogao_core.cli import words
-from kogao_core.language import Text, translated
-from kogao_core.wording import printable, sentence, system_reason
 
 if TYPE_CHECKING:
-    from kogao_core.face import Face, LandmarkSource
+    from kogao_core.faces.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
 BROKEN: Final = 1
@@ -120,7 +120,7 @@ def print_message(message: str) -> None:
 
 def check_free(file: Path, force: bool) -> None:
     """Stop when a file may not be written: one is there without `force`, or no file can be."""
-    from kogao_core.atomic import NotAFile, check_target
+    from kogao_core.base.atomic import NotAFile, check_target
 
     try:
         check_target(file)
@@ -148,7 +148,7 @@ limits_megapixels = words.option(
 
 def landmarks_help() -> Text:
     """Return the help of a landmark source."""
-    from kogao_core.landmarks import CHOICES
+    from kogao_core.faces.landmarks import CHOICES
 
     names = [choice.name for choice in CHOICES]
     instead = next(choice.name for choice in CHOICES if not choice.needs_networks)
@@ -184,7 +184,7 @@ def input_path(source: Path | None, sample: bool) -> Path:
         raise Stop(Text("name one photo, or use --sample"), USAGE)
     if source is not None:
         return source
-    from kogao_core import assets
+    from kogao_core.base import assets
 
     with stopping(assets.AssetMissing, BROKEN):
         return assets.sample()
@@ -235,7 +235,7 @@ def read_photo(path: Path, max_megapixels: float, output: Path | None = None) ->
 
 def landmark_source(wanted: str | None) -> LandmarkSource:
     """Return the source of landmarks that was asked for, or the best one here."""
-    from kogao_core.landmarks import ModelRefused, source
+    from kogao_core.faces.landmarks import ModelRefused, source
 
     with stopping(ModelRefused, USAGE):
         return source(wanted)
@@ -243,7 +243,7 @@ def landmark_source(wanted: str | None) -> LandmarkSource:
 
 def loader(wanted: str | None) -> Callable[[], LandmarkSource]:
     """Return what reads the networks of that source and returns it, for a thread beside others."""
-    from kogao_core.landmarks import MeshSource
+    from kogao_core.faces.landmarks import MeshSource
 
     found = landmark_source(wanted)
 
@@ -257,7 +257,7 @@ def loader(wanted: str | None) -> Callable[[], LandmarkSource]:
 
 def check_networks() -> None:
     """Stop when a network is damaged: every photo of a batch would fail."""
-    from kogao_core import landmarks
+    from kogao_core.faces import landmarks
 
     with stopping(landmarks.ModelRefused, BROKEN):
         landmarks.check_networks()
@@ -265,7 +265,7 @@ def check_networks() -> None:
 
 def mention_fallback(wanted: str | None) -> None:
     """Print a note when landmarks come from the AAM for want of the networks."""
-    from kogao_core.landmarks import networks_are_here
+    from kogao_core.faces.landmarks import networks_are_here
 
     if wanted is None and not networks_are_here():
         print_message(
@@ -283,8 +283,8 @@ def find_faces(
 
     The source is what `source` returns, or else the one of `landmarks`.
     """
-    from kogao_core.assets import AssetMissing
-    from kogao_core.landmarks import ModelRefused
+    from kogao_core.base.assets import AssetMissing
+    from kogao_core.faces.landmarks import ModelRefused
 
     with stopping((AssetMissing, ModelRefused), BROKEN):
         try:
@@ -315,7 +315,7 @@ def find_faces(
 
 def selected(faces: Sequence[Face], which: str) -> list[Face]:
     """Return the faces that ``--face`` names, or stop where it names none of them."""
-    from kogao_core.face import select
+    from kogao_core.faces.face import select
 
     with stopping(ValueError, USAGE):
         return select(faces, which)

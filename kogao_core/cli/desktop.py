@@ -47,8 +47,8 @@ def install(share: Path, program: Path) -> None:
     OSError
         If they can't be written.
     """
-    from kogao_core import assets
-    from kogao_core.atomic import put
+    from kogao_core.base import assets
+    from kogao_core.base.atomic import put
 
     for name, folder in PLACES.items():
         text = assets.path(f"desktop/{name}").read_text(encoding="utf-8")

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
-from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kogao_core.face import Face
-    from kogao_core.person import PersonMask
+    from kogao_core.background.people import PersonMask
+    from kogao_core.faces.face import Face
     from kogao_core.photo import Photo
 
 
@@ -48,7 +48,7 @@ def command(
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
-    from kogao_core.threads import beside
+    from kogao_core.base.threads import beside
 
     to_json.check(json_file, force)
     to_json.check(mask_file, force)
@@ -65,9 +65,9 @@ def command(
 
 
 def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
-    from kogao_core.assets import AssetMissing
-    from kogao_core.landmarks import ModelRefused
-    from kogao_core.person import PersonFinder
+    from kogao_core.background.people import PersonFinder
+    from kogao_core.base.assets import AssetMissing
+    from kogao_core.faces.landmarks import ModelRefused
 
     with common.stopping((AssetMissing, ModelRefused), common.BROKEN):
         people = PersonFinder().find(photo.pixels, faces)
@@ -84,8 +84,8 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
 
 
 def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
-    from kogao_core.atomic import put
-    from kogao_core.display import png
+    from kogao_core.base.atomic import put
+    from kogao_core.base.display import png
 
     with common.refusing(
         lambda reason: Text("{file} can't be written: {reason}", file=file, reason=reason)

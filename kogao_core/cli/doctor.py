@@ -14,11 +14,11 @@ from typing import Any, Final
 import click
 
 import kogao_core
-from kogao_core import assets, installed
+from kogao_core.base import assets, installed
+from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
-from kogao_core.language import Text, tr, translated
 
 OK: Final = Text("ok")
 # What Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6 wheel load from the

@@ -14,10 +14,10 @@ from typing import Final
 
 import click
 
-from kogao_core import installed
+from kogao_core.base import installed
+from kogao_core.base.language import Text, translated
+from kogao_core.base.wording import system_reason
 from kogao_core.cli import common, desktop, words
-from kogao_core.language import Text, translated
-from kogao_core.wording import system_reason
 
 _OURS: Final = "-- by kogao-cli integrate"
 # Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
@@ -141,7 +141,7 @@ def command(host: str, remove: bool, settings: Path | None) -> None:
 
     Other programs know it when they start next.
     """
-    from kogao_core import assets
+    from kogao_core.base import assets
 
     try:
         with common.stopping(assets.AssetMissing, common.BROKEN):
@@ -233,8 +233,8 @@ def _folders(host: Host) -> list[Path]:
 
 
 def _install(host: Host, folder: Path) -> None:
-    from kogao_core import assets
-    from kogao_core.atomic import put
+    from kogao_core.base import assets
+    from kogao_core.base.atomic import put
 
     for resource, within in host.files.items():
         text = assets.path(f"integrations/{resource}").read_text(encoding="utf-8")
@@ -289,7 +289,7 @@ _PROGRAMS: Final[Mapping[str, Callable[[], Path]]] = {
 
 def _mark(file: Path, *, wanted: bool) -> None:
     """Add our line to a file of the program's settings, or take it out; the rest stays."""
-    from kogao_core.atomic import put
+    from kogao_core.base.atomic import put
 
     before = file.read_bytes() if file.exists() else b""
     lines = [line for line in before.splitlines(keepends=True) if _OURS.encode() not in line]

@@ -10,8 +10,8 @@ from typing import Any, Final, TypeVar
 
 import click
 
+from kogao_core.base.language import Text
 from kogao_core.cli import common, words
-from kogao_core.language import Text
 
 STDOUT: Final = Path("-")
 _PLACE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
@@ -82,7 +82,7 @@ def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None
     Stop
         If the file can't be written.
     """
-    from kogao_core.atomic import put
+    from kogao_core.base.atomic import put
 
     if file == STDOUT:
         click.echo(json.dumps(found()))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from kogao_core.base.language import Text, translated
 from kogao_core.cli import common, options, words
-from kogao_core.language import Text, translated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,7 +68,7 @@ def export(
         raise common.Stop(Text("JSON holds our own points; leave --template out"), common.USAGE)
 
     def write(photo: Path) -> None:
-        from kogao_core import interchange
+        from kogao_core.projects import interchange
 
         target = _target(photo, folder, form)
         found = common.find_faces(common.read_photo(photo, max_megapixels), landmarks)

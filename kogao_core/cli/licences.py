@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 import kogao_core
-from kogao_core import assets
+from kogao_core.base import assets
+from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import words
-from kogao_core.language import Text, tr, translated
 
 if TYPE_CHECKING:
     from importlib import metadata

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 
+from kogao_core.base.language import Text
+from kogao_core.base.wording import shown
 from kogao_core.cli import common, words
-from kogao_core.language import Text
-from kogao_core.recipe import PAPER, Recipe
-from kogao_core.settings import (
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.settings import (
     CORNERS,
     LABEL_CORNER,
     LABEL_PERCENT,
@@ -22,11 +23,10 @@ from kogao_core.settings import (
     SETTINGS,
     Setting,
 )
-from kogao_core.wording import shown
 
 if TYPE_CHECKING:
-    from kogao_core.photo.disclosure import Disclosure
-    from kogao_core.settings import Corner
+    from kogao_core.photo.disclosure.disclosing import Disclosure
+    from kogao_core.recipe.settings import Corner
 
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
@@ -197,14 +197,14 @@ def _disclosure(
     key: str | None,
 ) -> Disclosure:
     """Return what results disclose, after checking that they can."""
-    from kogao_core.photo.disclosure import Disclosure
+    from kogao_core.photo.disclosure.disclosing import Disclosure
 
     laid, signer = None, None
     if label is not None or picture is not None or (certificate is not None and key is not None):
-        from kogao_core.photo.credentials import Signer, check_signer
+        from kogao_core.photo.disclosure.credentials import Signer, check_signer
+        from kogao_core.photo.disclosure.label import check_label
+        from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
         from kogao_core.photo.errors import CannotDisclose, MissingExtra
-        from kogao_core.photo.label import check_label
-        from kogao_core.photo.label_picture import LabelPicture, check_picture
 
         with (
             common.stopping(CannotDisclose, common.USAGE),
@@ -243,6 +243,6 @@ def recipe_of(file: Path | None, choices: dict[str, Any], otherwise: Recipe = _D
 
 
 def _read(file: Path) -> Recipe:
-    from kogao_core import presets
+    from kogao_core.recipe import presets
 
     return presets.read(file)

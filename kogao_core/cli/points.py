@@ -11,7 +11,7 @@ import click
 from kogao_core.cli import common, words
 
 if TYPE_CHECKING:
-    from kogao_core.face import Face, LandmarkSource
+    from kogao_core.faces.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
 takes_points = words.together(
@@ -39,9 +39,9 @@ def faces(
     """Return the faces of a file of points, or find them where there is none."""
     if file is None:
         return common.find_faces(photo, landmarks, source)
-    from kogao_core import interchange
-    from kogao_core.geometry import Box
-    from kogao_core.strict import BadFile
+    from kogao_core.base.geometry import Box
+    from kogao_core.base.strict import BadFile
+    from kogao_core.projects import interchange
 
     with common.stopping(ValueError, common.USAGE):
         template = None if mapping is None else interchange.template(mapping)

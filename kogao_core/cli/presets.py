@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
-from kogao_core import presets
+from kogao_core.base.language import Text, translated
 from kogao_core.cli import common, words
 from kogao_core.cli import json_file as to_json
-from kogao_core.language import Text, translated
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import presets
+from kogao_core.recipe.recipe import Recipe
 
 
 @words.group("presets")

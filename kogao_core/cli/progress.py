@@ -9,8 +9,8 @@ from typing import Final
 
 import click
 
-from kogao_core import wording
-from kogao_core.language import tr
+from kogao_core.base import wording
+from kogao_core.base.language import tr
 
 CALM_S: Final = 2.0  # between two lines off a terminal
 

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from kogao_core.base.language import Text
 from kogao_core.cli import common, words
-from kogao_core.language import Text
-from kogao_core.settings import SETTINGS
+from kogao_core.recipe.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kogao_core.face import Face
+    from kogao_core.faces.face import Face
     from kogao_core.photo import Photo
-    from kogao_core.sidecar import Applied
+    from kogao_core.projects.sidecar import Applied
 
 _FROM_PROJECT: Final = (
     *SETTINGS,
@@ -41,8 +41,8 @@ def refuse_choices(context: click.Context) -> None:
 
 def applied(file: Path, photo: Photo, sha256: str) -> Applied:
     """Return what the project in a file makes of a photo, or stop."""
-    from kogao_core.project import load
-    from kogao_core.sidecar import apply
+    from kogao_core.projects.project import load
+    from kogao_core.projects.sidecar import apply
 
     with _usable(file):
         return apply(load(file), photo.pixels, sha256)
@@ -50,7 +50,7 @@ def applied(file: Path, photo: Photo, sha256: str) -> Applied:
 
 def check_free(photo: Path, sample: bool, force: bool) -> None:
     """Stop when no project may be written beside a photo."""
-    from kogao_core.sidecar import sidecar_of
+    from kogao_core.projects.sidecar import sidecar_of
 
     if sample:
         raise common.Stop(
@@ -87,7 +87,7 @@ def save(
     file : Path, optional
         The project that was replayed, to be kept with all it holds.
     """
-    from kogao_core import project, sidecar
+    from kogao_core.projects import project, sidecar
 
     original = sidecar.original(photo.path, sha256, photo.pixels)
     if file is not None:
@@ -107,7 +107,7 @@ def save(
 
 @contextmanager
 def _usable(file: Path) -> Iterator[None]:
-    from kogao_core.strict import BadFile
+    from kogao_core.base.strict import BadFile
 
     try:
         yield
@@ -119,7 +119,7 @@ def _usable(file: Path) -> Iterator[None]:
 
 def hash_of(path: Path) -> str:
     """Return the SHA-256 of a photo's file, or stop."""
-    from kogao_core.project import sha256_of
+    from kogao_core.projects.project import sha256_of
 
     with common.stopping(OSError, common.UNREADABLE):
         return sha256_of(path)

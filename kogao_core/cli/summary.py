@@ -6,21 +6,21 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from kogao_core.base.language import Text, tr, translated
+from kogao_core.base.timing import STAGES
+from kogao_core.base.wording import columns
 from kogao_core.cli import common
-from kogao_core.language import Text, tr, translated
-from kogao_core.settings import SETTINGS
-from kogao_core.timing import STAGES
-from kogao_core.wording import columns
+from kogao_core.recipe.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kogao_core.background import Bends
-    from kogao_core.bend import BentLine
-    from kogao_core.face import Face
-    from kogao_core.one_to_one import OneToOne
+    from kogao_core.background.find import Bends
+    from kogao_core.background.lines import BentLine
+    from kogao_core.faces.face import Face
     from kogao_core.photo import Photo
     from kogao_core.pipeline import Rendering
+    from kogao_core.warp.one_to_one import OneToOne
 
 
 # What the lines begin with, in a column of their own.
@@ -176,7 +176,7 @@ def _bent(bends: Bends) -> Text:
 
 def _held(lines: Sequence[BentLine]) -> list[str]:
     """Return how many lines were held, and of the one that gave way most, by how much."""
-    from kogao_core.bend import SEEN_PX
+    from kogao_core.background.lines import SEEN_PX
 
     meant = ("held", "gave way")
     held = [line for line in lines if line.holding in meant and line.unheld_px >= SEEN_PX]
@@ -202,7 +202,7 @@ def _ends(line: BentLine) -> dict[str, float]:
 
 def _doses(rendering: Rendering) -> list[tuple[float, float]]:
     """Return how far each face was asked to come towards its centre, and how far it came."""
-    from kogao_core.dose import asked_percent
+    from kogao_core.warp.dose import asked_percent
 
     asked = (asked_percent(pairs) for pairs in rendering.pairs)
     return list(zip(asked, rendering.achieved, strict=True))

@@ -11,24 +11,30 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from kogao_core.base.language import Text
+from kogao_core.base.wording import shown
 from kogao_core.cli import common, options, points, projects, summary, words
 from kogao_core.cli import json_file as to_json
-from kogao_core.language import Text
-from kogao_core.wording import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from kogao_core.background import BackgroundFinder, Bends
-    from kogao_core.face import Face, LandmarkSource
-    from kogao_core.geometry import Image
+    from kogao_core.background.find import BackgroundFinder, Bends
+    from kogao_core.base.geometry import Image
+    from kogao_core.faces.face import Face, LandmarkSource
     from kogao_core.photo import Photo
-    from kogao_core.photo.disclosure import Disclosure
+    from kogao_core.photo.disclosure.disclosing import Disclosure
     from kogao_core.pipeline import Rendering
-    from kogao_core.protection import Protection
-    from kogao_core.sidecar import Applied
+    from kogao_core.projects.sidecar import Applied
+    from kogao_core.warp.protection import Protection
 
-_LATER: Final = ("sidecar", "pipeline", "photo.blocks", "background", "person")
+_LATER: Final = (
+    "projects.sidecar",
+    "pipeline",
+    "photo.jpeg.blocks",
+    "background.find",
+    "background.people",
+)
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -111,7 +117,7 @@ def command(
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."""
-    from kogao_core.threads import beside, take_short_turns
+    from kogao_core.base.threads import beside, take_short_turns
 
     if project_file is not None:
         projects.refuse_choices(click.get_current_context())
@@ -128,12 +134,12 @@ def command(
             projects.check_free(path, sample, force)
         photo = common.read_photo(path, max_megapixels, to)
     _check_photo(photo, to, in_place)
-    from kogao_core.background import BackgroundFinder, held_of
-    from kogao_core.landmarks.pixels import Pyramid
+    from kogao_core.background.find import BackgroundFinder, held_of
+    from kogao_core.faces.landmarks.pixels import Pyramid
     from kogao_core.photo import read_ahead
     from kogao_core.pipeline import render
-    from kogao_core.sidecar import Applied
-    from kogao_core.whole_head import unfollowed
+    from kogao_core.projects.sidecar import Applied
+    from kogao_core.warp.whole_head import unfollowed
 
     with beside(lambda: read_ahead(photo, to)) as ahead:
         sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
@@ -242,16 +248,16 @@ def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:
 
 def _measured(photo: Photo, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:
     """Measure what the summary tells."""
-    from kogao_core.background import measure
+    from kogao_core.background.find import measure
 
     _ = rendering.pixel_counts, rendering.residual, rendering.one_to_one  # kept there
     return measure(photo.pixels, rendering, done, finder)
 
 
 def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: float) -> Protection:
-    from kogao_core.geometry import Box
-    from kogao_core.limits import OutOfBounds, check_protection
-    from kogao_core.protection import NOTHING
+    from kogao_core.base.geometry import Box
+    from kogao_core.warp.limits import OutOfBounds, check_protection
+    from kogao_core.warp.protection import NOTHING
 
     protection = NOTHING
     for line in lines:
@@ -268,7 +274,7 @@ def _write(
     disclosure: Disclosure,
     write: Callable[..., str],
 ) -> str:
-    from kogao_core.photo.disclosure import disclose, signing, undisclosed
+    from kogao_core.photo.disclosure.disclosing import disclose, signing, undisclosed
 
     left_out = undisclosed(photo, rendering.pixels, disclosure)
     with _writing():
@@ -284,8 +290,8 @@ def _write_to(output: Path, force: bool, photo: Photo, pixels: Image, **more: An
 
 
 def _write_in_place(temporary: bool, photo: Photo, pixels: Image, **more: Any) -> str:
-    from kogao_core.originals import Originals
     from kogao_core.photo import write_in_place
+    from kogao_core.photo.originals import Originals
 
     with Originals.for_now() if temporary else nullcontext(Originals.of_user()) as originals:
         return write_in_place(photo, pixels, originals, **more)

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 import click
 
-from kogao_core.language import Text, languages, looked_up, translated, use_language
-from kogao_core.wording import shown
+from kogao_core.base.language import Text, languages, looked_up, translated, use_language
+from kogao_core.base.wording import shown
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 # Its text, or what makes it when it is shown, for what it comes from may load numpy.

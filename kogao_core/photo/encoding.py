@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kogao_core.atomic import Pieces
-from kogao_core.geometry import Box, Image
-from kogao_core.photo import formats, jpeg_extras, metadata, photoshop, stale
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Box, Image
+from kogao_core.photo import formats
 from kogao_core.photo.formats import Content, FileFormat
+from kogao_core.photo.metadata import jpeg_extras, photoshop, stale, upright
 from kogao_core.photo.model import Photo
 
 
@@ -36,14 +37,14 @@ def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = Non
     is_extended = any(map(jpeg_extras.is_extension, carried))
     height, width = pixels.shape[:2]
     pixels = pixels[(part or Box.of(pixels)).slices]
-    xmp = photo.xmp and metadata.upright_xmp(photo.xmp, width, height)
+    xmp = photo.xmp and upright.upright_xmp(photo.xmp, width, height)
     becomes_colour = form.becomes_colour(pixels)
     content = Content(
         photo,
         _coloured(pixels) if becomes_colour else np.ascontiguousarray(pixels),
         {
             "icc_profile": None if becomes_colour else photo.icc_profile,  # it is one of grey
-            "exif": photo.exif and metadata.upright_exif(photo.exif, width, height),
+            "exif": photo.exif and upright.upright_exif(photo.exif, width, height),
             "xmp": xmp and stale.without(xmp, is_extended=is_extended),
             "dpi": photo.dpi,
         },

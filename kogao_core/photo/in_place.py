@@ -10,18 +10,19 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from kogao_core.atomic import Pieces
-from kogao_core.geometry import Image
-from kogao_core.language import Text
-from kogao_core.originals import Originals
-from kogao_core.photo import formats, kinds
-from kogao_core.photo.colour import CONVERTED
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.base.wording import system_reason
+from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput, UnreadablePhoto
 from kogao_core.photo.formats import FORMATS
+from kogao_core.photo.formats.colour import CONVERTED
+from kogao_core.photo.metadata import kinds
 from kogao_core.photo.model import Photo, Stamp, is_same
+from kogao_core.photo.originals import Originals
 from kogao_core.photo.reading import read
 from kogao_core.photo.writing import Sign, check_output, write
-from kogao_core.wording import system_reason
 
 _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 

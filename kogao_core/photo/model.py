@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from kogao_core.geometry import Image
-from kogao_core.photo.kinds import Extra
+from kogao_core.base.geometry import Image
+from kogao_core.photo.metadata.kinds import Extra
 
 if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
@@ -151,7 +151,7 @@ class Photo:
 
     def _repr_png_(self) -> bytes:
         """Return the photo as a notebook shows it."""
-        from kogao_core.display import preview
+        from kogao_core.base.display import preview
 
         return preview(self.pixels)
 

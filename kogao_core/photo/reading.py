@@ -13,13 +13,14 @@ from typing import IO, Final, Literal
 from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
-from kogao_core.language import Text
-from kogao_core.photo import extras, formats
+from kogao_core.base.language import Text
+from kogao_core.base.stderr import hushed
+from kogao_core.base.wording import system_reason
+from kogao_core.photo import formats
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import Source, common
+from kogao_core.photo.metadata import extras
 from kogao_core.photo.model import Photo, Stamp
-from kogao_core.stderr import hushed
-from kogao_core.wording import system_reason
 
 MAX_MEGAPIXELS: Final = 300.0
 _PILLOWS: Final = tuple(form.name for form in formats.ALL if form.reader is None)

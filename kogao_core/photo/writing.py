@@ -12,15 +12,16 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from kogao_core.atomic import NotAFile, Pieces, check_target, put
-from kogao_core.geometry import Box, Image
-from kogao_core.language import Text
-from kogao_core.photo import encoding, formats, kinds
+from kogao_core.base.atomic import NotAFile, Pieces, check_target, put
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.language import Text
+from kogao_core.base.wording import system_reason
+from kogao_core.photo import encoding, formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, FileFormat, Format
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.metadata import kinds
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of, is_same
-from kogao_core.wording import system_reason
 
 Sign: TypeAlias = Callable[[Photo, Pieces, Format], Pieces]
 

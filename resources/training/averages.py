@@ -18,16 +18,16 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.atomic import put
-from kogao_core.domain import reduce
-from kogao_core.face import Anchor
-from kogao_core.field import Field
-from kogao_core.fit import fit
-from kogao_core.geometry import Array, Box, Image
-from kogao_core.landmarks.aam.points import similarity
-from kogao_core.recipe import Recipe
-from kogao_core.targets import Pairs
-from kogao_core.warp import Canvas
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Array, Box, Image
+from kogao_core.faces.face import Anchor
+from kogao_core.faces.landmarks.aam.points import similarity
+from kogao_core.faces.targets import Pairs
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.domain import reduce
+from kogao_core.warp.field import Field
+from kogao_core.warp.fit import fit
 
 COARSE_SPACING_PX: Final = 128.0
 JPEG_QUALITY: Final = 93

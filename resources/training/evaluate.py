@@ -10,8 +10,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.face import Face
-from kogao_core.geometry import Array, frozen
+from kogao_core.base.geometry import Array, frozen
+from kogao_core.faces.face import Face
 
 _EYES: Final = slice(0, 4)
 _MOUTH: Final = slice(4, 6)

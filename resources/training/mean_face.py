@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.atomic import put
-from kogao_core.geometry import Array
-from kogao_core.landmarks.aam.points import similarity
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Array
+from kogao_core.faces.landmarks.aam.points import similarity
 
 _SETS: Final = ("frll", "canada")
 _ROUNDS: Final = 5

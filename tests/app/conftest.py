@@ -30,7 +30,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 from scenes import KnownFaces, oval_face, textured_photo
 
-from kogao_core.experiments.report import Table
+from kogao_core.lab.reports.report import Table
 
 
 class Driver:

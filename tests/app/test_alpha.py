@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 from scenes import textured_photo
 from test_overlays import hide_marks, pixels_of
 
-from kogao_core.display import rgba8
+from kogao_core.base.display import rgba8
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 

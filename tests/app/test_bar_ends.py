@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from test_typed import type_in
 
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 APP, KEYS, CONTROL = ROOT / "app", Qt.Key, Qt.KeyboardModifier.ControlModifier
 # What is said of an action, by the functions that say it, and what else ends it than the next step

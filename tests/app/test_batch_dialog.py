@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QApplication
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 LEFT = Qt.MouseButton.LeftButton
 

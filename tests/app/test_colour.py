@@ -24,8 +24,8 @@ from PySide6.QtCore import QPointF
 from scenes import oval_face, textured_photo
 from test_overlays import at, hide_marks, pixels_of
 
-from kogao_core.display import rgb8
-from kogao_core.geometry import Box
+from kogao_core.base.display import rgb8
+from kogao_core.base.geometry import Box
 from kogao_core.photo import Photo, read, write
 from kogao_core.pipeline import render
 

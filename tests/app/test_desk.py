@@ -29,8 +29,8 @@ from PySide6.QtWidgets import (
 )
 from scenes import textured_photo
 
-from kogao_core import presets
-from kogao_core.recipe import PAPER, Recipe
+from kogao_core.recipe import presets
+from kogao_core.recipe.recipe import PAPER, Recipe
 
 KEYS, CONTROL, SHIFT = (
     Qt.Key,

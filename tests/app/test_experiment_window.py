@@ -12,9 +12,9 @@ from scenes import oval_face
 from test_manual import manual, mark_face  # noqa: F401
 
 from kogao_core.cli import program
-from kogao_core.experiments import setting_times
-from kogao_core.experiments.methods import METHODS
-from kogao_core.face import ignored
+from kogao_core.faces.face import ignored
+from kogao_core.lab.experiments import setting_times
+from kogao_core.lab.methods import METHODS
 
 
 class KnownFace:

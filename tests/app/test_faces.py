@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from scenes import oval_face
 
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 KEYS = Qt.Key

@@ -13,9 +13,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle
 
-from kogao_core.limits import check_faces
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.limits import check_faces
 
 LEFT, CHIN = Handle("outline", 0, 3), Handle("outline", 0, 10)
 KEYS = Qt.Key

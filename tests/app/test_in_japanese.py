@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QLabel, QMenu, QToolBar, QToolButton
 from test_mnemonics import doubled, letters_of
 from test_room import LEAST, needed_tools_are_seen, nothing_is_cut
 
-from kogao_core import language
-from kogao_core.landmarks import CHOICES
+from kogao_core.base import language
+from kogao_core.faces.landmarks import CHOICES
 
 
 @pytest.fixture(autouse=True)

@@ -5,8 +5,8 @@ import pytest
 from PySide6.QtCore import Qt
 from scenes import oval_face
 
-from kogao_core import interchange
-from kogao_core.geometry import Affine
+from kogao_core.base.geometry import Affine
+from kogao_core.projects import interchange
 
 CONTROL_SHIFT = (Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier)
 

@@ -16,10 +16,10 @@ from patience import LONGEST_S
 from PySide6.QtCore import QPoint
 from scenes import oval_face, textured_photo
 
-from kogao_core import resample
-from kogao_core.geometry import Box
+from kogao_core.base.geometry import Box
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp import resample
 
 
 def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
 
-from kogao_core.holding import NOTHING_HELD
+from kogao_core.background.holding import NOTHING_HELD
 from kogao_core.pipeline import render
 
 KEYS, CONTROL, SHIFT = (

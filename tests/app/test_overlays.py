@@ -22,7 +22,7 @@ from PySide6.QtTest import QTest
 from scenes import oval_face
 from test_view import picture
 
-from kogao_core.bend import SEEN_PX
+from kogao_core.background.lines import SEEN_PX
 
 ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key

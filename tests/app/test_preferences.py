@@ -15,9 +15,9 @@ from PySide6.QtCore import QLocale, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
-from kogao_core import language
-from kogao_core.presets import add, listed, remove
-from kogao_core.recipe import Recipe
+from kogao_core.base import language
+from kogao_core.recipe.presets import add, listed, remove
+from kogao_core.recipe.recipe import Recipe
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 

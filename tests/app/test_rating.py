@@ -15,9 +15,9 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine
 from ratings import judged, taken_back
 
-from kogao_core.experiments.study import page, plan, results
-from kogao_core.experiments.study.plan import Study
-from kogao_core.experiments.study.session import Session
+from kogao_core.lab.study import page, plan, results
+from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.session import Session
 
 NAMES = tuple(f"{number:016x}.jpg" for number in range(30))
 STUDY = Study("a-study", NAMES[:25], NAMES[25:])

@@ -12,11 +12,11 @@ from kogao_app.i18n import bare
 from PySide6.QtWidgets import QCheckBox
 from scenes import oval_face, textured_photo
 
-from kogao_core import language
-from kogao_core.landmarks import CHOICES
+from kogao_core.base import language
+from kogao_core.faces.landmarks import CHOICES
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
-from kogao_core.settings import CENTERS, SETTINGS
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import CENTERS, SETTINGS
 
 
 @pytest.mark.parametrize(

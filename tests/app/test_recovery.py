@@ -28,8 +28,8 @@ from scenes import textured_photo
 from test_saver import step
 
 from kogao_core.photo import read
-from kogao_core.project import load, save, sha256_of
-from kogao_core.recipe import Recipe
+from kogao_core.projects.project import load, save, sha256_of
+from kogao_core.recipe.recipe import Recipe
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QFileDialog
 from scenes import textured_photo
 from test_desk import drop
 
-from kogao_core.project import load, sha256_of
-from kogao_core.sidecar import sidecar_of
+from kogao_core.projects.project import load, sha256_of
+from kogao_core.projects.sidecar import sidecar_of
 
 KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 

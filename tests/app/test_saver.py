@@ -17,8 +17,8 @@ from scenes import textured_photo
 
 from kogao_core.photo import read
 from kogao_core.pipeline import render
-from kogao_core.project import load, save
-from kogao_core.sidecar import sidecar_of
+from kogao_core.projects.project import load, save
+from kogao_core.projects.sidecar import sidecar_of
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 

@@ -15,7 +15,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 from scenes import oval_face, textured_photo
 
-from kogao_core.photo import label, read, read_ahead
+from kogao_core.photo import read, read_ahead
+from kogao_core.photo.disclosure import label
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 

@@ -11,8 +11,8 @@ from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face
 
-from kogao_core.face import ignored, in_reading_order
-from kogao_core.threads import share_out
+from kogao_core.base.threads import share_out
+from kogao_core.faces.face import ignored, in_reading_order
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 FACES = [oval_face(center=(x, 170), size=size) for x, size in ((240, 0.4), (390, 0.35), (90, 0.3))]

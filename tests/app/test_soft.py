@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from scenes import oval_face
 from shortly import few_of
 
-from kogao_core.reshape import influence, moved
+from kogao_core.faces.reshape import influence, moved
 
 CHEEK = Handle("outline", 0, 5)
 KEYS = Qt.Key

@@ -3,8 +3,8 @@
 import pytest
 from kogao_app.features import landmarks
 
-from kogao_core import assets
-from kogao_core.landmarks import CHOICES, sources
+from kogao_core.base import assets
+from kogao_core.faces.landmarks import CHOICES, sources
 
 
 @pytest.fixture

@@ -12,12 +12,13 @@ from PySide6.QtCore import Qt
 from test_overlays import at, hide_marks, pixels_of
 from test_saved_projects import save_project
 
-from kogao_core import background, cli
-from kogao_core.assets import AssetMissing
-from kogao_core.geometry import Affine
-from kogao_core.person import PersonLook, PersonMask
-from kogao_core.project import load
-from kogao_core.sidecar import sidecar_of
+from kogao_core import cli
+from kogao_core.background import find as background
+from kogao_core.background.people import PersonLook, PersonMask
+from kogao_core.base.assets import AssetMissing
+from kogao_core.base.geometry import Affine
+from kogao_core.projects.project import load
+from kogao_core.projects.sidecar import sidecar_of
 
 KEYS = Qt.Key
 WIDTH, HEIGHT = 960, 720  # of the photo with the door

@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
     QLabel,
 )
 
-from kogao_core.counts import pixel_counts
-from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp.counts import pixel_counts
 
 
 def picture(driver) -> np.ndarray:

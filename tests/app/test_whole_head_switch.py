@@ -10,8 +10,8 @@ from PySide6.QtCore import Qt
 from scenes import KnownFaces, oval_face, textured_photo
 from test_view import picture
 
-from kogao_core.geometry import Box
-from kogao_core.recipe import Recipe
+from kogao_core.base.geometry import Box
+from kogao_core.recipe.recipe import Recipe
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from strangely import strange
 from test_room import LEAST, nothing_is_cut, told
 
-from kogao_core.sidecar import sidecar_of
+from kogao_core.projects.sidecar import sidecar_of
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 TAG = re.compile(r"<[^<>]*>")

@@ -31,7 +31,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.face import Face
+from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 
 REPEATS = 15

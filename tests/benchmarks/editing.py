@@ -23,9 +23,9 @@ from kogao_app.storage import Storage
 from paired import take_turns
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.face import LandmarkSource
-from kogao_core.landmarks import source
-from kogao_core.threads import take_short_turns
+from kogao_core.base.threads import take_short_turns
+from kogao_core.faces.face import LandmarkSource
+from kogao_core.faces.landmarks import source
 
 
 def main(photo: str, rounds: str, out: str) -> None:

@@ -25,13 +25,13 @@ import rivals
 from paired import ratio, take_turns
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.machine import machine
-from kogao_core.experiments.methods.scattered import PIECEWISE_AFFINE, THIN_PLATE
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Image
+from kogao_core.base.geometry import Affine, Image
+from kogao_core.faces.face import Face
+from kogao_core.lab.methods.scattered import PIECEWISE_AFFINE, THIN_PLATE
+from kogao_core.lab.reports.machine import machine
 from kogao_core.pipeline import Rendering, render
-from kogao_core.recipe import Recipe
-from kogao_core.warp import Canvas
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.canvas import Canvas
 
 SIZES = {"0.7 MP": (960, 720), "12 MP": (4000, 3000), "24 MP": (6000, 4000), "45 MP": (8192, 5464)}
 FACE_HEIGHT = 0.45

@@ -11,10 +11,10 @@ import numpy as np
 import photographs
 from paired import Case, timed
 
-from kogao_core.geometry import Image
-from kogao_core.landmarks import MeshSource, locked
-from kogao_core.landmarks.blazeface import BlazeFace, Square
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.base.geometry import Image
+from kogao_core.faces.landmarks import MeshSource, locked
+from kogao_core.faces.landmarks.blazeface import BlazeFace, Square
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 ONE_FACE = (1000, 1000)
 GROUP, CROWD = 18, 30

@@ -24,18 +24,18 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from scenes import oval_face
 
-from kogao_core.domain import fade_of
-from kogao_core.experiments.machine import machine
-from kogao_core.face import Face
-from kogao_core.field import Field
-from kogao_core.fit import fit
-from kogao_core.guard import hold_back
-from kogao_core.limits import OutOfBounds
-from kogao_core.one_to_one import check_one_to_one
-from kogao_core.recipe import Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.targets import aim
-from kogao_core.threads import one_blas_thread
+from kogao_core.base.threads import one_blas_thread
+from kogao_core.faces.face import Face
+from kogao_core.faces.targets import aim
+from kogao_core.lab.reports.machine import machine
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp.domain import fade_of
+from kogao_core.warp.field import Field
+from kogao_core.warp.fit import fit
+from kogao_core.warp.guard import hold_back
+from kogao_core.warp.limits import OutOfBounds
+from kogao_core.warp.one_to_one import check_one_to_one
 
 ZONES = ("cheeks", "jaw", "chin", "left", "right")
 FITS = SETTINGS["fit"].choices

@@ -22,7 +22,7 @@ import files
 from damaging import bytewise, parts, trials
 from scenes import oval_face
 
-from kogao_core.interchange.tables import faces_text
+from kogao_core.projects.interchange.tables import faces_text
 
 STRUCTURED = 0.6  # share of changes that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow

@@ -23,7 +23,7 @@ from kogao_app.features import recent
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray
 
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 Rng = np.random.Generator
 # Said by a window system that shows nothing; all else would be a complaint.

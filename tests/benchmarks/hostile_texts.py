@@ -23,14 +23,15 @@ from damaging import bytewise, models, texts
 from damaging.trials import Trial, finish, options, run
 from scenes import oval_face, textured_photo
 
-from kogao_core import assets, interchange
+from kogao_core.base import assets
 from kogao_core.batch.tasks import Outcome
-from kogao_core.experiments import setting_times
-from kogao_core.experiments.study import origin, plan, results, session
-from kogao_core.experiments.study.variants import variants
-from kogao_core.project import Original, Project, Sheet, to_dict
-from kogao_core.protection import NOTHING
-from kogao_core.recipe import PAPER, Recipe
+from kogao_core.lab.experiments import setting_times
+from kogao_core.lab.study import origin, plan, results, session
+from kogao_core.lab.study.variants import variants
+from kogao_core.projects import interchange
+from kogao_core.projects.project import Original, Project, Sheet, to_dict
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.warp.protection import NOTHING
 
 WIDTH, HEIGHT = 120, 160
 IN_BATCH = 6

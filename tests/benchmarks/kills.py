@@ -27,12 +27,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from kogao_core import photo, project
-from kogao_core.atomic import is_aside, put
-from kogao_core.originals import NoOriginal, Originals
-from kogao_core.project import Project, Sheet
-from kogao_core.sidecar import original, sidecar_of
-from kogao_core.strict import BadFile
+from kogao_core import photo
+from kogao_core.base.atomic import is_aside, put
+from kogao_core.base.strict import BadFile
+from kogao_core.photo.originals import NoOriginal, Originals
+from kogao_core.projects import project
+from kogao_core.projects.project import Project, Sheet
+from kogao_core.projects.sidecar import original, sidecar_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks import thousand

@@ -12,11 +12,11 @@ import cv2
 import numpy as np
 from kogao_resources.training.evaluate import Labels
 
-from kogao_core.geometry import Array, Image
-from kogao_core.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
-from kogao_core.landmarks.edges.strips import smooth
-from kogao_core.landmarks.outline import ended, resampled
-from kogao_core.project import sha256_of
+from kogao_core.base.geometry import Array, Image
+from kogao_core.faces.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
+from kogao_core.faces.landmarks.edges.strips import smooth
+from kogao_core.faces.landmarks.outline import ended, resampled
+from kogao_core.projects.project import sha256_of
 
 STUDIO = ("frll", "canada", "composites")
 OURS = Path(__file__).resolve().parents[1] / "labels" / "faces.json"

@@ -12,7 +12,7 @@ import numpy as np
 from kogao_resources.training.evaluate import share_below
 from matplotlib import pyplot
 
-from kogao_core.geometry import Array, Image
+from kogao_core.base.geometry import Array, Image
 
 if TYPE_CHECKING:
     from landmarks import Outcome

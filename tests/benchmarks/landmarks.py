@@ -30,10 +30,10 @@ from kogao_resources.training.evaluate import (
 )
 from labelled import STUDIO, Sample, samples
 
-from kogao_core.assets import AssetMissing
-from kogao_core.experiments.machine import machine
-from kogao_core.face import Face, LandmarkSource
-from kogao_core.landmarks import CHOICES
+from kogao_core.base.assets import AssetMissing
+from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.faces.landmarks import CHOICES
+from kogao_core.lab.reports.machine import machine
 
 SOURCES: Mapping[str, Callable[[], LandmarkSource]] = {one.name: one.make for one in CHOICES}
 SETS = (*STUDIO, "studio", "wild frontal", "wild turned", "wild")

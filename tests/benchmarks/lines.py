@@ -25,16 +25,16 @@ import cv2
 import numpy as np
 
 import kogao_core as kogao
-from kogao_core.background import BackgroundFinder, held_of
-from kogao_core.bend import SEEN_PX as SEEN_BEND_PX
-from kogao_core.bend import bends
-from kogao_core.experiments.machine import machine
-from kogao_core.face import Face
-from kogao_core.geometry import Array, Image
-from kogao_core.one_to_one import least_det
+from kogao_core.background.find import BackgroundFinder, held_of
+from kogao_core.background.lines import SEEN_PX as SEEN_BEND_PX
+from kogao_core.background.lines import bends
+from kogao_core.base.geometry import Array, Image
+from kogao_core.faces.face import Face
+from kogao_core.lab.reports.machine import machine
 from kogao_core.pipeline import Rendering
-from kogao_core.protection import NOTHING
-from kogao_core.sidecar import Applied
+from kogao_core.projects.sidecar import Applied
+from kogao_core.warp.one_to_one import least_det
+from kogao_core.warp.protection import NOTHING
 
 SHARED = Path(os.environ.get("KOGAO_SHARED", Path(__file__).parents[3] / "shared" / "data"))
 DRAWN = Path(__file__).resolve().parents[1] / "labels" / "lines.json"

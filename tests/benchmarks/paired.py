@@ -8,8 +8,8 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from kogao_core.experiments.report import NONE
-from kogao_core.experiments.spread import Spread, in_turns, rounded
+from kogao_core.lab.reports.report import NONE
+from kogao_core.lab.reports.spread import Spread, in_turns, rounded
 
 Case = Callable[[], float]
 """Measures itself once."""

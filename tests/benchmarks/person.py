@@ -23,15 +23,15 @@ import cv2
 import numpy as np
 
 import kogao_core as kogao
-from kogao_core.background import BackgroundFinder, measure
-from kogao_core.bend import SEEN_PX, BentLine, bends, beside, straight_lines
-from kogao_core.experiments.machine import machine
-from kogao_core.face import Face
-from kogao_core.geometry import Array, Box, Image
-from kogao_core.person import PersonFinder
-from kogao_core.project import sha256_of
-from kogao_core.protection import NOTHING
-from kogao_core.sidecar import Applied
+from kogao_core.background.find import BackgroundFinder, measure
+from kogao_core.background.lines import SEEN_PX, BentLine, bends, beside, straight_lines
+from kogao_core.background.people import PersonFinder
+from kogao_core.base.geometry import Array, Box, Image
+from kogao_core.faces.face import Face
+from kogao_core.lab.reports.machine import machine
+from kogao_core.projects.project import sha256_of
+from kogao_core.projects.sidecar import Applied
+from kogao_core.warp.protection import NOTHING
 
 SHARED = Path(os.environ.get("KOGAO_SHARED", Path(__file__).parents[3] / "shared" / "data"))
 DRAWN = Path(__file__).resolve().parents[1] / "labels" / "people.json"

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from scenes import textured_photo
 
-from kogao_core import assets
-from kogao_core.geometry import Image
+from kogao_core.base import assets
+from kogao_core.base.geometry import Image
 
 SHARED = Path(os.environ.get("KOGAO_SHARED", Path(__file__).parents[3] / "shared" / "data"))
 _SAMPLES = ("average", "women", "men")

@@ -8,13 +8,13 @@ from importlib import import_module
 import cv2
 import numpy as np
 
-from kogao_core.experiments.methods import Method, WarpTask
-from kogao_core.face import Face
-from kogao_core.field import Field
-from kogao_core.geometry import Image
-from kogao_core.lattice import ORDER, Lattice, basis, matrices
-from kogao_core.recipe import Recipe
-from kogao_core.targets import Pairs
+from kogao_core.base.geometry import Image
+from kogao_core.faces.face import Face
+from kogao_core.faces.targets import Pairs
+from kogao_core.lab.methods import Method, WarpTask
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import ORDER, Lattice, basis, matrices
 
 Warp = Callable[[], object]
 
@@ -87,7 +87,7 @@ def simpleitk(photo: Image, field: Field) -> Warp:
 
 
 def fitted_and_warped(method: Method, photo: Image, face: Face) -> Warp:
-    """One of the methods of `kogao_core.experiments.methods`, from landmarks to pixels."""
+    """One of the methods of `kogao_core.lab.methods`, from landmarks to pixels."""
     task = WarpTask.of(photo, [face], Recipe())
     if method.needs:
         import_module(method.needs)

@@ -18,12 +18,12 @@ from types import FrameType
 # The first that is on the stack tells the stage.
 STAGES = (
     ("importlib._bootstrap", "load modules"),
-    ("kogao_core.bend", "bent lines"),
+    ("kogao_core.background.lines", "bent lines"),
     ("kogao_core.cli.summary", "readings"),
-    ("kogao_core.landmarks", "find faces"),
+    ("kogao_core.faces.landmarks", "find faces"),
     ("kogao_core.pipeline", "render"),
     ("kogao_core.photo.writing", "save"),
-    ("kogao_core.photo.disclosure", "save"),
+    ("kogao_core.photo.disclosure.disclosing", "save"),
     ("kogao_core.photo", "decode"),
 )
 REST = "the rest"

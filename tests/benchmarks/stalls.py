@@ -34,10 +34,10 @@ from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 from scenes import KnownFaces, oval_face, textured_photo
 
-from kogao_core.face import Face, OnFace, ignored
-from kogao_core.landmarks import source as landmarks
-from kogao_core.recipe import Recipe
-from kogao_core.threads import take_short_turns
+from kogao_core.base.threads import take_short_turns
+from kogao_core.faces.face import Face, OnFace, ignored
+from kogao_core.faces.landmarks import source as landmarks
+from kogao_core.recipe.recipe import Recipe
 
 LONGEST_MS = 100.0
 ATTEMPTS = 6

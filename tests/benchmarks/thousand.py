@@ -22,10 +22,11 @@ import numpy as np
 from PIL import Image, ImageEnhance
 from processes import CLI
 
-from kogao_core import assets, photo
-from kogao_core.project import Project, Sheet, save, sha256_of
-from kogao_core.recipe import Recipe
-from kogao_core.sidecar import original, sidecar_of
+from kogao_core import photo
+from kogao_core.base import assets
+from kogao_core.projects.project import Project, Sheet, save, sha256_of
+from kogao_core.projects.sidecar import original, sidecar_of
+from kogao_core.recipe.recipe import Recipe
 
 BAD_SHARE, PROJECT_SHARE = 0.05, 0.1
 SUFFIXES = (".jpg", ".jpg", ".jpg", ".png", ".tif", ".webp")
@@ -34,7 +35,7 @@ SIDE_PX = (220, 320)
 
 def make(folder: Path, count: int, rng: np.random.Generator) -> set[Path]:
     """Write photos and projects, and return the damaged ones."""
-    from kogao_core.landmarks import source
+    from kogao_core.faces.landmarks import source
 
     portrait = Image.open(assets.path("samples/average.jpg"))
     bad_ones = set(rng.choice(count, round(BAD_SHARE * count), replace=False).tolist())

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sights import Scene, found_in
 
-from kogao_core.landmarks import MeshSource
+from kogao_core.faces.landmarks import MeshSource
 
 
 @pytest.fixture(scope="session")

@@ -12,12 +12,12 @@ from scenes import apart_percent, mirrored, resized, turned
 from shortly import few_of
 from sights import picture_of
 
-from kogao_core import assets
-from kogao_core.landmarks import MeshSource
-from kogao_core.landmarks.aam import AamSource, ModelRefused
-from kogao_core.landmarks.aam.model_file import MOST_BYTES, read
-from kogao_core.landmarks.aam.points import MIRROR
-from kogao_core.landmarks.aam.source import MODEL
+from kogao_core.base import assets
+from kogao_core.faces.landmarks import MeshSource
+from kogao_core.faces.landmarks.aam import AamSource, ModelRefused
+from kogao_core.faces.landmarks.aam.model_file import MOST_BYTES, read
+from kogao_core.faces.landmarks.aam.points import MIRROR
+from kogao_core.faces.landmarks.aam.source import MODEL
 
 SAMPLES = ("average", "women", "men")
 

@@ -14,16 +14,16 @@ from kogao_resources.training.aam.report import hand_labelled, results, table
 from kogao_resources.training.aam.turned import FaceCrop, turned
 from kogao_resources.training.aam.writing import write
 
-from kogao_core import assets
-from kogao_core.geometry import Affine
-from kogao_core.landmarks import search
-from kogao_core.landmarks.aam.fitting import Crop, fit
-from kogao_core.landmarks.aam.model import Model
-from kogao_core.landmarks.aam.model_file import read
-from kogao_core.landmarks.aam.points import EYES, MIRROR, MOUTH, similarity
-from kogao_core.landmarks.aam.source import MODEL
-from kogao_core.landmarks.blazeface import Detection
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.base import assets
+from kogao_core.base.geometry import Affine
+from kogao_core.faces.landmarks import search
+from kogao_core.faces.landmarks.aam.fitting import Crop, fit
+from kogao_core.faces.landmarks.aam.model import Model
+from kogao_core.faces.landmarks.aam.model_file import read
+from kogao_core.faces.landmarks.aam.points import EYES, MIRROR, MOUTH, similarity
+from kogao_core.faces.landmarks.aam.source import MODEL
+from kogao_core.faces.landmarks.blazeface import Detection
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 SIDE = 309
 PLAN = Plan(

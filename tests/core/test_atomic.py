@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from kogao_core import atomic
-from kogao_core.atomic import NotAFile, aside, put
+from kogao_core.base import atomic
+from kogao_core.base.atomic import NotAFile, aside, put
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
 HOLDER = """
 import sys, time
 from pathlib import Path
-from kogao_core.atomic import aside
+from kogao_core.base.atomic import aside
 with aside(Path(sys.argv[1])) as place:
     (place / "fresh").write_bytes(b"a whole photo")
     print(place, flush=True)

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core import background as backgrounds
-from kogao_core.assets import AssetMissing
-from kogao_core.background import BackgroundFinder, held_of, measure
-from kogao_core.bend import SEEN_PX, bends, straight_lines
-from kogao_core.geometry import Affine
-from kogao_core.holding import Held
-from kogao_core.landmarks import ModelRefused
-from kogao_core.person import PersonLook, PersonMask
+from kogao_core.background import find as backgrounds
+from kogao_core.background.find import BackgroundFinder, held_of, measure
+from kogao_core.background.holding import Held
+from kogao_core.background.lines import SEEN_PX, bends, straight_lines
+from kogao_core.background.people import PersonLook, PersonMask
+from kogao_core.base.assets import AssetMissing
+from kogao_core.base.geometry import Affine
+from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.pipeline import render
-from kogao_core.protection import NOTHING
-from kogao_core.recipe import Recipe
-from kogao_core.sidecar import Applied
+from kogao_core.projects.sidecar import Applied
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.protection import NOTHING
 
 WIDTH, HEIGHT = 960, 720
 FACE = oval_face(WIDTH, HEIGHT, size=0.5)

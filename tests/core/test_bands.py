@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 from scenes import textured_photo
 
-from kogao_core.photo import bands, coefficients
+from kogao_core.photo.jpeg import bands, coefficients
 
 
 def read(folder, pixels, **options):

@@ -13,7 +13,8 @@ import pytest
 from PIL import Image, ImageCms
 
 from kogao_core import photo
-from kogao_core.photo import contents, extras, formats, kinds, stale, tiff_extras
+from kogao_core.photo import formats
+from kogao_core.photo.metadata import contents, extras, kinds, stale, tiff_extras
 
 OUTPUTS = {form.suffixes[0]: form for form in formats.WRITTEN}
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"

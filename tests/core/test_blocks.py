@@ -11,10 +11,10 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.photo import coefficients
-from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks, read_blocks
 from kogao_core.photo.encoding import encode
 from kogao_core.photo.formats import JPEG
+from kogao_core.photo.jpeg import coefficients
+from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks, read_blocks
 
 SIZES = [(317, 203), (320, 208), (33, 17)]
 
@@ -104,7 +104,7 @@ def test_the_file_is_the_same_with_any_number_of_threads(tmp_path, monkeypatch, 
     )
     files = set()
     for threads in (1, 2, 3, 50):
-        monkeypatch.setattr("kogao_core.photo.blocks.default_threads", lambda n=threads: n)
+        monkeypatch.setattr("kogao_core.photo.jpeg.blocks.default_threads", lambda n=threads: n)
         photo.write(source, pixels, tmp_path / "out.jpg", force=True)
         files.add((tmp_path / "out.jpg").read_bytes())
     assert len(files) == 1
@@ -270,7 +270,7 @@ def test_what_was_read_ahead_is_read_once_and_makes_the_same_file(tmp_path, monk
     note = photo.write(source, edited(source), at_once)
     known = photo.read_ahead(source, ahead)
     with monkeypatch.context() as patched:
-        patched.setattr("kogao_core.photo.blocks.read_blocks", None)
+        patched.setattr("kogao_core.photo.jpeg.blocks.read_blocks", None)
         assert photo.write(source, edited(source), ahead, ahead=lambda: known) == note
     assert ahead.read_bytes() == at_once.read_bytes()
     # What changed meanwhile is not what was read.

@@ -15,7 +15,7 @@ print(qt[:5]); raise SystemExit(bool(qt))
 
 
 @pytest.mark.parametrize(
-    "module", ["kogao_core.pipeline", "kogao_core.landmarks", "kogao_core.cli"]
+    "module", ["kogao_core.pipeline", "kogao_core.faces.landmarks", "kogao_core.cli"]
 )
 def test_core_imports_no_qt(module):
     done = subprocess.run(

@@ -9,7 +9,7 @@ from scenes import apart_percent, mirrored, resized, turned
 from shortly import few_of
 from sights import Scene, found_in, picture_of
 
-from kogao_core.landmarks import MeshSource
+from kogao_core.faces.landmarks import MeshSource
 
 SAMPLES = Path(__file__).parents[2] / "resources" / "samples"
 LIMIT_PERCENT = 1.5

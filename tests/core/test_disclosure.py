@@ -13,17 +13,18 @@ from PIL import Image, ImageFont
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.photo import CannotDisclose, label
-from kogao_core.photo.disclosure import (
+from kogao_core.photo import CannotDisclose
+from kogao_core.photo.disclosure import label
+from kogao_core.photo.disclosure.disclosing import (
     NO_DISCLOSURE,
     Disclosure,
     disclose,
     undisclosed,
 )
-from kogao_core.photo.edit_record import added
-from kogao_core.photo.label import LONGEST, draw_label
-from kogao_core.photo.label_picture import LabelPicture, lay_over
-from kogao_core.settings import CORNERS
+from kogao_core.photo.disclosure.edit_record import added
+from kogao_core.photo.disclosure.label import LONGEST, draw_label
+from kogao_core.photo.disclosure.label_picture import LabelPicture, lay_over
+from kogao_core.recipe.settings import CORNERS
 
 WHEN = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
 RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"

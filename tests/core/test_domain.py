@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scenes import field_of, oval_face, textured_photo
 
-from kogao_core.counts import pixel_counts
-from kogao_core.domain import fade_of, reduce, threshold_mask
-from kogao_core.field import Field
-from kogao_core.geometry import Box
-from kogao_core.lattice import groups
+from kogao_core.base.geometry import Box
+from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
-from kogao_core.recipe import LOSSLESS_PX, Recipe
-from kogao_core.targets import aim
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp.counts import pixel_counts
+from kogao_core.warp.domain import fade_of, reduce, threshold_mask
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import groups
 
 IMAGE = Box(0, 0, 480, 360)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.doubt import doubt, doubtful
-from kogao_core.geometry import Box
+from kogao_core.base.geometry import Box
+from kogao_core.faces.doubt import doubt, doubtful
 
 IMAGE = Box(0, 0, 480, 360)
 

@@ -9,12 +9,12 @@ from kogao_resources.training.edges import learn as training
 from kogao_resources.training.edges import report
 from kogao_resources.training.edges.backward import backward, forward
 
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks import ModelRefused, template_face
-from kogao_core.landmarks.edges import EdgeNetwork, network, refine
-from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.base.geometry import Affine, Array
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import ModelRefused, template_face
+from kogao_core.faces.landmarks.edges import EdgeNetwork, network, refine
+from kogao_core.faces.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL = Path(__file__).parents[2] / "resources" / "models" / "edges.npz"
 

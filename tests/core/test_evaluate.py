@@ -11,9 +11,9 @@ from benchmarks.labelled import OURS
 from kogao_resources.training import evaluate
 from kogao_resources.training.evaluate import Labels
 
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks import template_face
+from kogao_core.base.geometry import Affine, Array
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import template_face
 
 
 def half_circle(radius: float) -> Array:

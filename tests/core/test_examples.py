@@ -20,10 +20,34 @@ MODULES = sorted(
 )
 # The paper's modules: whoever reads the paper beside them finds a number to try in each function.
 PAPER = (
-    *("geometry", "recipe", "face", "targets", "lattice", "fit", "field", "dose", "samples"),
-    *("one_to_one", "guard", "protection", "domain", "counts", "warp"),
-    *("pipeline", "project", "sidecar"),
-    *("naturalness", "bezier", "falloff", "bend", "limits", "differences"),
+    *(
+        "base.geometry",
+        "recipe.recipe",
+        "faces.face",
+        "faces.targets",
+        "warp.lattice",
+        "warp.fit",
+        "warp.field",
+        "warp.dose",
+        "warp.samples",
+    ),
+    *(
+        "warp.one_to_one",
+        "warp.guard",
+        "warp.protection",
+        "warp.domain",
+        "warp.counts",
+        "warp.canvas",
+    ),
+    *("pipeline", "projects.project", "projects.sidecar"),
+    *(
+        "faces.naturalness",
+        "warp.bezier",
+        "warp.falloff",
+        "background.lines",
+        "warp.limits",
+        "faces.differences",
+    ),
     *("batch.planning", "photo.reading", "photo.writing"),
 )
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments import distortion, distortion_report
-from kogao_core.experiments.page import page
-from kogao_core.experiments.report import Made
-from kogao_core.experiments.subjects import Subject
-from kogao_core.naturalness import UNNATURAL
-from kogao_core.recipe import PAPER
+from kogao_core.faces.naturalness import UNNATURAL
+from kogao_core.lab.experiments import distortion, distortion_report
+from kogao_core.lab.reports.page import page
+from kogao_core.lab.reports.report import Made
+from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import PAPER
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments import domains, domains_report
-from kogao_core.experiments.page import page
-from kogao_core.experiments.report import Made
-from kogao_core.experiments.spread import Spread
-from kogao_core.experiments.subjects import Subject
+from kogao_core.lab.experiments import domains, domains_report
+from kogao_core.lab.reports.page import page
+from kogao_core.lab.reports.report import Made
+from kogao_core.lab.reports.spread import Spread
+from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import render
-from kogao_core.recipe import LOSSLESS_PX, PAPER
+from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER
 
 
 @pytest.fixture(scope="module", params=[np.uint8, np.uint16])

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.methods import METHODS, WarpTask, comparing, methods_report
-from kogao_core.experiments.methods.liquify import LIQUIFY
-from kogao_core.experiments.methods.moving import MOVING_LEAST_SQUARES
-from kogao_core.experiments.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
-from kogao_core.experiments.page import page
-from kogao_core.experiments.report import Made
-from kogao_core.experiments.subjects import Subject
-from kogao_core.geometry import Affine, Box
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.faces.targets import Pairs
+from kogao_core.lab.methods import METHODS, WarpTask, comparing, methods_report
+from kogao_core.lab.methods.liquify import LIQUIFY
+from kogao_core.lab.methods.moving import MOVING_LEAST_SQUARES
+from kogao_core.lab.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
+from kogao_core.lab.reports.page import page
+from kogao_core.lab.reports.report import Made
+from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER, Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.targets import Pairs
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.settings import SETTINGS
 
 WIDTH, HEIGHT = 320, 240
 PHOTO = textured_photo(WIDTH, HEIGHT)

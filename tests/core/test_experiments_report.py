@@ -11,9 +11,10 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from kogao_core.experiments.charts import HEIGHT, WIDTH, Chart, Series, svg
-from kogao_core.experiments.page import page as page_of
-from kogao_core.experiments.report import (
+from kogao_core.base.wording import columns
+from kogao_core.lab.reports.charts import HEIGHT, WIDTH, Chart, Series, svg
+from kogao_core.lab.reports.page import page as page_of
+from kogao_core.lab.reports.report import (
     Heading,
     Made,
     Picture,
@@ -22,8 +23,7 @@ from kogao_core.experiments.report import (
     Table,
     recipe_in_words,
 )
-from kogao_core.recipe import PAPER
-from kogao_core.wording import columns
+from kogao_core.recipe.recipe import PAPER
 
 NASTY = "<script>alert('1')</script> & \"quotes\""
 MADE = Made(

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from kogao_core.experiments.setting_times import SettingTime, append, read
-from kogao_core.strict import BadFile
+from kogao_core.base.strict import BadFile
+from kogao_core.lab.experiments.setting_times import SettingTime, append, read
 
 
 @pytest.fixture

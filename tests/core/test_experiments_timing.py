@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments import timing, timing_report
-from kogao_core.experiments.setting_times import SettingTime
-from kogao_core.experiments.spread import Spread, in_turns, rounded
-from kogao_core.experiments.subjects import Subject, at_paper_size, set_by_hand
-from kogao_core.landmarks.template import template_face
+from kogao_core.faces.landmarks.template import template_face
+from kogao_core.lab.experiments import timing, timing_report
+from kogao_core.lab.experiments.setting_times import SettingTime
+from kogao_core.lab.reports.spread import Spread, in_turns, rounded
+from kogao_core.lab.subjects import Subject, at_paper_size, set_by_hand
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER
+from kogao_core.recipe.recipe import PAPER
 
 REPEATS = 3
 NONE = "\N{EN DASH}"

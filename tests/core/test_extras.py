@@ -12,7 +12,7 @@ from PIL import Image
 
 from kogao_core import batch, photo
 from kogao_core.photo import UnreadablePhoto, bits_of
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 WIDTH, HEIGHT = 112, 80
 needs_heic, needs_raw = (

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.face import Face, in_reading_order, select
-from kogao_core.geometry import Affine, Box
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.faces.face import Face, in_reading_order, select
 
 
 def test_landmarks_cannot_be_changed_in_place():

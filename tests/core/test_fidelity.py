@@ -10,7 +10,9 @@ import pytest
 from PIL import ExifTags, Image, ImageCms
 
 from kogao_core import photo
-from kogao_core.photo import formats, metadata, photoshop
+from kogao_core.photo import formats
+from kogao_core.photo.metadata import photoshop
+from kogao_core.photo.metadata import upright as metadata
 
 HEIGHT, WIDTH = 40, 56
 EXIF, GPS, INTEROPERABILITY = (ExifTags.IFD.Exif, ExifTags.IFD.GPSInfo, ExifTags.IFD.Interop)

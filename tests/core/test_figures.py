@@ -10,14 +10,14 @@ import pytest
 from PIL import Image
 from scenes import oval_face, textured_photo
 
-from kogao_core import targets
-from kogao_core.experiments.drawing import Dots, Drawing, Strokes, Word
-from kogao_core.experiments.figures import LANDMARK, figures, pictured
-from kogao_core.experiments.subjects import Subject
+from kogao_core.faces import targets
+from kogao_core.faces.targets import center_candidates
+from kogao_core.lab.experiments.figures import LANDMARK, figures, pictured
+from kogao_core.lab.reports.drawing import Dots, Drawing, Strokes, Word
+from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER
-from kogao_core.settings import PAPER_CENTERS, Center
-from kogao_core.targets import center_candidates
+from kogao_core.recipe.recipe import PAPER
+from kogao_core.recipe.settings import PAPER_CENTERS, Center
 
 SVG = "{http://www.w3.org/2000/svg}"
 WIDTH = 640

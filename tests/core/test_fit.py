@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.field import Field, residual
-from kogao_core.fit import QUANTUM_PX, Problem, approximate, fit, spacing_px
-from kogao_core.lattice import Grid, basis
-from kogao_core.one_to_one import check_one_to_one
-from kogao_core.recipe import Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.targets import aim
+from kogao_core.faces.targets import aim
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp.field import Field, residual
+from kogao_core.warp.fit import QUANTUM_PX, Problem, approximate, fit, spacing_px
+from kogao_core.warp.lattice import Grid, basis
+from kogao_core.warp.one_to_one import check_one_to_one
 
 
 def solve(face, recipe):

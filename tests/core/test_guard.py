@@ -7,16 +7,16 @@ import pytest
 from scenes import field_of, oval_face, textured_photo
 from shortly import few_of
 
-from kogao_core.face import Face
-from kogao_core.falloff import Falloff
-from kogao_core.field import Field
-from kogao_core.guard import hold_back
-from kogao_core.lattice import groups
+from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
-from kogao_core.protection import Stroke
-from kogao_core.recipe import LOSSLESS_PX, Recipe
-from kogao_core.samples import Shrinking, least_dets
-from kogao_core.settings import SETTINGS
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp.falloff import Falloff
+from kogao_core.warp.field import Field
+from kogao_core.warp.guard import hold_back
+from kogao_core.warp.lattice import groups
+from kogao_core.warp.protection import Stroke
+from kogao_core.warp.samples import Shrinking, least_dets
 
 FOLDING = Recipe(percent=12, lattice=0.25)
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.bend import bends
-from kogao_core.geometry import Affine
-from kogao_core.holding import NOTHING_HELD, Held
+from kogao_core.background.holding import NOTHING_HELD, Held
+from kogao_core.background.lines import bends
+from kogao_core.base.geometry import Affine
 from kogao_core.pipeline import render
-from kogao_core.protection import Protection
-from kogao_core.recipe import PAPER, Recipe
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 960, 720
 PHOTO = np.zeros((HEIGHT, WIDTH), np.uint8)

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from kogao_core import installed
+from kogao_core.base import installed
 from kogao_core.cli import doctor
 
 ENDING = ".exe" if sys.platform == "win32" else ""

@@ -7,13 +7,13 @@ import pytest
 from kogao_resources.training.evaluate import distance_to_line
 from scenes import oval_face
 
-from kogao_core import interchange
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Box
-from kogao_core.interchange import pts, read, tables, tem, template, write
-from kogao_core.interchange.curves import along
-from kogao_core.interchange.points import Line, PointSet
-from kogao_core.strict import BadFile
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.strict import BadFile
+from kogao_core.faces.face import Face
+from kogao_core.projects import interchange
+from kogao_core.projects.interchange import pts, read, tables, tem, template, write
+from kogao_core.projects.interchange.curves import along
+from kogao_core.projects.interchange.points import Line, PointSet
 
 ROUNDED = 0.00051  # files hold thousandths of a px
 
@@ -305,7 +305,7 @@ def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
             read(tmp_path / name)
     (tmp_path / "large.tem").write_bytes(b"1\n1 2\n" + b"# x\n" * 100)
     for module in ("points", "registry"):
-        monkeypatch.setattr(f"kogao_core.interchange.{module}.MOST_BYTES", 100)
+        monkeypatch.setattr(f"kogao_core.projects.interchange.{module}.MOST_BYTES", 100)
     with pytest.raises(BadFile, match="too many for landmarks"):
         read(tmp_path / "large.tem")
 
@@ -335,7 +335,7 @@ def test_a_point_far_from_its_face_and_the_photo_is_refused():
 def test_labels_of_the_189_template_agree_with_the_mesh(shared_data, weights):
     """Hand labels come in where the faces are: corners and outline near those found."""
     del weights
-    from kogao_core.landmarks import MeshSource
+    from kogao_core.faces.landmarks import MeshSource
     from kogao_core.photo import read as read_photo
 
     apart = []

@@ -5,7 +5,7 @@ import re
 import pytest
 from modules import ROOT
 
-from kogao_core.wording import columns
+from kogao_core.base.wording import columns
 
 # What an English word is called wherever it stands.
 TERMS = {

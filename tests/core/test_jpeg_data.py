@@ -12,7 +12,7 @@ from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import UnreadablePhoto
-from kogao_core.photo.jpeg_data import MOST_SCANS
+from kogao_core.photo.jpeg.decoding import MOST_SCANS
 
 FRAME = re.compile(rb"\xff[\xc0-\xc2]\0[\x0b\x11]\x08")
 

@@ -15,7 +15,7 @@ from scenes import textured_photo
 READING = """
     import hashlib, json, sys
     from kogao_core import photo
-    from kogao_core.photo import jpeg_data
+    from kogao_core.photo.jpeg import decoding as jpeg_data
     read, by_opencv, decode = {}, 0, jpeg_data.pixels
     def counted(*given):
         global by_opencv

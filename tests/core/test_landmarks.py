@@ -12,13 +12,13 @@ from patience import LONGEST_S
 from scenes import oval_face, textured_photo
 from shortly import few_of
 
-from kogao_core import assets
-from kogao_core.display import rgb8
-from kogao_core.geometry import Affine
-from kogao_core.landmarks import MeshSource, search
-from kogao_core.landmarks.blazeface import BlazeFace, Detection, Look, Square
-from kogao_core.landmarks.pixels import Pyramid
-from kogao_core.threads import Stopped, default_threads, stoppable
+from kogao_core.base import assets
+from kogao_core.base.display import rgb8
+from kogao_core.base.geometry import Affine
+from kogao_core.base.threads import Stopped, default_threads, stoppable
+from kogao_core.faces.landmarks import MeshSource, search
+from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 
 def ramp(rows: int, columns: int) -> np.ndarray:

@@ -10,8 +10,8 @@ import pytest
 from modules import ROOT
 from strangely import strange
 
-from kogao_core import language
-from kogao_core.language import Text, tr, tr_count, translated
+from kogao_core.base import language
+from kogao_core.base.language import Text, tr, tr_count, translated
 
 CATALOGUES = sorted((ROOT / "resources" / "translations").glob("*.po"))
 

@@ -6,8 +6,8 @@ import SimpleITK
 from numpy.testing import assert_equal
 from scipy.interpolate import BSpline
 
-from kogao_core.field import Field
-from kogao_core.lattice import Grid, Lattice, NodeWindow, basis, basis_slope, matrices
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import Grid, Lattice, NodeWindow, basis, basis_slope, matrices
 
 GRID = Grid((13.3, -4.7), 9.25)
 

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.face import Anchor, Face
-from kogao_core.fit import (
+from kogao_core.base.geometry import Box
+from kogao_core.faces.face import Anchor, Face
+from kogao_core.faces.targets import aim
+from kogao_core.pipeline import render
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.fit import (
     LEAST_SPACINGS,
     Problem,
     _Design,
@@ -17,9 +21,8 @@ from kogao_core.fit import (
     multilevel,
     spacing_px,
 )
-from kogao_core.geometry import Box
-from kogao_core.lattice import Grid, Lattice, groups
-from kogao_core.limits import (
+from kogao_core.warp.lattice import Grid, Lattice, groups
+from kogao_core.warp.limits import (
     MOST_CONTROL_POINTS,
     MOST_CORNERS,
     OutOfBounds,
@@ -27,10 +30,7 @@ from kogao_core.limits import (
     check_protection,
     size_px,
 )
-from kogao_core.pipeline import render
-from kogao_core.protection import Protection, Stroke
-from kogao_core.recipe import Recipe
-from kogao_core.targets import aim
+from kogao_core.warp.protection import Protection, Stroke
 
 IMAGE = Box(0, 0, 480, 360)
 
@@ -187,7 +187,7 @@ def test_a_warp_distance_of_nothing_keeps_the_lattice_coarse():
 
 
 def test_at_0_percent_nothing_is_fitted(monkeypatch):
-    monkeypatch.setattr("kogao_core.fit._ridge_solution", None)
+    monkeypatch.setattr("kogao_core.warp.fit._ridge_solution", None)
     photo = textured_photo()
     result = render(photo, [oval_face(), oval_face(size=0.3)], Recipe(percent=0), threads=1)
     np.testing.assert_array_equal(result.pixels, photo)

@@ -8,7 +8,7 @@ import pytest
 
 PROGRAM = """
     import resource, sys
-    from kogao_core.memory import keep_freed
+    from kogao_core.base.memory import keep_freed
     if not keep_freed():
         sys.exit("this C library can't be told")
     faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt

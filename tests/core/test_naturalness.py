@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.naturalness import DISTANCES, UNNATURAL, judge, percent_of, worst
-from kogao_core.recipe import Recipe
-from kogao_core.targets import aim
+from kogao_core.faces.naturalness import DISTANCES, UNNATURAL, judge, percent_of, worst
+from kogao_core.faces.targets import aim
+from kogao_core.recipe.recipe import Recipe
 
 
 @pytest.mark.parametrize("center", [1, 2, 3, 4])

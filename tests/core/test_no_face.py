@@ -8,7 +8,7 @@ import pytest
 from shortly import few_of
 from sights import picture_of
 
-from kogao_core.landmarks import MeshSource
+from kogao_core.faces.landmarks import MeshSource
 
 # People are in these: an astronaut, and a cameraman in profile.
 PEOPLE = {"astronaut.png", "camera.png"}

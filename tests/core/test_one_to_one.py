@@ -5,9 +5,10 @@ import pytest
 from scenes import field_of, oval_face
 from shortly import few_of
 
-from kogao_core.field import Field
-from kogao_core.lattice import Grid, Lattice
-from kogao_core.one_to_one import (
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.warp.one_to_one import (
     INJECTIVE_BOUND,
     certify,
     check_one_to_one,
@@ -15,7 +16,6 @@ from kogao_core.one_to_one import (
     least_det,
     lower_bound,
 )
-from kogao_core.recipe import Recipe
 
 
 def dense_det(lattice, step=0.02):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from kogao_core.geometry import Affine, Array, degrees_of
-from kogao_core.landmarks import outline, template_face
-from kogao_core.landmarks.mesh import EYES
-from kogao_core.landmarks.outline import forehead, joined, silhouette
+from kogao_core.base.geometry import Affine, Array, degrees_of
+from kogao_core.faces.landmarks import outline, template_face
+from kogao_core.faces.landmarks.mesh import EYES
+from kogao_core.faces.landmarks.outline import forehead, joined, silhouette
 
 
 def oval_mesh() -> Array:

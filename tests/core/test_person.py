@@ -6,8 +6,8 @@ import pytest
 from scenes import textured_photo
 
 import kogao_core as kogao
-from kogao_core.geometry import Affine
-from kogao_core.person import PersonFinder, PersonLook, PersonMask, PersonNetwork
+from kogao_core.background.people import PersonFinder, PersonLook, PersonMask, PersonNetwork
+from kogao_core.base.geometry import Affine
 
 HALF = 128
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.geometry import Affine
+from kogao_core.base.geometry import Affine
+from kogao_core.base.timing import STAGES
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.timing import STAGES
-from kogao_core.warp import Canvas
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp.canvas import Canvas
 
 WIDTH, HEIGHT = 480, 360
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image as Pillow
 
-from kogao_core.photo import chunks, deep, png_pixels
+from kogao_core.photo.formats import deep, png_pixels
+from kogao_core.photo.metadata import chunks
 
 SHAPES = [(37, 51), (37, 51, 3), (37, 51, 4), (1, 1), (1, 3000, 3), (3000, 1)]
 GREY_WITH_ALPHA = (37, 51, 2)  # of 8 bits only

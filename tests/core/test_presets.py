@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from kogao_core import presets
-from kogao_core.recipe import Recipe
+from kogao_core.recipe import presets
+from kogao_core.recipe.recipe import Recipe
 
 SIX = Recipe(percent=6.0)
 

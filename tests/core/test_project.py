@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core import project_json
-from kogao_core.atomic import put
-from kogao_core.geometry import Affine
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Affine
+from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.pipeline import render
-from kogao_core.project import (
+from kogao_core.projects import json as project_json
+from kogao_core.projects.project import (
     Original,
     Project,
     Sheet,
@@ -24,9 +25,8 @@ from kogao_core.project import (
     to_dict,
     unit_px,
 )
-from kogao_core.protection import Protection
-from kogao_core.recipe import Recipe
-from kogao_core.strict import BadFile, Node, parse
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 480, 360
 
@@ -227,7 +227,7 @@ def test_a_newer_version_says_to_update():
 
 
 def test_every_field_of_a_face_is_written():
-    from kogao_core.face import Face
+    from kogao_core.faces.face import Face
 
     known = {"pinned_anchor": "frame"}
     fields = {known.get(f.name, f.name) for f in dataclasses.fields(Face)}

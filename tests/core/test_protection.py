@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.bend import bends, beside, straight_lines
-from kogao_core.domain import reduce
-from kogao_core.falloff import Falloff
-from kogao_core.geometry import Affine, Box
+from kogao_core.background.lines import bends, beside, straight_lines
+from kogao_core.base.geometry import Affine, Box
 from kogao_core.pipeline import render
-from kogao_core.protection import NOTHING, Protection, Stroke
-from kogao_core.recipe import LOSSLESS_PX, Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.warp import Canvas
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.domain import reduce
+from kogao_core.warp.falloff import Falloff
+from kogao_core.warp.protection import NOTHING, Protection, Stroke
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)

@@ -15,11 +15,11 @@ import pytest
 from patience import LONGEST_S
 from ratings import answered, graded, taken_back
 
-from kogao_core.experiments.study import plan, results
-from kogao_core.experiments.study.plan import Study
-from kogao_core.experiments.study.server import Server
-from kogao_core.experiments.study.session import Session
-from kogao_core.strict import BadFile
+from kogao_core.base.strict import BadFile
+from kogao_core.lab.study import plan, results
+from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.server import Server
+from kogao_core.lab.study.session import Session
 
 NAMES = tuple(f"{number:016x}.jpg" for number in range(8))
 STUDY = Study("a-study", NAMES[:6], NAMES[6:])
@@ -110,7 +110,7 @@ def test_a_session_from_its_page_to_the_log(folder, serve):
 def test_a_session_goes_on_in_its_own_order_after_the_program_was_killed(folder, serve):
     code = (
         "import sys; from pathlib import Path\n"
-        "from kogao_core.experiments.study.server import Server\n"
+        "from kogao_core.lab.study.server import Server\n"
         "server = Server(Path(sys.argv[1]))\n"
         "print(server.address, flush=True)\n"
         "server.serve_forever()"

@@ -9,10 +9,10 @@ import click
 import numpy as np
 import pytest
 
-from kogao_core import recipe as recipes
 from kogao_core.cli import program
-from kogao_core.recipe import LOSSLESS_PX, PAPER, VERSION, Recipe
-from kogao_core.settings import CENTERS, SETTINGS
+from kogao_core.recipe import recipe as recipes
+from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, VERSION, Recipe
+from kogao_core.recipe.settings import CENTERS, SETTINGS
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.face import Face
-from kogao_core.geometry import Affine
-from kogao_core.reshape import influence, moved, opposite, reflection
+from kogao_core.base.geometry import Affine
+from kogao_core.faces.face import Face
+from kogao_core.faces.reshape import influence, moved, opposite, reflection
 
 BY = np.array([-12.0, 5.0])
 

@@ -10,17 +10,17 @@ import pytest
 from click.testing import CliRunner
 from scenes import oval_face, textured_photo
 
-from kogao_core import settings
+from kogao_core.background.holding import Held
+from kogao_core.base.geometry import Box
 from kogao_core.cli import program
-from kogao_core.counts import pixel_counts
-from kogao_core.domain import mask_of
-from kogao_core.experiments.methods import METHODS
-from kogao_core.geometry import Box
-from kogao_core.holding import Held
+from kogao_core.faces.targets import center_candidates
+from kogao_core.lab.methods import METHODS
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER, Recipe
-from kogao_core.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS, SETTINGS
-from kogao_core.targets import center_candidates
+from kogao_core.recipe import settings
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS, SETTINGS
+from kogao_core.warp.counts import pixel_counts
+from kogao_core.warp.domain import mask_of
 
 EXPERIMENTS = Path(__file__).parents[2] / "docs" / "experiments.md"
 WHERE = re.compile(r"(sections? \d\.\d(, \d\.\d)*|figure \d+[ab]?)?")

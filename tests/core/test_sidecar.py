@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core import sidecar
+from kogao_core.base.strict import BadFile
 from kogao_core.pipeline import render
-from kogao_core.project import Original, Project, Sheet, load, save
-from kogao_core.protection import Protection
-from kogao_core.recipe import Recipe
-from kogao_core.strict import BadFile
+from kogao_core.projects import sidecar
+from kogao_core.projects.project import Original, Project, Sheet, load, save
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 900, 680
 HASH = "a" * 64

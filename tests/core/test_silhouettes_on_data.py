@@ -9,9 +9,9 @@ from kogao_resources.training.evaluate import distance_to_line
 from scenes import apart_percent
 from sights import Scene, picture_of
 
-from kogao_core.geometry import Affine
-from kogao_core.landmarks import MeshSource
-from kogao_core.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
+from kogao_core.base.geometry import Affine
+from kogao_core.faces.landmarks import MeshSource
+from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
 
 LABELS = Path(__file__).parents[1] / "labels" / "faces.json"
 # Every face that a person would call visible, between eyes and mouth, in thousandths of width and

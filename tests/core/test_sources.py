@@ -7,12 +7,12 @@ import pytest
 from click.testing import CliRunner
 from damaging import models
 
-from kogao_core import assets
+from kogao_core.base import assets
+from kogao_core.base.geometry import Affine
 from kogao_core.cli import program
-from kogao_core.geometry import Affine
-from kogao_core.landmarks import CHOICES, MeshSource, ModelRefused, facemark, source, sources
-from kogao_core.landmarks.aam import AamSource
-from kogao_core.landmarks.facemark import FacemarkSource, face_of
+from kogao_core.faces.landmarks import CHOICES, MeshSource, ModelRefused, facemark, source, sources
+from kogao_core.faces.landmarks.aam import AamSource
+from kogao_core.faces.landmarks.facemark import FacemarkSource, face_of
 
 
 def mean_68():

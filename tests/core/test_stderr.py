@@ -14,14 +14,14 @@ from files import directory
 from PIL import Image
 from scenes import textured_photo
 
-from kogao_core import stderr
-from kogao_core.photo import deep
+from kogao_core.base import stderr
+from kogao_core.photo.formats import deep
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="closes a descriptor")
 SAVING = """
     import sys
     from kogao_core import photo
-    from kogao_core.stderr import open_standard_streams
+    from kogao_core.base.stderr import open_standard_streams
     open_standard_streams()
     try:
         source = photo.read(sys.argv[1])
@@ -93,7 +93,7 @@ def test_libtiff_and_pillow_are_not_heard(tmp_path, tag, value, words):
 def test_libjpeg_is_not_heard():
     said, err = run("""
         import os
-        from kogao_core.stderr import hushed
+        from kogao_core.base.stderr import hushed
         with hushed() as said:
             for line in ("Huffman table 0x00 was not defined", "Bogus marker length",
                          "JPEGLib: Quantization table 0x01 was not defined.",
@@ -109,7 +109,7 @@ def test_libjpeg_is_not_heard():
 def test_what_others_say_meanwhile_is_passed_on():
     said, err = run("""
         import os, sys, warnings
-        from kogao_core.stderr import hushed
+        from kogao_core.base.stderr import hushed
         with hushed() as said:
             os.write(2, b"Corrupt JPEG data: bad Huffman code\\ntempfile.tif: Bad\\nof others\\n")
             print("our own", file=sys.stderr, flush=True)
@@ -127,7 +127,7 @@ def test_who_looks_for_crashes_hears_everything():
     _, err = run(
         """
         import os
-        from kogao_core.stderr import hushed
+        from kogao_core.base.stderr import hushed
         with hushed():
             os.write(2, b"Corrupt JPEG data: bad Huffman code\\n")
             os.kill(os.getpid(), 0)
@@ -140,7 +140,7 @@ def test_who_looks_for_crashes_hears_everything():
 def test_work_of_which_something_is_said_has_no_result():
     said, err = run("""
         import os, sys
-        from kogao_core.stderr import hushed, if_unsaid
+        from kogao_core.base.stderr import hushed, if_unsaid
         with hushed() as said:
             print(if_unsaid(lambda: "sound"))
             print(if_unsaid(lambda: os.write(2, b"Corrupt JPEG data: bad Huffman code\\n")))
@@ -152,7 +152,7 @@ def test_work_of_which_something_is_said_has_no_result():
 
 
 def test_work_has_no_result_where_nothing_can_be_heard():
-    code = "from kogao_core.stderr import if_unsaid; print(if_unsaid(lambda: 1))"
+    code = "from kogao_core.base.stderr import if_unsaid; print(if_unsaid(lambda: 1))"
     assert run(code, options=("-X", "faulthandler")) == ("None", "")
 
 
@@ -168,7 +168,7 @@ def test_files_never_get_the_descriptor_of_a_standard_stream(tmp_path):
     said, _ = run(
         """
         import sys
-        from kogao_core.stderr import open_standard_streams
+        from kogao_core.base.stderr import open_standard_streams
         open_standard_streams()
         with open(sys.argv[1], "wb") as file:
             print(file.fileno() > 2)

@@ -20,9 +20,11 @@ from scenes import oval_face, textured_photo
 from strangely import Strange
 
 from kogao_core import __version__
-from kogao_core.experiments import page as html_page
-from kogao_core.experiments.report import Made
-from kogao_core.experiments.study import (
+from kogao_core.base.strict import BadFile
+from kogao_core.faces.naturalness import DISTANCES, UNNATURAL
+from kogao_core.lab.reports import page as html_page
+from kogao_core.lab.reports.report import Made
+from kogao_core.lab.study import (
     making,
     origin,
     page,
@@ -33,18 +35,16 @@ from kogao_core.experiments.study import (
     sources,
     words,
 )
-from kogao_core.experiments.study.plan import Study
-from kogao_core.experiments.study.results import Log
-from kogao_core.experiments.study.session import Record, Session, drawn_order
-from kogao_core.experiments.study.statistics import Grades, Share
-from kogao_core.experiments.study.tally import tally
-from kogao_core.experiments.study.variants import LATTICES, Variant, variants
-from kogao_core.experiments.subjects import Subject
-from kogao_core.naturalness import DISTANCES, UNNATURAL
+from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.results import Log
+from kogao_core.lab.study.session import Record, Session, drawn_order
+from kogao_core.lab.study.statistics import Grades, Share
+from kogao_core.lab.study.tally import tally
+from kogao_core.lab.study.variants import LATTICES, Variant, variants
+from kogao_core.lab.subjects import Subject
 from kogao_core.photo import Photo
 from kogao_core.pipeline import render
-from kogao_core.recipe import PAPER
-from kogao_core.strict import BadFile
+from kogao_core.recipe.recipe import PAPER
 
 NAMES = tuple(f"{number:016x}.jpg" for number in range(30))
 STUDY = Study("a-study", NAMES[:25], NAMES[25:])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.recipe import Recipe
-from kogao_core.targets import aim, center_candidates
+from kogao_core.faces.targets import aim, center_candidates
+from kogao_core.recipe.recipe import Recipe
 
 
 @pytest.mark.parametrize(("candidate", "ratio"), [(2, 8 / 2), (3, 6 / 4), (4, 4.7 / 5.3)])

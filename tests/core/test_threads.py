@@ -8,8 +8,8 @@ import threading
 import pytest
 from patience import LONGEST_S
 
-from kogao_core import threads
-from kogao_core.threads import Spares, Stopped, beside, share_in_order, share_out, stoppable
+from kogao_core.base import threads
+from kogao_core.base.threads import Spares, Stopped, beside, share_in_order, share_out, stoppable
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_nothing_is_at_work_any_more_after_a_block_that_fails(gate):
 # As when a photo is searched for faces while Qt is loaded.
 LOADING = """
     import threading, numpy
-    from kogao_core import threads
+    from kogao_core.base import threads
 
     loaded = threading.Event()
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from kogao_core import photo
-from kogao_core.photo import deep, tiff, tiff_pixels
+from kogao_core.photo.formats import deep, tiff_pixels
+from kogao_core.photo.metadata import tiff
 
 SHAPES = [(37, 51), (37, 51, 3), (300, 400, 3), (37, 51, 4), (2, 70_000)]
 

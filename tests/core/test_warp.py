@@ -11,13 +11,14 @@ from patience import LONGEST_S
 from scenes import oval_face, textured_photo
 from test_lattice import literal_eq_1
 
-from kogao_core import pipeline, resample
-from kogao_core.maps import SPANS_PX
+from kogao_core import pipeline
 from kogao_core.pipeline import render
-from kogao_core.protection import Protection
-from kogao_core.recipe import LOSSLESS_PX, Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.warp import Canvas
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp import resample
+from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.maps import SPANS_PX
+from kogao_core.warp.protection import Protection
 
 INTERPOLATIONS = SETTINGS["interpolation"].choices
 

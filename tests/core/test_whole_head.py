@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from scenes import mirrored, oval_face, textured_photo
 
-from kogao_core.bend import bends
-from kogao_core.fit import problems_of
-from kogao_core.geometry import Affine, Box
-from kogao_core.holding import Held
+from kogao_core.background.holding import Held
+from kogao_core.background.lines import bends
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.strict import Node
+from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
-from kogao_core.project import Original, Project, Sheet, from_node, to_dict
-from kogao_core.protection import Protection
-from kogao_core.recipe import Recipe
-from kogao_core.settings import SETTINGS
-from kogao_core.strict import Node
-from kogao_core.targets import aim
-from kogao_core.whole_head import forehead_pairs, heads_of, unfollowed
+from kogao_core.projects.project import Original, Project, Sheet, from_node, to_dict
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS
+from kogao_core.warp.fit import problems_of
+from kogao_core.warp.protection import Protection
+from kogao_core.warp.whole_head import forehead_pairs, heads_of, unfollowed
 
 ON = Recipe(percent=8.0, whole_head=True)
 OFF = dataclasses.replace(ON, whole_head=False)

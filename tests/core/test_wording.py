@@ -2,7 +2,7 @@
 
 import pytest
 
-from kogao_core.wording import columns, sentence, shown
+from kogao_core.base.wording import columns, sentence, shown
 
 
 @pytest.mark.parametrize(

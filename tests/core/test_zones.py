@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scenes import mirrored, oval_face, textured_photo
 
-from kogao_core.landmarks.template import template_face
+from kogao_core.faces.landmarks.template import template_face
+from kogao_core.faces.symmetry import evened, turn
+from kogao_core.faces.targets import aim
+from kogao_core.faces.zones import gains
 from kogao_core.pipeline import render
-from kogao_core.recipe import Recipe
-from kogao_core.symmetry import evened, turn
-from kogao_core.targets import aim
-from kogao_core.zones import gains
+from kogao_core.recipe.recipe import Recipe
 
 GAINS = ("cheeks", "jaw", "chin", "left", "right")
 MANY = Recipe(percent=6, cheeks=40, jaw=180, chin=90, left=150, right=20, even_out=70)

@@ -24,7 +24,7 @@ from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication, QDialog
 from scenes import oval_face
 
-from kogao_core.face import Face, OnFace, ignored
+from kogao_core.faces.face import Face, OnFace, ignored
 
 HOME = "home"
 

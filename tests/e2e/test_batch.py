@@ -23,10 +23,10 @@ from shortly import few_of
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
-from kogao_core.landmarks import pixels
-from kogao_core.photo.disclosure import Disclosure
-from kogao_core.photo.label_picture import LabelPicture
-from kogao_core.recipe import Recipe
+from kogao_core.faces.landmarks import pixels
+from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.disclosure.label_picture import LabelPicture
+from kogao_core.recipe.recipe import Recipe
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def test_an_idle_worker_ends_with_a_killed_program(tmp_path):
 # Tells whether its worker has a module that only the program has loaded.
 BEGINNING = """
 import sys, threading
-from kogao_core.threads import without_blas_threads
+from kogao_core.base.threads import without_blas_threads
 without_blas_threads()
 from kogao_core.batch import Workers
 def is_loaded():
@@ -100,7 +100,7 @@ def test_a_worker_is_a_copy_of_a_program_of_one_thread(tmp_path, threads, is_cop
 ENDED = """
 import os, signal, sys, time
 from concurrent.futures.process import BrokenProcessPool
-from kogao_core.threads import without_blas_threads
+from kogao_core.base.threads import without_blas_threads
 without_blas_threads()
 from kogao_core.batch import Workers
 if __name__ == "__main__":

@@ -19,9 +19,11 @@ import pytest
 from PIL import Image
 from scenes import oval_face, textured_photo
 
-from kogao_core import assets, interchange, photo, pipeline
+from kogao_core import photo, pipeline
+from kogao_core.base import assets
 from kogao_core.cli import common, doctor, licences
-from kogao_core.recipe import LOSSLESS_PX, Recipe
+from kogao_core.projects import interchange
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 
 ROOT = Path(__file__).parents[2]
 STAGES = {"targets", "lattice", "domain", "warp"}
@@ -38,7 +40,7 @@ def test_warp_writes_what_render_gives(cli, works, portrait, tmp_path):
     faces = json.loads(cli("detect", portrait, "--json", "-")[1])["faces"]
     written = photo.read(out).pixels
     assert (written != source.pixels).any()
-    from kogao_core.landmarks import MeshSource
+    from kogao_core.faces.landmarks import MeshSource
 
     found = MeshSource().find(source.pixels)
     expected = pipeline.render(source.pixels, found, Recipe(percent=6.0, center=3)).pixels
@@ -444,7 +446,8 @@ def test_an_error_of_our_own_is_one_line_with_its_own_code(fails, marked, tmp_pa
 
 
 @pytest.mark.parametrize(
-    "work", ["kogao_core.landmarks.MeshSource.load", "kogao_core.photo.blocks.read_blocks"]
+    "work",
+    ["kogao_core.faces.landmarks.MeshSource.load", "kogao_core.photo.jpeg.blocks.read_blocks"],
 )
 def test_so_is_one_in_what_runs_beside_other_work(fails, portrait, tmp_path, monkeypatch, work):
     monkeypatch.setattr(work, Mock(side_effect=MemoryError))
@@ -659,9 +662,13 @@ def test_a_whole_warp_loads_no_qt(portrait, tmp_path):
 def test_a_warp_loads_only_what_it_uses(portrait, tmp_path):
     unused = {
         *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
-        *("PIL.ImageDraw", "kogao_core.landmarks.aam", "kogao_core.photo.edit_record"),
-        *("kogao_core.experiments", "kogao_core.batch", "kogao_core.presets", "secrets"),
-        *("kogao_core.cli.batch", "kogao_core.cli.doctor", "kogao_core.cli.experiment"),
+        *(
+            "PIL.ImageDraw",
+            "kogao_core.faces.landmarks.aam",
+            "kogao_core.photo.disclosure.edit_record",
+        ),
+        *("kogao_core.lab", "kogao_core.batch", "kogao_core.recipe.presets", "secrets"),
+        *("kogao_core.cli.batch", "kogao_core.cli.doctor", "kogao_core.lab.commands.experiment"),
     }
     program = (
         "import sys; from kogao_core.cli import main\n"

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import atomic
+from kogao_core.base import atomic
 from kogao_core.cli import program, progress
-from kogao_core.experiments.methods import METHODS, comparing
-from kogao_core.experiments.setting_times import SettingTime, append
+from kogao_core.lab.experiments.setting_times import SettingTime, append
+from kogao_core.lab.methods import METHODS, comparing
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
 ONCE = {
@@ -191,7 +191,7 @@ def test_an_absent_library_is_named(cli, portrait, tmp_path, monkeypatch):
 def test_starting_the_program_loads_no_experiment():
     probe = (
         "import sys, kogao_core.cli; "
-        "loaded = [m for m in sys.modules if m.startswith('kogao_core.experiments') "
+        "loaded = [m for m in sys.modules if m.startswith('kogao_core.lab') "
         "or m in ('numpy', 'cv2', 'scipy', 'skimage')]; print(loaded); sys.exit(bool(loaded))"
     )
     done = subprocess.run(

@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import originals, photo
-from kogao_core.originals import Originals
+from kogao_core import photo
+from kogao_core.photo import originals
+from kogao_core.photo.originals import Originals
 
 
 @pytest.fixture(autouse=True)

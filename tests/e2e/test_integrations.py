@@ -15,7 +15,8 @@ import pytest
 from patience import LONGEST_S
 from PIL import Image
 
-from kogao_core import installed, photo
+from kogao_core import photo
+from kogao_core.base import installed
 from kogao_core.cli import desktop, integrate
 
 BIN = "/usr/bin"  # where the Python of the system's programs lies

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core import interchange
+from kogao_core.projects import interchange
 
 
 @pytest.mark.parametrize("form", ["json", "tem"])

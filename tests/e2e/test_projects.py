@@ -15,8 +15,8 @@ from PIL import Image
 
 from kogao_core import batch, photo
 from kogao_core.batch import report
-from kogao_core.recipe import Recipe
-from kogao_core.sidecar import sidecar_of
+from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.recipe.recipe import Recipe
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
 pytestmark = pytest.mark.usefixtures("in_process")

@@ -7,11 +7,11 @@ from browser import Browser
 from patience import LONGEST_S
 from scenes import oval_face, textured_photo
 
-from kogao_core.experiments.study import making, plan, results
-from kogao_core.experiments.study.server import Server
-from kogao_core.experiments.study.tally import tally
-from kogao_core.experiments.study.variants import Variant
-from kogao_core.experiments.subjects import Subject, at_paper_size
+from kogao_core.lab.study import making, plan, results
+from kogao_core.lab.study.server import Server
+from kogao_core.lab.study.tally import tally
+from kogao_core.lab.study.variants import Variant
+from kogao_core.lab.subjects import Subject, at_paper_size
 
 KINDS = (
     *(Variant("table1", float(percent), 2, 1.0) for percent in (2, 4, 6)),

@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 import pytest
 from browser import Browser
 
-from kogao_core.experiments.charts import Chart, Series
-from kogao_core.experiments.page import page
-from kogao_core.experiments.report import Heading, Made, Report, Row, Table
+from kogao_core.lab.reports.charts import Chart, Series
+from kogao_core.lab.reports.page import page
+from kogao_core.lab.reports.report import Heading, Made, Report, Row, Table
 
 # What a page of A4 has between its margins, CSS px.
 _A4_PX = (688, 1017)

@@ -17,9 +17,9 @@ from patience import LONGEST_S
 from PIL import Image, ImageOps
 from ratings import judged
 
-from kogao_core.experiments.study import plan
-from kogao_core.experiments.study.origin import PictureFigures
-from kogao_core.experiments.study.results import Log
+from kogao_core.lab.study import plan
+from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.results import Log
 
 
 @pytest.fixture
@@ -112,7 +112,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
 
 
 def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, monkeypatch):
-    from kogao_core.experiments.study import pictures
+    from kogao_core.lab.study import pictures
 
     made = []
 

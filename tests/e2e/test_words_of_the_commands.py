@@ -9,11 +9,12 @@ import click
 import pytest
 from strangely import Strange
 
-from kogao_core import cli, language
+from kogao_core import cli
+from kogao_core.base import language
 from kogao_core.cli import words
 from kogao_core.cli.integrate import HOSTS
-from kogao_core.landmarks import CHOICES
-from kogao_core.settings import CORNERS, SETTINGS
+from kogao_core.faces.landmarks import CHOICES
+from kogao_core.recipe.settings import CORNERS, SETTINGS
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 # What is typed or shown as it is: options, what stands for a value, files, places, programs.

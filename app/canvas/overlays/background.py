@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QPainter, QPainterPath
 
-from kogao_core.bend import SEEN_PX, BentLine
-from kogao_core.display import Rgb8
-from kogao_core.language import Text
+from kogao_core.background.lines import SEEN_PX, BentLine
+from kogao_core.base.display import Rgb8
+from kogao_core.base.language import Text
 
 from ...i18n import tr
 from ...render.pictures import qt_image

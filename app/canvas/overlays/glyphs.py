@@ -22,7 +22,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from kogao_core.geometry import Array
+from kogao_core.base.geometry import Array
 
 from ...theme import OKABE_ITO
 

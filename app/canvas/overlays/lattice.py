@@ -11,11 +11,11 @@ import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPolygonF
 
-from kogao_core import domain
-from kogao_core.field import Field
-from kogao_core.geometry import Affine, Box
-from kogao_core.language import Text
-from kogao_core.lattice import Grid, Lattice
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.language import Text
+from kogao_core.warp import domain
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import Grid, Lattice
 
 from ...render.live import RenderedFrame
 from ...view_state import ViewState

@@ -9,8 +9,8 @@ from typing import Final
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPen
 
-from kogao_core.language import Text
-from kogao_core.settings import DOMAINS
+from kogao_core.base.language import Text
+from kogao_core.recipe.settings import DOMAINS
 
 from ...i18n import tr, translated
 from ..handles import Kind

@@ -9,9 +9,9 @@ import pyqtgraph as pg
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QImage, QPainter, QPen
 
-from kogao_core.display import Rgb8
-from kogao_core.geometry import Array
-from kogao_core.language import Text
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Array
+from kogao_core.base.language import Text
 
 from ...i18n import tr
 from ...render.live import RenderedFrame

@@ -9,12 +9,12 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QPainter
 
-from kogao_core.doubt import SEEN, SURE
-from kogao_core.face import Face
-from kogao_core.geometry import Array
-from kogao_core.language import Text
-from kogao_core.targets import center_candidates
-from kogao_core.whole_head import forehead_pairs
+from kogao_core.base.geometry import Array
+from kogao_core.base.language import Text
+from kogao_core.faces.doubt import SEEN, SURE
+from kogao_core.faces.face import Face
+from kogao_core.faces.targets import center_candidates
+from kogao_core.warp.whole_head import forehead_pairs
 
 from ...view_state import ViewState
 from ..handles import apart

@@ -13,8 +13,8 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from kogao_core.geometry import Affine, Array, Box
-from kogao_core.language import Text
+from kogao_core.base.geometry import Affine, Array, Box
+from kogao_core.base.language import Text
 
 from ...render.live import RenderedFrame
 from ...view_state import ViewState

@@ -7,8 +7,8 @@ from typing import Final
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
 
-from kogao_core.language import Text
-from kogao_core.protection import NOTHING, Protection, Stroke
+from kogao_core.base.language import Text
+from kogao_core.warp.protection import NOTHING, Protection, Stroke
 
 from ...view_state import ViewState
 from . import glyphs

@@ -10,8 +10,8 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPen
 
-from kogao_core import reshape
-from kogao_core.geometry import Array
+from kogao_core.base.geometry import Array
+from kogao_core.faces import reshape
 
 from ...document import CORNERS
 from ...i18n import tr

@@ -11,7 +11,7 @@ from PySide6.QtCore import QThreadPool, Signal
 from PySide6.QtWidgets import QMessageBox
 
 from kogao_core.batch import Outcome
-from kogao_core.presets import listed
+from kogao_core.recipe.presets import listed
 
 from ...i18n import sentence, tr
 from ...widgets.dialogs import question

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from kogao_core.batch import Outcome
-from kogao_core.recipe import Recipe
+from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr, translated
 from ...theme import GRID_PX

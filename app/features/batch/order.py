@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kogao_core import batch
+from kogao_core.base.wording import system_reason
 from kogao_core.batch import REPORT, Outcome, Workers
-from kogao_core.photo.disclosure import NO_DISCLOSURE, Disclosure
-from kogao_core.recipe import Recipe
-from kogao_core.wording import system_reason
+from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
+from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr
 

@@ -10,11 +10,11 @@ from typing import Final
 from PySide6.QtCore import QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 
-from kogao_core import atomic
-from kogao_core.experiments import setting_times
-from kogao_core.experiments.subjects import Subject
-from kogao_core.landmarks import source
-from kogao_core.wording import system_reason
+from kogao_core.base import atomic
+from kogao_core.base.wording import system_reason
+from kogao_core.faces.landmarks import source
+from kogao_core.lab.experiments import setting_times
+from kogao_core.lab.subjects import Subject
 
 from ...i18n import sentence, tr, unwritten
 from ...widgets.dialogs import ask_path

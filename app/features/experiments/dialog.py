@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.geometry import Image
+from kogao_core.base.geometry import Image
 
 from ...i18n import tr
 from ...render.pictures import scaled
@@ -27,7 +27,7 @@ from ...widgets.controls import ChoiceBox, column_of, heading, muted_label
 from ...widgets.dialogs import Dialog, table
 
 if TYPE_CHECKING:
-    from kogao_core.experiments.report import Table
+    from kogao_core.lab.reports.report import Table
 
 _SIZE_PX: Final = (900, 680)
 _PICTURE_PX: Final = 260

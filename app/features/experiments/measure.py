@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from kogao_core.display import reduced
-from kogao_core.experiments import (
+from kogao_core.base.display import reduced
+from kogao_core.base.geometry import Image
+from kogao_core.faces.face import LandmarkSource
+from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
     domains,
@@ -17,15 +19,13 @@ from kogao_core.experiments import (
     timing,
     timing_report,
 )
-from kogao_core.experiments.methods import comparing, methods_report
-from kogao_core.experiments.page import files
-from kogao_core.experiments.report import Made, Report
-from kogao_core.experiments.subjects import Progress, Subject
-from kogao_core.experiments.translating import translated_report
-from kogao_core.face import LandmarkSource
-from kogao_core.geometry import Image
-from kogao_core.recipe import Recipe
-from kogao_core.settings import DOMAINS
+from kogao_core.lab.methods import comparing, methods_report
+from kogao_core.lab.reports.page import files
+from kogao_core.lab.reports.report import Made, Report
+from kogao_core.lab.reports.translating import translated_report
+from kogao_core.lab.subjects import Progress, Subject
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import DOMAINS
 
 from ...i18n import tr, translated
 from .dialog import Findings

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal
 
-from kogao_core import assets
-from kogao_core.background import BackgroundFinder, held_of
-from kogao_core.geometry import Image
-from kogao_core.originals import Originals
+from kogao_core.background.find import BackgroundFinder, held_of
+from kogao_core.base import assets
+from kogao_core.base.geometry import Image
+from kogao_core.base.threads import beside
 from kogao_core.photo import (
     FORMATS,
     READABLE,
@@ -20,10 +20,10 @@ from kogao_core.photo import (
     write,
     write_in_place,
 )
-from kogao_core.photo.disclosure import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo.originals import Originals
 from kogao_core.pipeline import render
-from kogao_core.sidecar import SUFFIX
-from kogao_core.threads import beside
+from kogao_core.projects.sidecar import SUFFIX
 
 from ... import preferences
 from ...actions import call

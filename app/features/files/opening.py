@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 
-from kogao_core import assets, sidecar
+from kogao_core.base import assets
+from kogao_core.base.strict import BadFile
 from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
-from kogao_core.project import Original, Project, load, sha256_of
-from kogao_core.strict import BadFile
+from kogao_core.projects import sidecar
+from kogao_core.projects.project import Original, Project, load, sha256_of
 
 from ...ahead import Ahead
 from ...document import State

@@ -15,7 +15,7 @@ from PySide6.QtCore import QThreadPool
 from PySide6.QtWidgets import QMessageBox
 
 from kogao_core.photo import FORMATS, Photo, read_ahead
-from kogao_core.project import Mode
+from kogao_core.projects.project import Mode
 
 from ...document import Saving, State
 from ...i18n import tr

@@ -9,7 +9,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
-from kogao_core.project import Mode
+from kogao_core.projects.project import Mode
 
 from ...canvas.handles import Handle
 from ...document import State

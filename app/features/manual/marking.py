@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.face import Face
-from kogao_core.geometry import Array
-from kogao_core.reshape import MIDDLE, across, reflection
+from kogao_core.base.geometry import Array
+from kogao_core.faces.face import Face
+from kogao_core.faces.reshape import MIDDLE, across, reflection
 
 from ...canvas.handles import Handle, name
 from ...document import CORNERS, Mark, State

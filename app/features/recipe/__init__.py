@@ -8,8 +8,8 @@ import json
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
 
-from kogao_core.recipe import Recipe
-from kogao_core.settings import SETTINGS
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS
 
 from ...i18n import tr, translated
 from ...render.live import RenderedFrame

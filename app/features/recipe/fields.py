@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.language import Text
-from kogao_core.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
-from kogao_core.wording import columns
+from kogao_core.base.language import Text
+from kogao_core.base.wording import columns
+from kogao_core.recipe.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
 
 from ...document import DEFAULT, State
 from ...i18n import lettered, tr, translated

@@ -8,7 +8,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
-from kogao_core.naturalness import DISTANCES, STUDENTS, SUBJECTS, Naturalness, worst
+from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, Naturalness, worst
 
 from ...document import State
 from ...i18n import tr

@@ -9,10 +9,10 @@ from typing import Final
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from kogao_core import fit, whole_head
 from kogao_core.pipeline import Rendering
-from kogao_core.recipe import Recipe
-from kogao_core.settings import SETTINGS, ZONES, Setting
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS, ZONES, Setting
+from kogao_core.warp import fit, whole_head
 
 from ...document import DEFAULT, State
 from ...i18n import tr, translated

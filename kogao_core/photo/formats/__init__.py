@@ -9,8 +9,8 @@ import os
 from pathlib import Path
 from typing import Final, Literal, cast
 
-from kogao_core.geometry import Image
-from kogao_core.language import Text
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
 from kogao_core.photo.formats.base import Content, FileFormat, Source
 from kogao_core.photo.formats.heif import HEIF
 from kogao_core.photo.formats.jpeg import JPEG

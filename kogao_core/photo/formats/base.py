@@ -10,11 +10,11 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 
 from PIL import Image as Pillow
 
-from kogao_core.atomic import Pieces
-from kogao_core.geometry import Box, Image
-from kogao_core.language import Text
-from kogao_core.photo import kinds
-from kogao_core.photo.kinds import Extra, Kind
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.language import Text
+from kogao_core.photo.metadata import kinds
+from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, channels_of
 
 if TYPE_CHECKING:

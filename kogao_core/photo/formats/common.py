@@ -8,14 +8,16 @@ from typing import IO, TYPE_CHECKING
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
 
-from kogao_core.geometry import Image
-from kogao_core.language import Text
-from kogao_core.photo import colour, contents, deep, jpeg_data, metadata
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.formats import colour, deep
 from kogao_core.photo.formats.base import Source
+from kogao_core.photo.formats.turning import turn_upright
 from kogao_core.photo.formats.webp import is_lossless
+from kogao_core.photo.jpeg import decoding
+from kogao_core.photo.metadata import contents, upright
 from kogao_core.photo.model import Photo, channels_of
-from kogao_core.photo.turning import turn_upright
 
 if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
@@ -52,8 +54,8 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
         sound = None
         if bits == _DEEP:
             deep.verify_png(file)
-        elif jpeg is not None and jpeg_data.check(file, source.path):
-            sound = jpeg_data.pixels(source.data(), image.size, image.mode)
+        elif jpeg is not None and decoding.check(file, source.path):
+            sound = decoding.pixels(source.data(), image.size, image.mode)
         decoded, damage = (image, ()) if sound is not None else _decoded(image, source)
         contents.settle_profile(decoded, file)
         if sound is not None:
@@ -63,7 +65,7 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
         blocks = contents.blocks(image, file, channels_of(pixels))
-        turn = metadata.orientation(blocks["exif"], blocks["xmp"])
+        turn = upright.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
             turn_upright(pixels, turn),
             source.path,
@@ -122,7 +124,7 @@ def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[s
             raise
         if contents.is_rare_jpeg(source.file):
             raise _rare(source) from None
-        whole = jpeg_data.without_end(source.data())
+        whole = decoding.without_end(source.data())
         if whole is None:
             raise
         return whole, (Text("the file is slightly damaged: its end marker is missing"),)

@@ -9,12 +9,12 @@ from typing import IO, Any, Final
 
 import numpy as np
 
-from kogao_core.language import Text
-from kogao_core.photo import kinds, metadata, trailers
-from kogao_core.photo.contents import aspect
+from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.metadata import kinds, trailers, upright
+from kogao_core.photo.metadata.contents import aspect
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
 
 _BRANDS: Final = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"}
@@ -64,7 +64,7 @@ def _decode(source: Source) -> Photo:
         source.path,
         "HEIF",
         icc_profile=image.info.get("icc_profile") or None,
-        exif=exif and metadata.PREFIX + exif.removeprefix(metadata.PREFIX),
+        exif=exif and upright.PREFIX + exif.removeprefix(upright.PREFIX),
         xmp=image.info.get("xmp") or None,
         aspect=aspect(ratio and ratio[::-1]),
         notes=tuple(notes),

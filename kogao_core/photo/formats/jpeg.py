@@ -11,17 +11,18 @@ from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
 
-from kogao_core.atomic import Pieces
-from kogao_core.geometry import Image
-from kogao_core.language import Text
-from kogao_core.photo import jpeg_extras, kinds, segments, trailers
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.jpeg import segments
+from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of
-from kogao_core.stderr import hushed
 
 if TYPE_CHECKING:
-    from kogao_core.photo.blocks import Blocks
+    from kogao_core.photo.jpeg.blocks import Blocks
 
 QUALITY: Final = 95
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
@@ -74,7 +75,7 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 
 def _ahead(photo: Photo, path: Path) -> Blocks | None:
     """Read the blocks of a photo that may keep some."""
-    from kogao_core.photo.blocks import read_blocks
+    from kogao_core.photo.jpeg.blocks import read_blocks
 
     return None if _why_none_stays(photo) else read_blocks(photo.path, _folder(path))
 
@@ -95,7 +96,7 @@ def _keep(
     photo: Photo, pixels: Image, encode: Encode, path: Path, ahead: Ahead
 ) -> tuple[Pieces, str]:
     """Keep every block in which no pixel changed."""
-    from kogao_core.photo.blocks import CannotKeepBlocks, keep_blocks
+    from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 
     reason = _why_none_stays(photo)
     if not reason and pixels.shape != photo.pixels.shape:

@@ -9,10 +9,11 @@ from typing import IO, Final
 import numpy as np
 from PIL import PngImagePlugin
 
-from kogao_core.atomic import Pieces
-from kogao_core.photo import chunks, kinds, png_pixels, trailers
+from kogao_core.base.atomic import Pieces
+from kogao_core.photo.formats import png_pixels
 from kogao_core.photo.formats.base import Content, FileFormat
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.metadata import chunks, kinds, trailers
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
 
 

@@ -10,11 +10,11 @@ from typing import IO, Final
 
 from PIL import ImageCms
 
-from kogao_core.language import Text
-from kogao_core.photo import kinds, tiff, tiff_extras
+from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.metadata import kinds, tiff, tiff_extras
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
 
 _SUFFIXES: Final = (

@@ -10,20 +10,12 @@ import cv2
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.atomic import Pieces
-from kogao_core.language import Text
-from kogao_core.photo import (
-    colour,
-    contents,
-    deep,
-    kinds,
-    tiff,
-    tiff_extras,
-    tiff_pixels,
-    trailers,
-)
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.language import Text
+from kogao_core.photo.formats import colour, deep, tiff_pixels
 from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.metadata import contents, kinds, tiff, tiff_extras, trailers
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
 
 _LZW: Final = 5

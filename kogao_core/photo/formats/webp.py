@@ -7,11 +7,11 @@ import struct
 from collections.abc import Iterator
 from typing import IO, Final
 
-from kogao_core.atomic import Pieces
-from kogao_core.language import Text
-from kogao_core.photo import kinds, trailers
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.language import Text
 from kogao_core.photo.formats.base import Content, FileFormat
-from kogao_core.photo.kinds import Extra
+from kogao_core.photo.metadata import kinds, trailers
+from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
 
 _QUALITY: Final = 95

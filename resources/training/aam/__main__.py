@@ -15,7 +15,7 @@ from typing import Final
 
 import cv2
 
-from kogao_core.threads import one_blas_thread
+from kogao_core.base.threads import one_blas_thread
 
 from .examples import examples
 from .faces import (

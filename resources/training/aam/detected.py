@@ -9,14 +9,14 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.face import Face
-from kogao_core.geometry import Affine, Array, Image
-from kogao_core.landmarks import locked, search
-from kogao_core.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
-from kogao_core.landmarks.mesh import EYES, MOUTH
-from kogao_core.landmarks.outline import silhouette
-from kogao_core.landmarks.pixels import Pyramid
-from kogao_core.threads import Spares
+from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.base.threads import Spares
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import locked, search
+from kogao_core.faces.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
+from kogao_core.faces.landmarks.mesh import EYES, MOUTH
+from kogao_core.faces.landmarks.outline import silhouette
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 SURFACE: Final = 468
 _LEAST_SCORE: Final = 0.8

@@ -9,10 +9,10 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks.aam.fitting import Crop, Grey
-from kogao_core.landmarks.aam.points import MIRROR
-from kogao_core.landmarks.blazeface import Detection
+from kogao_core.base.geometry import Affine, Array
+from kogao_core.faces.landmarks.aam.fitting import Crop, Grey
+from kogao_core.faces.landmarks.aam.points import MIRROR
+from kogao_core.faces.landmarks.blazeface import Detection
 
 from .faces import STUDIO, Photographed
 from .labels import Labeller

@@ -11,11 +11,11 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.geometry import Affine, Array
-from kogao_core.landmarks.aam.fitting import HALF_UNITS, UNIT_PX, Grey
-from kogao_core.landmarks.blazeface import Detection
-from kogao_core.landmarks.mesh import EYES
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.base.geometry import Affine, Array
+from kogao_core.faces.landmarks.aam.fitting import HALF_UNITS, UNIT_PX, Grey
+from kogao_core.faces.landmarks.blazeface import Detection
+from kogao_core.faces.landmarks.mesh import EYES
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 from .detected import SURFACE, Networks, Seen, read
 from .turned import FaceCrop

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.face import OUTLINE_POINTS
-from kogao_core.geometry import Array
-from kogao_core.landmarks import mesh as face_mesh
-from kogao_core.landmarks.aam.points import (
+from kogao_core.base.geometry import Array
+from kogao_core.faces.face import OUTLINE_POINTS
+from kogao_core.faces.landmarks import mesh as face_mesh
+from kogao_core.faces.landmarks.aam.points import (
     EYE_LABELS,
     EYES,
     INNER_LABELS,
@@ -19,7 +19,7 @@ from kogao_core.landmarks.aam.points import (
     OUTLINE_LABELS,
     similarity,
 )
-from kogao_core.landmarks.outline import ended, resampled, silhouette
+from kogao_core.faces.landmarks.outline import ended, resampled, silhouette
 
 from .detected import SURFACE
 from .faces import Photographed

@@ -8,11 +8,11 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.geometry import Array
-from kogao_core.landmarks.aam.features import Floats
-from kogao_core.landmarks.aam.model import Packed, Start, box_frame
-from kogao_core.landmarks.aam.points import EYES, MIRROR, MOUTH, OUTLINE, similarity
-from kogao_core.landmarks.aam.shape import ShapeModel
+from kogao_core.base.geometry import Array
+from kogao_core.faces.landmarks.aam.features import Floats
+from kogao_core.faces.landmarks.aam.model import Packed, Start, box_frame
+from kogao_core.faces.landmarks.aam.points import EYES, MIRROR, MOUTH, OUTLINE, similarity
+from kogao_core.faces.landmarks.aam.shape import ShapeModel
 
 from .examples import Example
 from .labels import MIRRORED_X, interocular

@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.face import Face
-from kogao_core.landmarks.aam.points import EYES, MOUTH, OUTLINE
-from kogao_core.landmarks.aam.source import AamSource
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks.aam.points import EYES, MOUTH, OUTLINE
+from kogao_core.faces.landmarks.aam.source import AamSource
 
 from .. import evaluate
 from ..evaluate import Labels

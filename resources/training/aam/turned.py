@@ -8,12 +8,12 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.geometry import Array
-from kogao_core.landmarks.aam.features import Floats
-from kogao_core.landmarks.aam.fitting import Grey
-from kogao_core.landmarks.aam.shape import carried
-from kogao_core.landmarks.mesh import EYES
-from kogao_core.landmarks.outline import LEFT_EAR, RIGHT_EAR
+from kogao_core.base.geometry import Array
+from kogao_core.faces.landmarks.aam.features import Floats
+from kogao_core.faces.landmarks.aam.fitting import Grey
+from kogao_core.faces.landmarks.aam.shape import carried
+from kogao_core.faces.landmarks.mesh import EYES
+from kogao_core.faces.landmarks.outline import LEFT_EAR, RIGHT_EAR
 
 from .detected import SURFACE
 

@@ -10,8 +10,8 @@ import click
 import cv2
 import numpy as np
 
-from kogao_core.atomic import put
-from kogao_core.threads import one_blas_thread
+from kogao_core.base.atomic import put
+from kogao_core.base.threads import one_blas_thread
 
 from ..evaluate import Labels
 from .examples import beards, studio, wild

@@ -1,4 +1,4 @@
-"""The network of `kogao_core.landmarks.edges.network` backwards: gradients to learn from."""
+"""The network of `kogao_core.faces.landmarks.edges.network` backwards: gradients to learn from."""
 
 from __future__ import annotations
 
@@ -6,8 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kogao_core.landmarks.edges import network
-from kogao_core.landmarks.edges.network import LAST, LAYERS, Floats, Layer, neighbours, shifted
+from kogao_core.faces.landmarks.edges import network
+from kogao_core.faces.landmarks.edges.network import (
+    LAST,
+    LAYERS,
+    Floats,
+    Layer,
+    neighbours,
+    shifted,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from kogao_core.geometry import Array, Image
-from kogao_core.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
-from kogao_core.landmarks.edges.strips import smooth
-from kogao_core.landmarks.mesh import MeshSource
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.base.geometry import Array, Image
+from kogao_core.faces.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
+from kogao_core.faces.landmarks.edges.strips import smooth
+from kogao_core.faces.landmarks.mesh import MeshSource
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 from ..aam.detected import read
 from ..evaluate import Labels, distance_to_line, nearest

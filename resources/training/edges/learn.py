@@ -9,12 +9,12 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.face import Face
-from kogao_core.geometry import Array, Image
-from kogao_core.landmarks.edges import network, refine
-from kogao_core.landmarks.edges.network import Floats
-from kogao_core.landmarks.edges.strips import ACROSS, MOVES, Cut, Lines, lines_of, planes
-from kogao_core.landmarks.pixels import Pyramid
+from kogao_core.base.geometry import Array, Image
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks.edges import network, refine
+from kogao_core.faces.landmarks.edges.network import Floats
+from kogao_core.faces.landmarks.edges.strips import ACROSS, MOVES, Cut, Lines, lines_of, planes
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 from .backward import backward, forward
 

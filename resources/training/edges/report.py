@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.geometry import Array
-from kogao_core.landmarks.edges import network, refine
-from kogao_core.landmarks.edges.network import Floats
-from kogao_core.landmarks.edges.strips import planes
-from kogao_core.landmarks.outline import resampled
+from kogao_core.base.geometry import Array
+from kogao_core.faces.landmarks.edges import network, refine
+from kogao_core.faces.landmarks.edges.network import Floats
+from kogao_core.faces.landmarks.edges.strips import planes
+from kogao_core.faces.landmarks.outline import resampled
 
 from ..evaluate import Labels, area_under_curve, distance_to_line
 from .learn import LabelledCut

@@ -1,0 +1,1 @@
+"""What the warp must not bend or move: straight lines and neighbours."""

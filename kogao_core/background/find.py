@@ -1,0 +1,301 @@
+"""The background near faces: its straight lines, how far the warp bends each, and neighbours."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from kogao_core.background.holding import NOTHING_HELD, Held
+from kogao_core.background.lines import (
+    SEEN_PX,
+    BentLine,
+    bends,
+    beside,
+    shortest_px,
+    straight_lines,
+)
+from kogao_core.background.people import PersonFinder, PersonMask
+from kogao_core.base.assets import AssetMissing
+from kogao_core.base.geometry import Array, Box, Image, Line
+from kogao_core.base.language import Text
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.pipeline import Rendering
+from kogao_core.projects.sidecar import Applied
+
+# Hair stands off further than the mask's edge: lines keep so far from people, in sides of a face.
+_APART: Final = 0.03
+_CUTS: Final = 256  # steps along a line at which it can be cut
+_HALF: Final = 0.5
+_HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
+# Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
+# shortest line that counts.
+_SAME: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Background:
+    """What was seen of a photo's background.
+
+    Parameters
+    ----------
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of each straight line, px.
+    neighbours : tuple of arrays of shape (M, 2)
+        For each face, points of other people beside it, px.
+    shortest_px : float
+        How long a line must be to count.
+    note : str
+        Why they may not all be lines of the background; empty where they are.
+    told : bool
+        Whether people could be told from the background: else no line is held.
+    """
+
+    lines: Array
+    neighbours: tuple[Array, ...] = ()
+    shortest_px: float = 1.0
+    note: str = ""
+    told: bool = True
+
+    def held(self, loose: Sequence[Line] = ()) -> Held:
+        """Return what is to be held.
+
+        Parameters
+        ----------
+        loose : sequence of Line
+            Those that the user lets go, px.
+        """
+        if not self.told:
+            return NOTHING_HELD
+        free = [self.is_loose(line, loose) for line in self.lines]
+        return Held(self.lines[~np.array(free, bool)], self.neighbours)
+
+    def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
+        """Return the lines let go, with one more, or without it where it is one of them.
+
+        Parameters
+        ----------
+        line : Line
+            One of `lines`.
+        loose : sequence of Line
+            See `held`.
+        """
+        ends, reach = np.array(line), _SAME * self.shortest_px
+        others = [one for one in loose if not _is_part_of(ends, np.array(one), reach)]
+        return tuple(others) if len(others) < len(loose) else (*loose, line)
+
+    def is_loose(self, line: Array, loose: Sequence[Line]) -> bool:
+        """Return whether a line is one of those that the user lets go.
+
+        Parameters
+        ----------
+        line : array of shape (2, 2)
+            Its ends, px.
+        loose : sequence of Line
+            See `held`.
+        """
+        reach = _SAME * self.shortest_px
+        return any(_is_part_of(line, np.array(other), reach) for other in loose)
+
+
+@dataclass(frozen=True, slots=True)
+class Bends:
+    """What the meter says.
+
+    Parameters
+    ----------
+    lines : tuple of BentLine
+        The most bent first.
+    note : str
+        See `Background`.
+    """
+
+    lines: tuple[BentLine, ...]
+    note: str = ""
+
+
+class BackgroundFinder:
+    """Looks at the background of photos; what it saw of the newest is kept.
+
+    One finder may be shared between threads.
+
+    Parameters
+    ----------
+    people : PersonFinder, optional
+        What tells people from the background.
+    """
+
+    def __init__(self, people: PersonFinder | None = None) -> None:
+        self.people = people or PersonFinder()
+        self._lock = threading.Lock()
+        self._photo: Callable[[], Image | None] = lambda: None
+        self._faces: tuple[tuple[bytes, ...], ...] = ()
+        self._newest: Background | None = None
+
+    def find(self, photo: Image, faces: Sequence[Face], others: Sequence[Face] = ()) -> Background:
+        """Find straight lines of the background, and neighbours.
+
+        Lines that touch a person are cut there. Where people can't be told from the background,
+        only lines on the faces are left out.
+
+        Parameters
+        ----------
+        photo : array of shape (H, W) or (H, W, C)
+            The photo before the warp. The same array is taken for the same photo.
+        faces : sequence of Face
+            Those that the warp makes smaller, px of `photo`.
+        others : sequence of Face
+            More faces of the photo, which it leaves alone.
+
+        Returns
+        -------
+        Background
+        """
+        with self._lock:
+            keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
+            if self._newest is None or self._photo() is not photo or keys != self._faces:
+                halved = Pyramid.of(photo)  # for lines and people together
+                self._newest = self._look(photo, faces, others)
+                del halved
+                self._photo, self._faces = weakref.ref(photo), keys
+            return self._newest
+
+    def _look(self, photo: Image, faces: Sequence[Face], others: Sequence[Face]) -> Background:
+        shortest = shortest_px(photo)
+
+        def lines(people: PersonMask | None = None) -> Array:
+            found = straight_lines(photo, people)
+            return beside(found, [face.outline for face in faces])
+
+        try:
+            people = self.people.find(photo, faces)
+        except (AssetMissing, ModelRefused):
+            why = Text(
+                "the network that tells people apart is missing or damaged (see kogao-cli doctor)"
+            )
+            note = Text("{why}, so {hair_counts}", why=why, hair_counts=_HAIR_COUNTS)
+            return Background(lines(), (), shortest, note, told=False)
+        if not people.looks:
+            note = Text(
+                "people couldn't be told from the background, so {hair_counts}",
+                hair_counts=_HAIR_COUNTS,
+            )
+            return Background(lines(), (), shortest, note, told=False)
+        found = _cut(lines(people), people.grown(_APART), shortest)
+        return Background(found, people.neighbours(faces, others), shortest, _missed(people.missed))
+
+
+def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
+    """Return what is to be held where a project, or choices, are done to a photo.
+
+    Without looking, where the recipe holds nothing.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The photo before the warp.
+    done : Applied
+        What is done to it.
+    finder : BackgroundFinder
+        Keep it for the next look at the same photo.
+
+    Returns
+    -------
+    Held
+    """
+    if not done.faces or not done.recipe.hold_background:
+        return NOTHING_HELD
+    return finder.find(photo, done.faces, done.others).held(done.loose)
+
+
+def measure(photo: Image, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:
+    """Measure how far a rendering bends the straight lines of its background.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The photo before the warp.
+    rendering : Rendering
+        What became of it.
+    done : Applied
+        What was done to it.
+    finder : BackgroundFinder
+        Keep it for the next rendering of the same photo.
+
+    Returns
+    -------
+    Bends
+        Of the lines near the warp's domain.
+    """
+    if not done.faces:
+        return Bends(())
+    found = finder.find(photo, done.faces, done.others)
+    near = found.lines[_touches(found.lines, rendering.domain.bounds)]
+    holds = done.recipe.hold_background and found.told
+    lines = bends(rendering.field, near, photo, rendering.unheld)
+    if holds:
+        lines = [_marked(line, found, done.loose) for line in lines]
+    return Bends(tuple(lines), found.note)
+
+
+def _marked(line: BentLine, found: Background, loose: Sequence[Line]) -> BentLine:
+    if found.is_loose(np.array([line.start_px, line.end_px]), loose):
+        return dataclasses.replace(line, holding="let go")
+    bends_still = line.bend_px >= SEEN_PX
+    return dataclasses.replace(line, holding="gave way" if bends_still else "held")
+
+
+def _touches(lines: Array, box: Box) -> Array:
+    """Return which lines come near a box."""
+    near = box.grown(max(box.width, box.height) // 4)
+    low, high = lines.min(axis=1), lines.max(axis=1)
+    return np.asarray(
+        (high >= (near.left, near.top)).all(axis=1) & (low < (near.right, near.bottom)).all(axis=1)
+    )
+
+
+def _is_part_of(line: Array, other: Array, reach_px: float) -> bool:
+    """Return whether two lines lie on each other, at least in part."""
+    along = other[1] - other[0]
+    length = float(np.hypot(*along))
+    if length == 0.0:
+        return False
+    along = along / length
+    offsets = line - other[0]
+    aside = np.abs(offsets @ np.array([-along[1], along[0]]))
+    ahead = np.sort(offsets @ along)
+    return bool(aside.max() <= reach_px and ahead[0] < length and ahead[1] > 0.0)
+
+
+def _missed(count: int) -> str:
+    if count == 0:
+        return ""
+    return Text.counted(
+        count,
+        "one face couldn't be told from the background, so lines there don't count",
+        "{n} faces couldn't be told from the background, so lines there don't count",
+    )
+
+
+def _cut(lines: Array, people: PersonMask, shortest: float) -> Array:
+    """Return the parts of lines that are long enough and lie on the background."""
+    if len(lines) == 0:
+        return lines
+    t = np.linspace(0.0, 1.0, _CUTS)
+    along = lines[:, 1] - lines[:, 0]
+    places = lines[:, :1] + t[:, None] * along[:, None]
+    free = np.zeros((len(lines), _CUTS + 2), np.int8)
+    free[:, 1:-1] = people.at(places) < _HALF  # unknown is not free
+    steps = np.diff(free, axis=1)
+    line, first = np.nonzero(steps > 0)
+    _, behind = np.nonzero(steps < 0)
+    parts = np.stack([places[line, first], places[line, behind - 1]], axis=1)
+    lengths = np.linalg.norm(parts[:, 1] - parts[:, 0], axis=1)
+    return np.asarray(parts[lengths >= shortest])

@@ -1,0 +1,246 @@
+"""Door frames and shelves near a face: how far does the warp bend straight lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import cv2
+import numpy as np
+
+from kogao_core.background.people import PersonMask
+from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.warp.field import Field, shown_at
+
+HoldingName = Literal["held", "gave way", "let go", ""]
+# Half a pixel is where a bend in a straight edge begins to be seen.
+SEEN_PX: Final = 0.5
+_SHORTEST: Final = 0.04  # of the photo's longer side; shorter lines are texture
+_SAMPLES: Final = 64
+_LEAST_PX: Final = 10  # of a line the detector is asked for; pictures of 5 rows break it
+_DETECTOR_PX: Final = 1600  # longer side of what the detector sees: finer is noise, and slow
+_ASIDE_PX: Final = 3  # an edge is sought so far on both sides of its line, px of what it sees
+_STEPS: Final = 4  # a px, there
+_SMOOTH: Final = 7  # samples along the line over which noise is averaged away
+_MEAN: Final = np.full((1, 3), 1.0 / 3.0)  # of red, green and blue
+_PLAIN: Final = np.uint8(128)
+
+
+@dataclass(frozen=True, slots=True)
+class BentLine:
+    """A straight line of the photo.
+
+    Parameters
+    ----------
+    start_px, end_px : tuple of float
+        Where it runs in the photo (x, y).
+    bend_px : float
+        How far the warp makes a straight line there depart from straight, px.
+    before_px, after_px : float
+        How far its own edge, as it is found in the photo, departs from straight before and after
+        the warp, px; None where no photo was looked at.
+    unheld_px : float
+        `bend_px` if no line were held.
+    holding : {"held", "gave way", "let go", ""}
+        Whether it was held straight; was to be, but bends by `SEEN_PX` or more for the face's sake;
+        or was let go by the user. Empty where lines aren't held.
+    """
+
+    start_px: tuple[float, float]
+    end_px: tuple[float, float]
+    bend_px: float
+    before_px: float | None = None
+    after_px: float | None = None
+    unheld_px: float = 0.0
+    holding: HoldingName = ""
+
+
+def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
+    """Find straight lines of the photo.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The photo before the warp.
+    people : PersonMask, optional
+        Where to look: not at people, whose hair takes longer than a wall, nor beyond its looks.
+
+    Returns
+    -------
+    array of shape (N, 2, 2)
+        Ends (x, y) of each line, px.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.background.lines import straight_lines
+    >>> photo = np.zeros((200, 300), np.uint8)
+    >>> photo[:, 150:] = 255  # an edge
+    >>> len(straight_lines(photo)) > 0
+    True
+    """
+    small, halved = Pyramid.of(photo).at_most(_DETECTOR_PX)
+    if min(small.shape[:2]) < _LEAST_PX:
+        return np.zeros((0, 2, 2))
+    shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))
+    detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
+    grey, to_small = cv2.transform(small, _MEAN), Affine.resize(0.5**halved, 0.5**halved)
+    if people is not None:
+        free = people.mapped(to_small).free(*grey.shape[::-1])
+        # The edge of what is painted over lies beyond a look's, where no line counts.
+        shown = cv2.dilate(free, np.ones((3, 3), np.uint8))
+        grey = cv2.copyTo(grey, shown, np.full_like(grey, _PLAIN))
+    found: Any = detector.detect(grey)  # None when there is no line
+    return np.zeros((0, 2, 2)) if found is None else to_small.inverse(found.reshape(-1, 2, 2))
+
+
+def shortest_px(photo: Image) -> float:
+    """Return how long a line must be to count; what is shorter is texture.
+
+    Parameters
+    ----------
+    photo : array of shape (H, W) or (H, W, C)
+        The whole photo.
+
+    Returns
+    -------
+    float
+        Px of the photo.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.background.lines import shortest_px
+    >>> shortest_px(np.zeros((300, 400), np.uint8))
+    16.0
+    """
+    return float(_SHORTEST * max(photo.shape[:2]))
+
+
+def beside(lines: Array, outlines: Sequence[Array]) -> Array:
+    """Drop lines of shape (N, 2, 2) whose middle lies on a face: brows and lips are meant to move.
+
+    Parameters
+    ----------
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of each line, px.
+    outlines : sequence of arrays of shape (M, 2)
+        Outline of each face, px.
+
+    Returns
+    -------
+    array of shape (K, 2, 2)
+        The lines that are left.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.background.lines import beside
+    >>> lines = np.array([[(0, 5), (10, 5)], [(50, 5), (60, 5)]], np.float64)
+    >>> beside(lines, [np.array([(0, 0), (10, 0), (10, 10), (0, 10)])]).tolist()
+    [[[50.0, 5.0], [60.0, 5.0]]]
+    """
+    hulls = [cv2.convexHull(outline.astype(np.float32)) for outline in outlines]
+    apart = [
+        all(cv2.pointPolygonTest(hull, middle, measureDist=False) < 0 for hull in hulls)
+        for middle in lines.mean(axis=1).tolist()
+    ]
+    return np.asarray(lines[np.array(apart, bool)])
+
+
+def bends(
+    field: Field, lines: Array, photo: Image | None = None, unheld: Field | None = None
+) -> list[BentLine]:
+    """Measure how far the warp bends lines.
+
+    Parameters
+    ----------
+    field : Field
+        Of all faces.
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of each line in the photo, px.
+    photo : array of shape (H, W) or (H, W, C), optional
+        The photo before the warp, to measure how straight each line is there, too.
+    unheld : Field, optional
+        The same before lines were held; `field` itself, if not given.
+
+    Returns
+    -------
+    list of BentLine
+        The most bent first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.background.lines import bends
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> field = kogao.render(np.zeros((360, 480), np.uint8), [face], kogao.Recipe(percent=6)).field
+    >>> near, far = bends(field, np.array([[(0, 5), (30, 5)], [(340, 90), (340, 270)]]))
+    >>> near.start_px, far.bend_px
+    ((340.0, 90.0), 0.0)
+    """
+    if len(lines) == 0:
+        return []
+    t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+    along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
+    shown = _shown(field, along)
+    free = shown if unheld is None or unheld is field else _shown(unheld, along)
+    before: list[float | None] = [None] * len(lines)
+    after = before
+    if photo is not None:
+        edges = _edges(photo, along)
+        before = [_departure(edge) for edge in edges]
+        after = [_departure(edge) for edge in _shown(field, edges)]
+    measured = [
+        BentLine(
+            (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one),
+            was, now, _departure(other),
+        )
+        for (start, end), one, was, now, other in zip(
+            lines, shown, before, after, free, strict=True
+        )
+    ]  # fmt: skip
+    return sorted(measured, key=lambda line: -line.bend_px)
+
+
+def _shown(field: Field, points: Array) -> Array:
+    return shown_at(field, points.reshape(-1, 2)).reshape(points.shape)
+
+
+def _edges(photo: Image, along: Array) -> Array:
+    """Return where the edge itself runs beside samples of lines, shape (N, S, 2).
+
+    At each sample it is where the light changes most across the line, to a part of a step.
+    """
+    unit = max(1.0, max(photo.shape[:2]) / _DETECTOR_PX)
+    chord = along[:, -1] - along[:, 0]
+    chord /= np.linalg.norm(chord, axis=1, keepdims=True)
+    across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1)[:, None]
+    asides = unit * np.arange(-_ASIDE_PX, _ASIDE_PX + 1.0 / _STEPS, 1.0 / _STEPS)
+    places = (along[:, :, None] + asides[:, None] * across[:, None]).astype(np.float32)
+    shape = places.shape[:3]
+    x, y = (places[..., axis].reshape(len(along), -1) for axis in (0, 1))
+    light = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    light = light.reshape(*shape, -1)[..., :3].mean(axis=-1, dtype=np.float32)
+    change = np.abs(light[:, :, 2:] - light[:, :, :-2])
+    change = np.stack([cv2.blur(one, (_STEPS, _SMOOTH)) for one in change])
+    return along + _peaks(change, asides[1:-1])[..., None] * across
+
+
+def _peaks(change: Array, asides: Array) -> Array:
+    """Return where rows of changes are largest, by the parabola through the three about it."""
+    best = np.clip(change.argmax(axis=-1), 1, change.shape[-1] - 2)[..., None]
+    low, top, high = (np.take_along_axis(change, best + k, -1)[..., 0] for k in (-1, 0, 1))
+    curve = np.minimum(low - 2.0 * top + high, -1e-6)
+    shift = np.clip(0.5 * (low - high) / curve, -0.5, 0.5)
+    return np.asarray(asides[best[..., 0]] + shift * (asides[1] - asides[0]))
+
+
+def _departure(points: Array) -> float:
+    """Return the distance of the farthest point from the least-squares line through them."""
+    offsets = points - points.mean(axis=0)
+    _, _, directions = np.linalg.svd(offsets, full_matrices=False)
+    return float(np.abs(offsets @ directions[1]).max())

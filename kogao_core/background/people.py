@@ -1,0 +1,349 @@
+"""Where people stand against the background: a soft mask, looked at round each face."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Affine, Array, Box, Image, degrees_of
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import locked
+from kogao_core.faces.landmarks.blazeface import INPUT_PX, Square
+from kogao_core.faces.landmarks.pixels import Pyramid, planes
+
+Opacity = npt.NDArray[np.float32]
+
+_FINE: Final = 2  # the mask has so many pixels for each of the network's
+_SIDES: Final = 3.0  # of a look, in longer sides of the face's box
+# The guided filter looks at so many pixels round each and calls that spread of light an edge.
+_REACH_PX: Final = 8
+_EDGE: Final = 2.5
+# A look is believed that finds the face itself to be a person.
+_LEAST_SURE: Final = 0.8
+_HALF: Final = 0.5
+_FREE, _TAKEN = np.uint8(1), np.uint8(2)  # what a look sees; 0 where nobody looked
+_LEAST_OTHER: Final = 0.1  # sides of a face: what is smaller isn't another person
+_EVERY_PX: Final = 4  # points in a neighbour are so far apart, px of the network's
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonLook:
+    """What the network made of the surroundings of one face.
+
+    Parameters
+    ----------
+    opacity : float32 array of shape (N, N)
+        0 where the background is, 1 where a person is.
+    to_image : Affine
+        Maps its pixels to the photo.
+    sure : float
+        Which part of the face itself it takes for a person, 0 to 1.
+    """
+
+    opacity: Opacity
+    to_image: Affine
+    sure: float
+
+    @property
+    def box(self) -> Box:
+        """What it sees of the photo, and what the photo's edges may cut off, px."""
+        side = len(self.opacity) - 0.5
+        corners = self.to_image([(-0.5, -0.5), (side, -0.5), (side, side), (-0.5, side)])
+        low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0)) + 1
+        return Box(*low.astype(int).tolist(), *high.astype(int).tolist())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonMask:
+    """People against the background, as far as faces were looked at.
+
+    Parameters
+    ----------
+    looks : tuple of PersonLook
+        Those that can be believed; none tells nothing.
+    missed : int
+        How many faces were looked at in vain.
+    whose : tuple of int
+        Which of the faces each look is of.
+    """
+
+    looks: tuple[PersonLook, ...] = ()
+    missed: int = 0
+    whose: tuple[int, ...] = ()
+
+    def at(self, points: Array) -> Array:
+        """Return how much of a person is at each point.
+
+        Parameters
+        ----------
+        points : array of shape (H, W, 2)
+            Px of the photo.
+
+        Returns
+        -------
+        array of shape (H, W)
+            0 is background, 1 a person; NaN where nobody looked.
+        """
+        shown = np.full(points.shape[:2], np.nan)
+        for look in self.looks:
+            x, y = np.moveaxis(look.to_image.inverse(points), -1, 0)
+            at = x.astype(np.float32), y.astype(np.float32)
+            seen = cv2.remap(look.opacity, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            middle = (len(look.opacity) - 1) / 2.0
+            within = np.maximum(np.abs(x - middle), np.abs(y - middle)) <= middle + 0.5
+            # A look can miss a neighbour at its rim; whom any of them sees is there.
+            shown = np.fmax(shown, np.where(within, seen, np.nan))
+        return shown
+
+    def grown(self, share: float) -> PersonMask:
+        """Return the mask with people larger by `share` of a face's longer side all round."""
+        reach = round(share / _SIDES * _FINE * INPUT_PX)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+        looks = (
+            replace(look, opacity=np.asarray(cv2.dilate(look.opacity, disc), np.float32))
+            for look in self.looks
+        )
+        return replace(self, looks=tuple(looks))
+
+    def neighbours(self, faces: Sequence[Face], others: Sequence[Face] = ()) -> tuple[Array, ...]:
+        """Return where other people are beside each face.
+
+        A figure apart from the face's own is somebody else's; where figures touch, what lies
+        nearer to another face, in sizes of the faces, is that one's. `faces` don't count as others
+        here: their outlines go where they are asked to, whoever is beside them.
+
+        Parameters
+        ----------
+        faces : sequence of Face
+            Those that were looked at.
+        others : sequence of Face
+            More faces of the photo, which are left alone.
+
+        Returns
+        -------
+        tuple of arrays of shape (M, 2)
+            For each face points at the edge of others and in them, px of the photo; landmarks
+            alone where people couldn't be told from the background.
+        """
+        found = []
+        for index, face in enumerate(faces):
+            rest = [one for one in others if _is_near(one, face)]
+            parts = [one.points for one in rest]
+            if index in self.whose:
+                parts.append(_others(self.looks[self.whose.index(index)], face, rest))
+            found.append(np.concatenate([np.zeros((0, 2)), *parts]))
+        return tuple(found)
+
+    def mapped(self, transform: Affine) -> PersonMask:
+        """Return the mask in other coordinates, such as those of a smaller photo."""
+        looks = (replace(look, to_image=transform.after(look.to_image)) for look in self.looks)
+        return replace(self, looks=tuple(looks))
+
+    def free(self, width: int, height: int) -> npt.NDArray[np.uint8]:
+        """Return where somebody looked and nobody is.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the photo, px.
+
+        Returns
+        -------
+        uint8 array of shape (H, W)
+            1 there, 0 elsewhere.
+        """
+        shown = np.zeros((height, width), np.uint8)
+        for look, box in self._seen(width, height):
+            to_box = Affine(look.to_image.matrix, look.to_image.shift - (box.left, box.top))
+            kinds = np.where(look.opacity < _HALF, _FREE, _TAKEN)
+            seen = cv2.warpAffine(
+                kinds, to_box.opencv, (box.width, box.height), flags=cv2.INTER_NEAREST
+            )
+            np.maximum(shown[box.slices], seen, out=shown[box.slices])
+        return np.asarray(shown == _FREE, np.uint8)
+
+    def picture(self, width: int, height: int) -> Rgb8:
+        """Return the mask as a picture of the photo's size.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the photo, px.
+
+        Returns
+        -------
+        uint8 array of shape (H, W)
+            255 is a person, 0 the background or where nobody looked.
+        """
+        picture = np.zeros((height, width), np.uint8)
+        for _, box in self._seen(width, height):
+            x, y = np.meshgrid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
+            shown = self.at(np.stack([x, y], axis=-1))
+            seen = ~np.isnan(shown)
+            picture[box.slices][seen] = np.rint(255.0 * shown[seen])
+        return picture
+
+    def _seen(self, width: int, height: int) -> Iterator[tuple[PersonLook, Box]]:
+        """Yield each look that sees anything of a photo of this size, and what it sees."""
+        for look in self.looks:
+            box = look.box.clipped(Box(0, 0, width, height))
+            if box.area > 0:
+                yield look, box
+
+
+class PersonNetwork:
+    """The segmentation network; not thread-safe.
+
+    Parameters
+    ----------
+    weights : path
+        ``selfie_segmentation.tflite``.
+    """
+
+    def __init__(self, weights: Path) -> None:
+        self._net = cv2.dnn.readNetFromTFLite(str(weights))
+
+    def look(self, image: Pyramid, view: Square, face: Face) -> PersonLook:
+        """Return what the network makes of a view round a face."""
+        fine_px = _FINE * INPUT_PX
+        to_image = view.to_image.after(Affine.resize(_FINE, _FINE).inverse)
+        picture = image.sample(to_image, fine_px, cv2.BORDER_REPLICATE)
+        coarse = cv2.resize(picture, (INPUT_PX, INPUT_PX), interpolation=cv2.INTER_AREA)
+        self._net.setInput(planes(np.asarray(coarse, np.uint8)) / 255.0)
+        rough = cv2.resize(self._net.forward()[0, 0], (fine_px, fine_px))
+        opacity = _refined(rough, picture)
+        return PersonLook(opacity, to_image, _of_the_face(opacity, to_image.inverse(face.points)))
+
+
+class PersonFinder:
+    """Looks for people round faces; what it saw of the newest photo is kept.
+
+    The weights are read at the first use. One finder may be shared between threads.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()  # OpenCV's networks keep state between their calls
+        self._photo: Callable[[], Image | None] = lambda: None
+        self._kept: dict[tuple[float, ...], PersonLook] = {}
+
+    @cached_property
+    def _network(self) -> PersonNetwork:
+        return PersonNetwork(locked.network(locked.PERSON))
+
+    def find(self, photo: Image, faces: Sequence[Face]) -> PersonMask:
+        """Tell people from the background round faces.
+
+        Parameters
+        ----------
+        photo : array of shape (H, W) or (H, W, C)
+            Grey, RGB or RGBA, upright; uint8, uint16 or float32 (0 to 1). The same array is taken
+            for the same photo.
+        faces : sequence of Face
+            Where to look, px of `photo`.
+
+        Returns
+        -------
+        PersonMask
+            Without looks where the network wasn't sure of any face.
+
+        Raises
+        ------
+        AssetMissing
+            If the network isn't in this installation.
+        ModelRefused
+            If it is damaged.
+        ValueError
+            If `photo` isn't an image.
+        """
+        with self._lock:
+            known = self._kept if self._photo() is photo else {}
+            views = {_key(face): (_view(face), face) for face in faces}
+            image = None
+            if views.keys() - known.keys():
+                image = Pyramid.of(photo)
+            self._kept = {
+                key: known[key] if image is None or key in known else
+                self._network.look(image, *there) for key, there in views.items()
+            }  # fmt: skip
+            self._photo = weakref.ref(photo)
+            looks = [self._kept[_key(face)] for face in faces]
+        sure = [index for index, look in enumerate(looks) if look.sure >= _LEAST_SURE]
+        return PersonMask(
+            tuple(looks[index] for index in sure), len(looks) - len(sure), tuple(sure)
+        )
+
+
+def _key(face: Face) -> tuple[float, ...]:
+    return tuple(face.points.ravel().tolist())
+
+
+def _view(face: Face) -> Square:
+    points = face.points
+    low, high = points.min(axis=0), points.max(axis=0)
+    degrees = degrees_of(face.eyes[3] - face.eyes[0])
+    return Square((low + high) / 2.0, max(1.0, _SIDES * float((high - low).max())), degrees)
+
+
+def _refined(rough: Opacity, picture: Rgb8) -> Opacity:
+    """Move the edge of a mask onto the picture's."""
+    guide = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    fine = cv2.ximgproc.guidedFilter(guide, rough, _REACH_PX, _EDGE**2)
+    return np.asarray(np.clip(fine, 0.0, 1.0), np.float32)
+
+
+def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
+    """Return points of people in the mask that are others than a face's, shape (M, 2), px."""
+    people = (cv2.resize(look.opacity, None, fx=0.5, fy=0.5) > _HALF).astype(np.uint8)
+    to_image = look.to_image.after(Affine.resize(0.5, 0.5).inverse)
+    _, figures, counts, _ = cv2.connectedComponentsWithStats(people, connectivity=8)
+    own = _hull(people.shape, to_image.inverse(face.points))
+    seen = np.bincount(figures[own > 0], minlength=len(counts))
+    least = (_LEAST_OTHER * len(people) / _SIDES) ** 2
+    apart = (seen == 0) & (counts[:, cv2.CC_STAT_AREA] >= least)
+    apart[0] = False  # the background
+    mask = apart[figures]
+    if rest:
+        places = to_image(np.indices(people.shape)[::-1].reshape(2, -1).T.astype(np.float64))
+        away = _sides_away(places, face)
+        nearer = np.logical_or.reduce([_sides_away(places, one) < away for one in rest])
+        mask |= (people > 0) & nearer.reshape(people.shape) & (own == 0)
+    whole = mask.astype(np.uint8)
+    edge = whole - cv2.erode(whole, np.ones((3, 3), np.uint8))
+    within = _EVERY_PX * np.argwhere(whole[::_EVERY_PX, ::_EVERY_PX])
+    places = np.concatenate([np.argwhere(edge), within])[:, ::-1]
+    return to_image(places.astype(np.float64))
+
+
+def _sides_away(points: Array, face: Face) -> Array:
+    """Return how far points are from a face's middle, in its longer sides."""
+    low, high = face.points.min(axis=0), face.points.max(axis=0)
+    offsets = points - (low + high) / 2.0
+    return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) / float((high - low).max()))
+
+
+def _is_near(one: Face, face: Face) -> bool:
+    """Return whether some of a face lies in a look at another."""
+    return bool(_sides_away(one.points, face).min() < _SIDES / 2.0)
+
+
+def _hull(shape: tuple[int, ...], points: Array) -> npt.NDArray[np.uint8]:
+    """Return 1 within the hull of points, 0 elsewhere."""
+    face = np.zeros(shape, np.uint8)
+    cv2.fillConvexPoly(face, np.rint(cv2.convexHull(points.astype(np.float32))).astype(np.int32), 1)
+    return face
+
+
+def _of_the_face(opacity: Opacity, points: Array) -> float:
+    """Return which part of the face of some points is a person, 0 to 1."""
+    face = _hull(opacity.shape, points)
+    return float(opacity[face > 0].mean()) if face.any() else 0.0

@@ -1,0 +1,1 @@
+"""What every room may use: words, files, numbers, threads. It uses nothing of Kogao."""

@@ -1,0 +1,147 @@
+"""Pixels of any depth as people see them: 8-bit RGB, reduced, and as the bytes of files."""
+
+from __future__ import annotations
+
+import base64
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Image
+
+NOTEBOOK_PX: Final = 1024  # longest sides
+REPORT_PX: Final = 640
+_QUALITY: Final = 90
+_OPAQUE: Final = 255
+
+Rgb8 = npt.NDArray[np.uint8]
+
+
+def rgb8(image: Image) -> Rgb8:
+    """Return `image` as 8-bit RGB.
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        Grey, grey + alpha, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
+
+    Returns
+    -------
+    uint8 array of shape (H, W, 3); `image` itself where it already is one.
+
+    Raises
+    ------
+    ValueError
+        If the shape or the type is none of these.
+    """
+    if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
+        raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
+    return _three_channels(_eight_bits(image))
+
+
+def rgba8(image: Image) -> Rgb8:
+    """Return `image` as 8-bit RGB, with its alpha where anything shows through.
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        See `rgb8`.
+
+    Returns
+    -------
+    uint8 array of shape (H, W, 3), or of shape (H, W, 4) with straight alpha.
+
+    Raises
+    ------
+    ValueError
+        See `rgb8`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.base.display import rgba8
+    >>> glass, wall = np.uint8([[[9, 128]]]), np.uint8([[[9, 255]]])
+    >>> rgba8(glass).tolist(), rgba8(wall).tolist()
+    ([[[9, 9, 9, 128]]], [[[9, 9, 9]]])
+    """
+    colours = rgb8(image)
+    if image.ndim == 2 or image.shape[2] not in (2, 4):
+        return colours
+    alpha = _eight_bits(np.ascontiguousarray(image[..., -1:]))
+    return colours if (alpha == _OPAQUE).all() else np.concatenate([colours, alpha], axis=2)
+
+
+def _eight_bits(image: Image) -> Rgb8:
+    if image.dtype == np.uint8:
+        return np.asarray(image, np.uint8)
+    if image.dtype == np.uint16:
+        return np.asarray(cv2.convertScaleAbs(image, alpha=1.0 / 257.0), np.uint8).reshape(
+            image.shape
+        )
+    if image.dtype == np.float32:
+        inside = np.clip(np.nan_to_num(image), 0.0, 1.0)
+        return np.asarray(cv2.convertScaleAbs(inside, alpha=255.0), np.uint8).reshape(image.shape)
+    raise ValueError(f"expected uint8, uint16 or float32 pixels, got {image.dtype}")
+
+
+def _three_channels(image: Rgb8) -> Rgb8:
+    channels = 1 if image.ndim == 2 else image.shape[2]
+    if channels == 3:
+        return image
+    if channels == 4:
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGBA2RGB), np.uint8)
+    grey = image if image.ndim == 2 else np.ascontiguousarray(image[..., 0])
+    return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), np.uint8)
+
+
+def preview(image: Image, longest_px: int = NOTEBOOK_PX) -> bytes:
+    """Return an image of any depth as the bytes of an 8-bit PNG file; a larger one is reduced.
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1). Transparency isn't shown.
+    longest_px : int
+        Longest side of the picture.
+
+    Returns
+    -------
+    bytes
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.base.display import preview
+    >>> preview(np.zeros((30, 40, 3), np.float32))[1:4]
+    b'PNG'
+    """
+    return png(reduced(rgb8(image), longest_px))
+
+
+def reduced(pixels: Image, longest_px: int = REPORT_PX) -> Image:
+    """Return an 8-bit picture, made smaller if its longer side is above `longest_px`."""
+    shrink = longest_px / max(pixels.shape[:2])
+    if shrink >= 1.0:
+        return pixels
+    size = [max(1, round(side * shrink)) for side in pixels.shape[1::-1]]
+    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA))
+
+
+def png(pixels: Image) -> bytes:
+    """Return an 8-bit picture, grey (H, W) or RGB (H, W, 3), as the bytes of a PNG file."""
+    return _file(pixels, ".png")
+
+
+def data_uri(pixels: Image, *, exact: bool) -> str:
+    """Return such a picture as a data URI: its very pixels (PNG), or JPEG."""
+    jpeg = cv2.IMWRITE_JPEG_QUALITY, _QUALITY
+    data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
+    return f"data:image/{'png' if exact else 'jpeg'};base64,{base64.b64encode(data).decode()}"
+
+
+def _file(pixels: Image, kind: str, *options: int) -> bytes:
+    bgr = pixels if pixels.ndim == 2 else cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
+    _, data = cv2.imencode(kind, bgr, options)
+    return data.tobytes()

@@ -1,0 +1,293 @@
+"""Pixel rectangles and plane transforms; pixel centres lie at whole numbers, y runs down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.language import Text
+
+Array = npt.NDArray[np.float64]
+# Ends (x, y) of a straight line.
+Line = tuple[tuple[float, float], tuple[float, float]]
+# Pixels of shape (H, W) or (H, W, C); depth and channels are checked where they matter.
+Image = npt.NDArray[Any]
+
+
+def degrees_of(across: npt.ArrayLike) -> float:
+    """Return by how much a vector (x, y) is turned from +x towards +y, -180 to 180.
+
+    Parameters
+    ----------
+    across : array_like of shape (2,)
+        Such as from the left eye to the right.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> from kogao_core.base.geometry import degrees_of
+    >>> degrees_of((0.0, 2.0))
+    90.0
+    """
+    x, y = np.asarray(across, np.float64)
+    return float(np.degrees(np.arctan2(y, x)))
+
+
+def smoothstep(t: Array) -> Array:
+    """Return how far a smooth step from 0 to 1 has come, level at both ends: 3 t^2 - 2 t^3.
+
+    Parameters
+    ----------
+    t : array
+        0 to 1.
+
+    Returns
+    -------
+    array
+        0 to 1, of the same shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.base.geometry import smoothstep
+    >>> smoothstep(np.array([0.0, 0.25, 0.5, 1.0]))
+    array([0.     , 0.15625, 0.5    , 1.     ])
+    """
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``.
+
+    Examples
+    --------
+    >>> from kogao_core.base.geometry import Box
+    >>> box = Box(10, 20, 50, 40)
+    >>> box.width, box.height, box.area
+    (40, 20, 800)
+    >>> box.grown(15).clipped(Box(0, 0, 60, 60))
+    Box(left=0, top=5, right=60, bottom=55)
+    """
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def width(self) -> int:
+        """Columns, px."""
+        return max(0, self.right - self.left)
+
+    @property
+    def height(self) -> int:
+        """Rows, px."""
+        return max(0, self.bottom - self.top)
+
+    @property
+    def area(self) -> int:
+        """Number of pixels."""
+        return self.width * self.height
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Row and column slices that cut this box out of an image."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def grown(self, margin_px: int) -> Box:
+        """Return the box with `margin_px` added on every side.
+
+        Parameters
+        ----------
+        margin_px : int
+            Negative ones shrink it.
+
+        Returns
+        -------
+        Box
+        """
+        return Box(
+            self.left - margin_px,
+            self.top - margin_px,
+            self.right + margin_px,
+            self.bottom + margin_px,
+        )
+
+    def clipped(self, other: Box) -> Box:
+        """Return the part of this box inside `other`.
+
+        Parameters
+        ----------
+        other : Box
+            Such as the image.
+
+        Returns
+        -------
+        Box
+            Empty, of no area, where they don't meet.
+        """
+        return Box(
+            max(self.left, other.left),
+            max(self.top, other.top),
+            min(self.right, other.right),
+            min(self.bottom, other.bottom),
+        )
+
+    @staticmethod
+    def of(image: Image) -> Box:
+        """Return the box of a whole image of shape (H, W) or (H, W, C).
+
+        Parameters
+        ----------
+        image : array of shape (H, W) or (H, W, C)
+            Its pixels don't count.
+
+        Returns
+        -------
+        Box
+        """
+        return Box(0, 0, image.shape[1], image.shape[0])
+
+
+def frozen(
+    points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, *, gaps: bool = False
+) -> Array:
+    """Copy `points` to a read-only float64 array; `shape` is checked where given (None = any).
+
+    Parameters
+    ----------
+    points : array_like
+        Coordinates, px.
+    shape : tuple of (int or None), optional
+        What to insist on.
+    gaps : bool
+        Whether NaN is allowed.
+
+    Returns
+    -------
+    float64 array
+        Read-only.
+
+    Raises
+    ------
+    ValueError
+        If the shape differs, or a coordinate is infinite or, without `gaps`, NaN.
+
+    Examples
+    --------
+    >>> from kogao_core.base.geometry import frozen
+    >>> points = frozen([(1, 2), (3, 4)], (None, 2))
+    >>> points.dtype.name, points.flags.writeable
+    ('float64', False)
+    """
+    array = np.array(points, dtype=np.float64)
+    if shape is not None and (
+        array.ndim != len(shape)
+        or any(
+            want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
+        )
+    ):
+        raise ValueError(
+            Text("expected points of shape {shape}, got {got}", shape=shape, got=array.shape)
+        )
+    if np.isinf(array).any() or (not gaps and np.isnan(array).any()):
+        raise ValueError(Text("coordinates must be finite numbers"))
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Affine:
+    """A plane map ``p -> matrix @ p + shift``, in px.
+
+    Examples
+    --------
+    >>> from kogao_core.base.geometry import Affine
+    >>> quarter = Affine.similarity(2.0, 90.0, (10, 0))
+    >>> quarter([(3, 0)]).round(9)
+    array([[10.,  6.]])
+    >>> quarter.inverse(quarter([(3, 0)])).round(9)
+    array([[3., 0.]])
+    """
+
+    matrix: Array
+    shift: Array
+
+    def __call__(self, points: npt.ArrayLike) -> Array:
+        """Map points of shape (..., 2)."""
+        return np.asarray(np.asarray(points, np.float64) @ self.matrix.T + self.shift)
+
+    @property
+    def scale(self) -> float:
+        """Linear magnification, sqrt(abs(det))."""
+        return float(np.sqrt(abs(np.linalg.det(self.matrix))))
+
+    @property
+    def inverse(self) -> Affine:
+        """The map back."""
+        back = np.asarray(np.linalg.inv(self.matrix), np.float64)
+        return Affine(back, -back @ self.shift)
+
+    @property
+    def opencv(self) -> Array:
+        """The 2x3 matrix of OpenCV's warpAffine."""
+        return np.column_stack([self.matrix, self.shift])
+
+    def after(self, first: Affine) -> Affine:
+        """Return the map that applies `first`, then this one.
+
+        Parameters
+        ----------
+        first : Affine
+            From the space that the result maps from.
+
+        Returns
+        -------
+        Affine
+        """
+        return Affine(self.matrix @ first.matrix, self(first.shift))
+
+    @staticmethod
+    def similarity(scale: float, degrees: float, shift: npt.ArrayLike) -> Affine:
+        """Return a turn by `degrees` (from +x towards +y), a scaling and a shift.
+
+        Parameters
+        ----------
+        scale : float
+            Above 0.
+        degrees : float
+            The turn.
+        shift : array-like of shape (2,)
+            Added last, px.
+
+        Returns
+        -------
+        Affine
+        """
+        angle = np.deg2rad(degrees)
+        cos, sin = np.cos(angle) * scale, np.sin(angle) * scale
+        return Affine(np.array([[cos, -sin], [sin, cos]]), np.asarray(shift, np.float64))
+
+    @staticmethod
+    def resize(scale_x: float, scale_y: float) -> Affine:
+        """Return the map of an image resize, which keeps pixel edges, not centres, in place.
+
+        Parameters
+        ----------
+        scale_x, scale_y : float
+            New size over old, above 0.
+
+        Returns
+        -------
+        Affine
+            From px of the old image to px of the new one.
+        """
+        scale = np.array([scale_x, scale_y])
+        return Affine(np.diag(scale), (scale - 1.0) / 2.0)

@@ -1,0 +1,167 @@
+"""Reading JSON that anybody may have written: every value is asked for by kind and range."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, NoReturn
+
+from kogao_core.base.language import Text
+from kogao_core.base.wording import shown, system_reason
+
+# Control characters, and halves of UTF-16 letters, which no file could be written with again.
+_UNPLAIN: Final = re.compile("[\x00-\x1f\ud800-\udfff]")
+
+
+_FILE: Final = Text("the file")
+
+
+class BadFile(ValueError):
+    """What was read isn't what it should be; the message says where and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A value inside a file and the way to it, for messages: its root, and the path from there."""
+
+    value: Any
+    path: str = ""
+    root: Text = _FILE
+
+    def field(self, name: str) -> Node:
+        """Return a field of an object; one that is absent is null."""
+        if not isinstance(self.value, dict):
+            self.refuse(Text("must be an object"))
+        return Node(self.value.get(name), f"{self.path}: {name}", self.root)
+
+    def only(self, names: Collection[str]) -> Node:
+        """Return this object after checking that it has no fields but these."""
+        if not isinstance(self.value, dict):
+            self.refuse(Text("must be an object"))
+        unknown = sorted(set(self.value) - set(names))
+        if unknown:
+            self.refuse(Text("has an unknown field {unknown}", unknown=shown(unknown[0])))
+        return self
+
+    def items(self, most: int) -> list[Node]:
+        """Return the elements of a list."""
+        if not isinstance(self.value, list):
+            self.refuse(Text("must be a list"))
+        if len(self.value) > most:
+            self.refuse(
+                Text(
+                    "has {count} entries; at most {most} are allowed",
+                    count=len(self.value),
+                    most=most,
+                )
+            )
+        return [Node(value, f"{self.path}[{n}]", self.root) for n, value in enumerate(self.value)]
+
+    def count(self, name: str) -> int:
+        """Return how many elements a field of an object has; 0 where it isn't a list."""
+        value = self.field(name).value
+        return len(value) if isinstance(value, list) else 0
+
+    def number(self, low: float, high: float) -> float:
+        """Return a finite number within a range."""
+        value = self.value
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.refuse(Text("must be a number"))
+        if not (low <= value <= high and math.isfinite(value)):
+            self.refuse(Text("must be within {low:g}..{high:g}", low=low, high=high))
+        return float(value)
+
+    def whole(self, low: int, high: int) -> int:
+        """Return a whole number within a range."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int):
+            self.refuse(Text("must be a whole number"))
+        return int(self.number(low, high))
+
+    def flag(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.value, bool):
+            self.refuse(Text("must be true or false"))
+        return self.value
+
+    def text(self, longest: int, among: Collection[str] = ()) -> str:
+        """Return a text without control characters or half letters, one of `among` if given."""
+        if not isinstance(self.value, str):
+            self.refuse(Text("must be a text"))
+        if len(self.value) > longest or _UNPLAIN.search(self.value):
+            self.refuse(Text("must be a plain text of at most {longest} letters", longest=longest))
+        if among and self.value not in among:
+            self.refuse(Text("must be one of {allowed}", allowed=", ".join(among)))
+        return self.value
+
+    def refuse(self, reason: str) -> NoReturn:
+        """Refuse the file because of this value.
+
+        Raises
+        ------
+        BadFile
+            Always.
+        """
+        raise BadFile(Text("{root}{path} {reason}", root=self.root, path=self.path, reason=reason))
+
+
+def read(path: Path, most_bytes: int) -> bytes:
+    """Return a file, and of one that has more than `most_bytes` one byte more than those.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read.
+    """
+    try:
+        with path.open("rb") as file:
+            return file.read(most_bytes + 1)
+    except OSError as error:
+        raise BadFile(
+            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
+        ) from None
+
+
+def parse(data: bytes, most_bytes: int) -> Node:
+    """Read JSON text, with or without a byte order mark.
+
+    NaN, infinities, deep nesting and twofold fields are refused.
+
+    Raises
+    ------
+    BadFile
+        If it is too large or not JSON.
+    """
+    if len(data) > most_bytes:
+        raise BadFile(
+            Text(
+                "the file has {count} bytes; at most {most_bytes} are allowed",
+                count=len(data),
+                most_bytes=most_bytes,
+            )
+        )
+    try:
+        value = json.loads(
+            data.decode("utf-8-sig"), parse_constant=_no_constant, object_pairs_hook=_once
+        )
+    except RecursionError:
+        raise BadFile(Text("the file is nested too deeply")) from None
+    except BadFile:
+        raise
+    except ValueError as error:  # not UTF-8, not JSON, or a number of thousands of digits
+        raise BadFile(Text("the file is not JSON ({error})", error=str(error)[:80])) from None
+    return Node(value)
+
+
+def _no_constant(text: str) -> NoReturn:
+    raise BadFile(Text("the file holds {text}, which is no number", text=text))
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise BadFile(Text("the file names a field twice"))
+    return found

@@ -1,1 +1,0 @@
-"""Instruments built on the core: reproducible experiments, each one command."""

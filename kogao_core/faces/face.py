@@ -1,0 +1,445 @@
+"""A face as the paper sees it: 21 outline points, 4 eye corners, 2 mouth corners (section 3.1)."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, isfinite
+from typing import Any, Final, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Affine, Array, Image, frozen
+from kogao_core.base.language import Text
+from kogao_core.base.wording import shown
+from kogao_core.recipe.recipe import Recipe
+
+OUTLINE_POINTS: Final = 21
+FOREHEAD_POINTS: Final = 13
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """Where a face's lattice is anchored and what its spacing is measured in.
+
+    Kept apart from the landmarks, so that dragging one of them doesn't shift the lattice under
+    all the others.
+
+    Parameters
+    ----------
+    origin_px : tuple of float
+        Position (x, y) of lattice node (0, 0): halfway between eyes and mouth.
+    spacing_px : float
+        Mean distance between neighbouring outline landmarks, the unit of R (section 3.3).
+
+    Raises
+    ------
+    ValueError
+        If the origin isn't finite or the spacing isn't above 0.
+    """
+
+    origin_px: tuple[float, float]
+    spacing_px: float
+
+    def __post_init__(self) -> None:
+        """Refuse a anchor that can't hold a lattice."""
+        if not all(map(isfinite, self.origin_px)) or not 0.0 < self.spacing_px < inf:
+            raise ValueError(Text("a face's anchor needs a finite origin and a spacing above 0"))
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """Landmarks of one face, px of the upright image; "left" is the viewer's, of an upright head.
+
+    Parameters
+    ----------
+    outline : array of shape (N, 2)
+        Silhouette from the left of the eye line round the chin to its right; N = 21 when automatic.
+    eyes : array of shape (4, 2)
+        Left eye outer and inner corner, right eye inner and outer corner.
+    mouth : array of shape (2, 2)
+        Left and right mouth corner.
+    score : float
+        Confidence 0 to 1 of the source; 1 for a face placed by hand.
+    targets : array of shape (N, 2), optional
+        Where the user wants outline points to go; rows of NaN stay automatic (section 3.2).
+    pinned_anchor : Anchor, optional
+        Lattice anchor to keep; derived from the landmarks when absent.
+    source : str
+        Which landmark source made it: "mesh", "manual", ...
+    recipe : Recipe, optional
+        This face's own warp distance, centre, lattice and fit; the photo's when absent.
+    confidence : array of shape (N + 6,), optional
+        How sure each of `points` is, 0 to 1: low where hair or a hand hides the face, 1 for a point
+        placed by hand. Absent where the source has none.
+    forehead : array of shape (13, 2), optional
+        Rim of the forehead, evenly from above the outline's first point to above its last. Absent
+        where the source doesn't see it.
+
+    Raises
+    ------
+    ValueError
+        If landmarks are missing or not finite, or a confidence is none.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> face.points.shape
+    (27, 2)
+    >>> moved = face.with_outline_point(10, (240, 265))
+    >>> moved.outline[10], moved.anchor == face.anchor
+    (array([240., 265.]), True)
+    """
+
+    outline: Array
+    eyes: Array
+    mouth: Array
+    score: float = 1.0
+    targets: Array | None = None
+    pinned_anchor: Anchor | None = None
+    source: str = "manual"
+    recipe: Recipe | None = None
+    confidence: Array | None = None
+    forehead: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name, count in (("outline", None), ("eyes", 4), ("mouth", 2)):
+            object.__setattr__(self, name, _landmarks(getattr(self, name), name, count))
+        outline = self.outline
+        if len(outline) < 3:
+            raise ValueError(
+                Text("a face needs at least 3 outline points, got {count}", count=len(outline))
+            )
+        if self.targets is not None:
+            targets = frozen(self.targets, outline.shape, gaps=True)
+            if (np.isnan(targets[:, 0]) != np.isnan(targets[:, 1])).any():
+                raise ValueError(Text("a face's target has only one coordinate"))
+            object.__setattr__(self, "targets", targets)
+        if self.confidence is not None:
+            confidence = frozen(self.confidence, (len(outline) + 6,), gaps=True)
+            if not ((confidence >= 0.0) & (confidence <= 1.0)).all():
+                raise ValueError(Text("confidence must lie between 0 and 1"))
+            object.__setattr__(self, "confidence", confidence)
+        if self.forehead is not None:
+            forehead = _landmarks(self.forehead, "forehead", FOREHEAD_POINTS)
+            object.__setattr__(self, "forehead", forehead)
+
+    @cached_property
+    def anchor(self) -> Anchor:
+        """Anchor and unit of this face's lattice."""
+        if self.pinned_anchor is not None:
+            return self.pinned_anchor
+        steps = np.linalg.norm(np.diff(self.outline, axis=0), axis=1)
+        x, y = self.middle.tolist()
+        return Anchor((x, y), max(1e-3, float(steps.mean())))
+
+    @cached_property
+    def eye_center(self) -> Array:
+        """Mean of the four eye corners, (x, y)."""
+        return np.asarray(self.eyes.mean(axis=0))
+
+    @cached_property
+    def mouth_center(self) -> Array:
+        """Mean of the two mouth corners, (x, y)."""
+        return np.asarray(self.mouth.mean(axis=0))
+
+    @cached_property
+    def middle(self) -> Array:
+        """Halfway between eyes and mouth, (x, y)."""
+        return np.asarray((self.eye_center + self.mouth_center) / 2.0)
+
+    @cached_property
+    def interocular_px(self) -> float:
+        """Distance between the outer eye corners, px."""
+        return float(np.linalg.norm(self.eyes[3] - self.eyes[0]))
+
+    @cached_property
+    def box(self) -> tuple[float, float, float, float]:
+        """Bounding rectangle (x, y, width, height) of all landmarks, px."""
+        points = self.points
+        low, high = points.min(axis=0), points.max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
+
+    @property
+    def points(self) -> Array:
+        """All landmarks, shape (N + 6, 2): outline, eyes, mouth (the paper's 27 when N = 21)."""
+        return np.vstack([self.outline, self.eyes, self.mouth])
+
+    def with_outline_point(self, index: int, position: npt.ArrayLike) -> Face:
+        """Return the face with one outline landmark moved; the lattice anchor stays.
+
+        Parameters
+        ----------
+        index : int
+            Of the landmark, 0 to 20; negative ones count from the end.
+        position : array of shape (2,)
+            Where it is now (x, y), px.
+
+        Returns
+        -------
+        Face
+            Sure of that landmark.
+        """
+        outline = _with_row(self.outline, index, position)
+        return self._edited(outline=outline, confidence=self._sure_of(index % len(outline)))
+
+    def with_target(self, index: int, position: npt.ArrayLike | None) -> Face:
+        """Return the face with one target set by hand, or automatic again.
+
+        Parameters
+        ----------
+        index : int
+            Of its outline landmark.
+        position : array of shape (2,), optional
+            Where it goes (x, y), px; None for where the recipe has it.
+
+        Returns
+        -------
+        Face
+            Its `targets` are None again when none is set by hand.
+        """
+        targets = np.full_like(self.outline, np.nan) if self.targets is None else self.targets
+        row = (np.nan, np.nan) if position is None else position
+        targets = _with_row(targets, index, row)
+        return self._edited(targets=None if np.isnan(targets).all() else targets)
+
+    def with_eye_point(self, index: int, position: npt.ArrayLike) -> Face:
+        """Return the face with one eye corner moved.
+
+        Parameters
+        ----------
+        index : int
+            0 to 3, from the viewer's left.
+        position : array of shape (2,)
+            Where it is now (x, y), px.
+
+        Returns
+        -------
+        Face
+            Sure of that corner.
+        """
+        row = len(self.outline) + index % 4
+        return self._edited(
+            eyes=_with_row(self.eyes, index, position), confidence=self._sure_of(row)
+        )
+
+    def with_mouth_point(self, index: int, position: npt.ArrayLike) -> Face:
+        """Return the face with one mouth corner moved.
+
+        Parameters
+        ----------
+        index : int
+            0 or 1, from the viewer's left.
+        position : array of shape (2,)
+            Where it is now (x, y), px.
+
+        Returns
+        -------
+        Face
+            Sure of that corner.
+        """
+        row = len(self.outline) + 4 + index % 2
+        return self._edited(
+            mouth=_with_row(self.mouth, index, position), confidence=self._sure_of(row)
+        )
+
+    def _sure_of(self, row: int) -> Array | None:
+        if self.confidence is None:
+            return None
+        confidence = self.confidence.copy()
+        confidence[row] = 1.0
+        return confidence
+
+    def _edited(self, **changes: Any) -> Face:
+        return dataclasses.replace(self, pinned_anchor=self.anchor, **changes)
+
+    def mapped(self, transform: Affine) -> Face:
+        """Return the face carried along by a transform of its image, anchor included.
+
+        Parameters
+        ----------
+        transform : Affine
+            A similarity: turn, scale, mirror and shift.
+
+        Returns
+        -------
+        Face
+            px of the new image.
+        """
+        origin = transform(self.anchor.origin_px)
+        return dataclasses.replace(
+            self,
+            outline=transform(self.outline),
+            eyes=transform(self.eyes),
+            mouth=transform(self.mouth),
+            targets=None if self.targets is None else transform(self.targets),
+            pinned_anchor=Anchor(
+                (float(origin[0]), float(origin[1])), self.anchor.spacing_px * transform.scale
+            ),
+            forehead=None if self.forehead is None else transform(self.forehead),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON form that `kogao-cli detect --json` gives."""
+        return {
+            "box": list(self.box),
+            "score": self.score,
+            "outline": self.outline.tolist(),
+            "eyes": self.eyes.tolist(),
+            "mouth": self.mouth.tolist(),
+        }
+
+
+def _landmarks(points: npt.ArrayLike, name: str, count: int | None) -> Array:
+    try:
+        return frozen(points, (count, 2))
+    except ValueError as error:
+        raise ValueError(
+            Text("a face's {name} can't be used: {error}", name=name, error=error)
+        ) from None
+
+
+def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
+    changed = points.copy()
+    changed[index] = np.asarray(position, np.float64)
+    return changed
+
+
+# Called with each face as it is found, in whatever thread found it.
+OnFace = Callable[[Face], object]
+
+
+def ignored(face: Face) -> None:
+    """Do nothing with a face while the search goes on: the list at its end holds it.
+
+    Parameters
+    ----------
+    face : Face
+        What was found.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> ignored(kogao.template_face((240, 180), 200))
+    """
+
+
+class LandmarkSource(Protocol):
+    """Anything that finds faces: the mesh network today, the paper's AAM, a user's own model."""
+
+    name: str
+
+    def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
+        """Return the faces of an upright image, `in_reading_order`; an empty list when none is.
+
+        Each is handed to `on_face` as soon as it is found, one at a time and in any thread.
+
+        Parameters
+        ----------
+        rgb : array of shape (H, W) or (H, W, C)
+            Of any depth that photos have.
+        on_face : callable
+            Takes each face as it comes.
+
+        Returns
+        -------
+        list of Face
+            Px of the image.
+        """
+        ...
+
+
+def in_reading_order(faces: Iterable[Face]) -> list[Face]:
+    """Return faces as people count them: from the left, in a photo of several rows row by row.
+
+    A new row begins where a level line passes between faces, through the landmarks of none, and at
+    least two of them are above it and two below.
+
+    Parameters
+    ----------
+    faces : iterable of Face
+        Those of one photo, in any order.
+
+    Returns
+    -------
+    list of Face
+        The same whatever the order they came in, but for faces at the very same place.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.faces.face import in_reading_order
+    >>> places = [(300, 180), (100, 200), (340, 500), (120, 500)]
+    >>> faces = [kogao.template_face(place, 90) for place in places]
+    >>> [face.anchor.origin_px[0] for face in in_reading_order(faces)]
+    [100.0, 300.0, 120.0, 340.0]
+    """
+    rows: list[list[Face]] = [[]]
+    bottom = -inf
+    for face in sorted(faces, key=lambda face: (face.box[1], face.anchor.origin_px)):
+        _, top, _, height = face.box
+        if top > bottom and len(rows[-1]) > 1:
+            rows.append([])
+        rows[-1].append(face)
+        bottom = max(bottom, top + height)
+    if len(rows) > 1 and len(rows[-1]) == 1:
+        alone = rows.pop()
+        rows[-1] += alone
+    return [face for row in rows for face in sorted(row, key=lambda face: face.anchor.origin_px)]
+
+
+def select(faces: Sequence[Face], which: str) -> list[Face]:
+    """Pick faces by ``"all"``, ``"largest"`` or 1-based numbers such as ``"1,3"``.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        Those of one photo.
+    which : str
+        The choice.
+
+    Returns
+    -------
+    list of Face
+        By number, in the order of `faces`.
+
+    Raises
+    ------
+    ValueError
+        If `which` is neither, or names a face that isn't there.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.faces.face import select
+    >>> faces = [kogao.template_face((x, 180), width) for x, width in ((100, 90), (300, 120))]
+    >>> [face.anchor.origin_px[0] for face in select(faces, "largest")]
+    [300.0]
+    >>> len(select(faces, "1,2"))
+    2
+    """
+    if which == "all":
+        return list(faces)
+    if which == "largest":
+        return sorted(faces, key=lambda face: face.interocular_px)[-1:]
+    try:
+        numbers = [int(part) for part in which.split(",")]
+    except ValueError:
+        raise ValueError(
+            Text("face must be all, largest or numbers like 1,3, got {which}", which=shown(which))
+        ) from None
+    for number in numbers:
+        if not 1 <= number <= len(faces):
+            raise ValueError(
+                Text(
+                    "there is no face {number}; the photo has {count}, from 1 up",
+                    number=number,
+                    count=len(faces),
+                )
+            )
+    return [faces[number - 1] for number in sorted(set(numbers))]

@@ -1,0 +1,141 @@
+"""Faces by the Active Appearance Model, found by BlazeFace or, without networks, by Haar boxes."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+from kogao_core.base import assets
+from kogao_core.base.geometry import Image
+from kogao_core.base.threads import one_blas_thread
+from kogao_core.faces.face import Face, OnFace, ignored, in_reading_order
+from kogao_core.faces.landmarks import locked, search
+from kogao_core.faces.landmarks.aam import points
+from kogao_core.faces.landmarks.aam.fitting import Fit, fit_both_ways
+from kogao_core.faces.landmarks.aam.haar import HaarFaces
+from kogao_core.faces.landmarks.aam.model import Model
+from kogao_core.faces.landmarks.aam.model_file import read
+from kogao_core.faces.landmarks.blazeface import CLOSE, SURE, BlazeFace, Detection
+from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
+from kogao_core.faces.landmarks.pixels import Pyramid
+
+MODEL: Final = "models/aam.npz"
+_STEEP: Final = 4
+_NO_FACE: Final = 0.1  # less trust than this no real face had
+_MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
+# As in the mesh source: the wide look separates faces from the rest better than the close one.
+_WIDE_SHARE: Final = 0.7
+
+
+class AamSource:
+    """The paper's extractor (section 3.1) with learnt updates.
+
+    The model is read at the first use. One source may be shared between threads.
+
+    Parameters
+    ----------
+    model : path, optional
+        Another model than the one that travels with the program.
+    """
+
+    name = "aam"
+
+    def __init__(self, model: Path | None = None) -> None:
+        self._path = model
+        self._lock = threading.Lock()  # a second search at once would need more networks
+
+    @cached_property
+    def _model(self) -> Model:
+        return read(self._path or assets.path(MODEL))
+
+    @cached_property
+    def _detector(self) -> BlazeFace | None:
+        try:
+            return BlazeFace(locked.network(locked.DETECTOR))
+        except assets.AssetMissing:
+            return None
+
+    @cached_property
+    def _haar(self) -> HaarFaces:
+        return HaarFaces()
+
+    def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
+        """Return the faces of an upright image, `in_reading_order`; see `MeshSource.find`.
+
+        `Face.score` is the detector's probability times the trust in the fit; below 0.5 the
+        residual is larger than that of faces that fit well.
+        """
+        with self._lock, one_blas_thread():
+            photo = _Photo(Pyramid(rgb), self._model)
+            if self._detector is None:
+                faces = self._by_haar(photo, on_face)
+            else:
+                faces = self._by_blazeface(photo, self._detector, on_face)
+        return in_reading_order(faces)
+
+    def _by_blazeface(self, photo: _Photo, detector: BlazeFace, on_face: OnFace) -> list[Face]:
+        return search.faces(
+            photo.picture,
+            detector,
+            lambda box: photo.face_at(detector, box, LEAST_SCORE),
+            lambda box: photo.face_at(detector, box, LEAST_IN_COMPANY),
+            on_face,
+        )
+
+    def _by_haar(self, photo: _Photo, on_face: OnFace) -> list[Face]:
+        # The cascade gives no probability, and false boxes: only good fits count.
+        for boxes in self._haar.boxes(photo.picture):
+            fits = [photo.fit(box) for box in boxes]
+            good = [one for one in fits if not photo.doubts(one)]
+            if good:
+                faces = [photo.face(one, 1.0) for one in good]
+                for face in faces:
+                    on_face(face)
+                return faces
+        return []
+
+
+@dataclass(frozen=True, eq=False)
+class _Photo:
+    picture: Pyramid
+    model: Model
+
+    def face_at(
+        self, detector: BlazeFace, proposal: Detection, least: float
+    ) -> search.Fitted | None:
+        box, _ = detector.look_closer(self.picture, proposal)
+        if box is None:
+            return None
+        sure = box.score
+        if sure <= SURE:
+            close = detector.sight(self.picture, box, CLOSE)
+            sure = _WIDE_SHARE * sure + (1.0 - _WIDE_SHARE) * close
+        if sure <= least:
+            return None
+        fitted = self.fit(box)
+        if self.doubts(fitted):
+            # A few faces in a hundred are first taken for upside down, or for upright ones.
+            over, _ = detector.look_closer(self.picture, _upside_down(box))
+            if over is not None:
+                fitted = min(fitted, self.fit(over), key=lambda one: one.residual)
+        face = self.face(fitted, sure)
+        return search.Fitted(face, box) if face.score > _NO_FACE * sure else None
+
+    def fit(self, box: Detection) -> Fit:
+        return fit_both_ways(self.model, self.picture, self.model.start.points(box))
+
+    def doubts(self, fitted: Fit) -> bool:
+        return fitted.residual > self.model.most_residual
+
+    def face(self, fitted: Fit, sure: float) -> Face:
+        most = self.model.most_residual
+        trust = 0.5 ** ((fitted.residual / most) ** _STEEP)
+        near = 0.5 ** ((fitted.residuals / (_MOST_NEAR * most)) ** _STEEP)
+        return points.face(fitted.points, sure * trust, near, AamSource.name)
+
+
+def _upside_down(box: Detection) -> Detection:
+    return replace(box, degrees=box.degrees + 180.0, seen_wide=False)

@@ -1,0 +1,225 @@
+"""BlazeFace's "back" network: where faces are, at any size, number and angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core.base.geometry import Affine, Array, degrees_of
+from kogao_core.base.threads import Spares
+from kogao_core.faces.landmarks.pixels import Pyramid, planes
+
+INPUT_PX: Final = 256
+SAME_FACE_IOU: Final = 0.3
+# Widths of view, in sides of the face, that tell faces from the rest best: in the wide one upright
+# faces score 0.90 to 0.97, those upside down and false ones less; the close one weeds out others.
+WIDE: Final = 4.0
+CLOSE: Final = 1.5
+SURE: Final = 0.9
+# A proposal seen at about the wide width and nearly upright needs no second look of that kind.
+_ABOUT_WIDE: Final = (2.0, 6.0)
+_ABOUT_UPRIGHT: Final = 15.0
+_LEAST_CLOSER: Final = 0.1
+# A view whose levels spread less is empty. A face of 2 % of it on a bare wall still spreads by 1.
+_FLAT: Final = 1.0
+_GRIDS: Final = ((16, 2), (8, 6))  # cells per side, anchors per cell
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Detection:
+    """One face box, turned with the face.
+
+    Parameters
+    ----------
+    center_px : array of shape (2,)
+        Middle of the box.
+    side_px : float
+        Longer side of the box.
+    degrees : float
+        Roll of the line between the eyes, from +x towards +y.
+    score : float
+        The network's probability, 0 to 1.
+    keypoints_px : array of shape (6, 2), optional
+        Left and right eye, tip of the nose, middle of the mouth, left and right ear; absent in a
+        box that the network didn't draw.
+    seen_wide : bool
+        Whether the view it was seen in shows it upright and about `WIDE` sides wide.
+    """
+
+    center_px: Array
+    side_px: float
+    degrees: float
+    score: float
+    keypoints_px: Array | None = None
+    seen_wide: bool = False
+
+    def is_like(self, other: Detection) -> bool:
+        """Tell whether two boxes frame one face: near in place and alike in size."""
+        apart = float(np.linalg.norm(self.center_px - other.center_px))
+        return apart < 0.5 * other.side_px and 0.5 < self.side_px / other.side_px < 2.0
+
+    def overlaps(self, other: Detection) -> bool:
+        """Tell whether two boxes can't be two faces: much in common, or one inside the other."""
+        reach = (self.side_px + other.side_px) / 2.0 - np.abs(self.center_px - other.center_px)
+        common = float(np.clip(reach, 0.0, min(self.side_px, other.side_px)).prod())
+        small, large = sorted((self.side_px**2, other.side_px**2))
+        return common > 0.6 * small or common > SAME_FACE_IOU * (small + large - common)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What one view shows.
+
+    Parameters
+    ----------
+    boxes : list of Detection
+        The faces in it, best first, none twice.
+    most : float
+        The highest probability anywhere in it, be it a face's or not.
+    """
+
+    boxes: list[Detection]
+    most: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Square:
+    """A square of the image that the network looks at.
+
+    Parameters
+    ----------
+    center_px : array of shape (2,)
+        Its middle in the image.
+    side_px : float
+        Its side.
+    degrees : float
+        Its turn, from +x towards +y.
+    """
+
+    center_px: Array
+    side_px: float
+    degrees: float = 0.0
+
+    @property
+    def to_image(self) -> Affine:
+        """Map from pixel centres of the network's input to the image."""
+        scale = self.side_px / INPUT_PX
+        turn = Affine.similarity(scale, self.degrees, (0.0, 0.0))
+        middle = (INPUT_PX - 1) / 2.0
+        return Affine(turn.matrix, self.center_px - turn((middle, middle)))
+
+
+class BlazeFace:
+    """The detector network; threads may share it.
+
+    Parameters
+    ----------
+    weights : path
+        ``face_detection_back.tflite``.
+    """
+
+    def __init__(self, weights: Path) -> None:
+        self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
+        self._anchors = _anchors()
+
+    def load(self) -> None:
+        """Read the weights now rather than at the first look."""
+        with self._nets.one():
+            pass
+
+    def look(self, image: Pyramid, view: Square, least_score: float) -> Look:
+        """Return what is in one view, and likely enough to be a face."""
+        sampled = image.sample(view.to_image, INPUT_PX)
+        spread = cv2.meanStdDev(np.ascontiguousarray(sampled[::2, ::2]))[1]
+        if float(spread.max()) < _FLAT:
+            return Look([], 0.0)
+        with self._nets.one() as net:
+            net.setInput(planes(sampled) / 127.5 - 1.0)
+            regressors, logits = net.forward(["regressors", "classificators"])
+        scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
+        likely = scores > least_score
+        # 16 numbers per anchor: centre, size, then six points of which the eyes come first.
+        values = regressors.reshape(-1, 16)[likely].astype(np.float64)
+        values[:, [0, 1]] += self._anchors[likely]
+        values[:, 4:] += np.tile(self._anchors[likely], 6)
+        boxes = [_detection(row, view, score) for row, score in _blended(values, scores[likely])]
+        return Look(boxes, float(scores.max()))
+
+    def look_closer(
+        self, image: Pyramid, box: Detection
+    ) -> tuple[Detection | None, list[Detection] | None]:
+        """Return a proposal seen again at a better size, turned upright, and what is beside it.
+
+        None if it is gone; None beside one that needs no second look.
+        """
+        if box.seen_wide and box.score > SURE:
+            return box, None
+        view = Square(box.center_px, WIDE * box.side_px, box.degrees)
+        boxes = self.look(image, view, _LEAST_CLOSER).boxes
+        seen = _like(box, boxes)
+        beside = [one for one in boxes if one is not seen]
+        if seen is not None and seen.score > SURE:
+            return seen, beside
+        # Heads are also found lying or upside down, but less surely, and with eyes where none are.
+        turned = (replace(box, degrees=box.degrees + turn) for turn in (90.0, 180.0, 270.0))
+        found = [seen, *(self._best(image, one, WIDE) for one in turned)]
+        return max(filter(None, found), key=lambda one: one.score, default=None), beside
+
+    def sight(self, image: Pyramid, box: Detection, sides: float) -> float:
+        """Return the probability that a box holds an upright face, in a view `sides` as wide."""
+        seen = self._best(image, box, sides)
+        return 0.0 if seen is None else seen.score
+
+    def _best(self, image: Pyramid, box: Detection, sides: float) -> Detection | None:
+        view = Square(box.center_px, sides * box.side_px, box.degrees)
+        return _like(box, self.look(image, view, _LEAST_CLOSER).boxes)
+
+
+def _like(box: Detection, boxes: list[Detection]) -> Detection | None:
+    return next((one for one in boxes if one.is_like(box)), None)
+
+
+def _anchors() -> Array:
+    rows = [
+        np.stack(np.meshgrid(centers, centers), axis=-1).reshape(-1, 2).repeat(count, axis=0)
+        for cells, count in _GRIDS
+        for centers in [(np.arange(cells) + 0.5) * INPUT_PX / cells]
+    ]
+    return np.vstack(rows)
+
+
+def _blended(values: Array, scores: Array) -> Iterator[tuple[Array, float]]:
+    # The anchors of one face vote, weighted by score: steadier than the best (BlazeFace, 3.4).
+    low, high = values[:, :2] - values[:, 2:4] / 2.0, values[:, :2] + values[:, 2:4] / 2.0
+    open_ = np.ones(len(scores), bool)
+    for best in np.argsort(-scores):
+        if open_[best]:
+            group = open_ & (_iou(low, high, best) > SAME_FACE_IOU)
+            group[best] = True
+            open_ &= ~group
+            yield np.average(values[group], axis=0, weights=scores[group]), float(scores[best])
+
+
+def _iou(low: Array, high: Array, one: int) -> Array:
+    overlap = np.clip(np.minimum(high, high[one]) - np.maximum(low, low[one]), 0.0, None).prod(
+        axis=1
+    )
+    area = (high - low).prod(axis=1)
+    return np.asarray(overlap / np.maximum(area + area[one] - overlap, 1e-9))
+
+
+def _detection(row: Array, view: Square, score: float) -> Detection:
+    # The network counts from the edge of its first pixel; we count from its centre.
+    to_image = view.to_image
+    center, *keypoints = to_image(row[[0, 1, *range(4, 16)]].reshape(7, 2) - 0.5)
+    across = keypoints[1] - keypoints[0]
+    degrees = degrees_of(across)
+    side_px = float(row[2:4].max()) * to_image.scale
+    tilt = abs((degrees - view.degrees + 180.0) % 360.0 - 180.0)
+    wide = _ABOUT_WIDE[0] < view.side_px / side_px < _ABOUT_WIDE[1] and tilt < _ABOUT_UPRIGHT
+    return Detection(center, side_px, degrees, score, np.array(keypoints), wide)

@@ -1,0 +1,197 @@
+"""Where to look for faces: the whole image, ever smaller tiles, turned and from afar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from kogao_core.base.threads import default_threads, share_in_order
+from kogao_core.faces.face import Face, OnFace, ignored
+from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
+from kogao_core.faces.landmarks.pixels import Pyramid
+
+# Least probability worth a closer look: a wrong one costs time, not a false face.
+WHOLE_SCORE: Final = 0.5
+TILE_SCORE: Final = 0.6
+SURE_SCORE: Final = 0.8
+# Faces below this part of the long side make others likely that the last views couldn't show.
+TILES_BELOW: Final = {2: 0.25, 4: 0.1}
+# Neighbouring tiles share this part of their side. The finest show faces of a tenth and less.
+OVERLAP: Final = {2: 0.5, 4: 0.3}
+LEAST_TILE_PX: Final = 96
+# People stand beside people: around a small sure face others are looked for at the size the
+# detector sees best, and believed sooner. Where the face is upright, only if the closer look at it
+# hints at somebody else; tiles miss those who lean further than this, degrees.
+COMPANY_BELOW: Final = 0.1
+COMPANY_SIDES: Final = 5.0
+COMPANY_SCORE: Final = 0.4
+COMPANY_HINT: Final = 0.3
+COMPANY_UPRIGHT: Final = 30.0
+# A head that lies stirs the detector upright, too: a view is turned if that looked up to this part
+# of the score that is asked for.
+STIRRED: Final = 0.2
+
+
+class Fitted(NamedTuple):
+    """A face that was found.
+
+    Parameters
+    ----------
+    face : Face
+        The face.
+    box : Detection
+        The square that its mesh fills.
+    beside : sequence of Detection, optional
+        Other boxes that came into view in the closer look at it; absent if it needed none.
+    """
+
+    face: Face
+    box: Detection
+    beside: Sequence[Detection] | None = None
+
+
+Fit = Callable[[Detection], Fitted | None]
+
+
+def faces(
+    image: Pyramid,
+    detector: BlazeFace,
+    fit: Fit,
+    fit_in_company: Fit | None = None,
+    on_face: OnFace = ignored,
+) -> list[Face]:
+    """Return every face that `fit` bears out, each once.
+
+    The result doesn't depend on the number of threads: they look and fit ahead, but what counts as
+    found already is decided in the order of the proposals.
+
+    Parameters
+    ----------
+    image : Pyramid
+        The image.
+    detector : BlazeFace
+        Proposes boxes.
+    fit : callable
+        Turns a box into a face and its own box, or None; called in several threads at once.
+    fit_in_company : callable, optional
+        The same for boxes beside a sure small face, where another is likely.
+    on_face : callable
+        Gets each face as it is found, one at a time.
+    """
+    found: list[Fitted] = []
+    most: dict[Square, float] = {}
+
+    def take(proposal: Detection, fitted: Fitted | None) -> None:
+        if fitted is not None and not _known(proposal, found) and not _known(fitted.box, found):
+            found.append(fitted)
+            on_face(fitted.face)
+
+    def look(views: Sequence[Square], least_score: float, fit: Fit = fit) -> None:
+        def unknown(proposal: Detection) -> Fitted | None:
+            return None if _known(proposal, found) else fit(proposal)
+
+        seen: list[Detection] = []
+
+        def note(view: Square, look: Look) -> None:
+            most[view] = look.most
+            seen.extend(box for box in look.boxes if _whole_in_view(box, view, image))
+
+        share_in_order(
+            views, lambda view: detector.look(image, view, least_score), note, default_threads()
+        )
+        share_in_order(_distinct(seen), unknown, take, default_threads())
+
+    def stirred(views: Sequence[Square], least_score: float) -> list[Square]:
+        return [view for view in views if most[view] > STIRRED * least_score]
+
+    def sure(proposal: Detection) -> Fitted | None:
+        fitted = fit(proposal)
+        return fitted if fitted is not None and fitted.face.score > SURE_SCORE else None
+
+    whole, long_side = _whole(image), max(image.width, image.height)
+    tiles = {parts: _tiles(image, parts) for parts in TILES_BELOW}
+    look([whole], WHOLE_SCORE)
+    if max((one.face.score for one in found), default=0.0) < SURE_SCORE:
+        look(_turned(stirred([whole], WHOLE_SCORE)), WHOLE_SCORE)
+    for parts, share in TILES_BELOW.items():
+        if min((one.box.side_px for one in found), default=0.0) < share * long_side:
+            look(tiles[parts], TILE_SCORE)
+    if fit_in_company is not None:
+        around = list(_around(found, COMPANY_BELOW * long_side))
+        look(around, COMPANY_SCORE, fit_in_company)
+    if not found:
+        look(_turned(stirred(tiles[2], TILE_SCORE)), TILE_SCORE)
+    if not found:
+        # Small and not upright is rare: coins and such are likelier unless all are sure.
+        look(_turned(stirred(tiles[4], SURE_SCORE)), SURE_SCORE, sure)
+    if not found:
+        # A face larger than the frame is one again from afar.
+        far = Square(whole.center_px, 2.0 * whole.side_px)
+        look([far, *_turned([far])], TILE_SCORE)
+    return [one.face for one in found]
+
+
+def _around(found: Sequence[Fitted], below_px: float) -> Iterator[Square]:
+    for face, box, beside in found:
+        if face.score > SURE_SCORE and box.side_px < below_px:
+            hints = [one for one in beside or () if one.score > COMPANY_HINT]
+            alone = beside is not None and all(_known(one, found) for one in hints)
+            if not alone or abs(box.degrees) > COMPANY_UPRIGHT:
+                yield Square(box.center_px, COMPANY_SIDES * box.side_px, box.degrees)
+
+
+def _known(box: Detection, found: Sequence[Fitted]) -> bool:
+    return any(box.overlaps(known.box) for known in found)
+
+
+def _distinct(boxes: Sequence[Detection]) -> list[Detection]:
+    """Return boxes of any of the views, best first, overlapping ones dropped."""
+    kept: list[Detection] = []
+    for box in sorted(boxes, key=lambda one: -one.score):
+        if not any(box.overlaps(other) for other in kept):
+            kept.append(box)
+    return kept
+
+
+def _whole_in_view(box: Detection, view: Square, image: Pyramid) -> bool:
+    # A face cut by a tile's border lies whole in the next tile; one cut by the image's is kept.
+    low, high = _sides(box.center_px, box.side_px)
+    view_low, view_high = _sides(view.center_px, view.side_px)
+    size = np.array([image.width, image.height])
+    cut_low = (low < view_low) & (view_low > 0.0)
+    cut_high = (high > view_high) & (view_high < size - 1.0)
+    return not bool((cut_low | cut_high).any())
+
+
+def _sides(center_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarray]:
+    return center_px - side_px / 2.0, center_px + side_px / 2.0
+
+
+def _whole(image: Pyramid) -> Square:
+    center = np.array([image.width - 1.0, image.height - 1.0]) / 2.0
+    return Square(center, float(max(image.width, image.height)))
+
+
+def _turned(views: Sequence[Square]) -> list[Square]:
+    turns = (180.0, 90.0, 270.0)
+    return [Square(view.center_px, view.side_px, turn) for view in views for turn in turns]
+
+
+def _tiles(image: Pyramid, parts: int) -> list[Square]:
+    """Cover the image by squares of 1 / `parts` of its long side that overlap."""
+    side = max(image.width, image.height) / parts
+    if side < LEAST_TILE_PX:
+        return []
+    step = side * (1.0 - OVERLAP[parts])
+    rows, columns = _middles(image.height, side, step), _middles(image.width, side, step)
+    return [Square(np.array([x, y]), side) for y in rows for x in columns]
+
+
+def _middles(length_px: int, side_px: float, step_px: float) -> list[float]:
+    if length_px <= side_px:
+        return [(length_px - 1.0) / 2.0]
+    steps = int(np.ceil((length_px - side_px) / step_px))
+    ends = side_px / 2.0 - 0.5, length_px - side_px / 2.0 - 0.5
+    return [float(middle) for middle in np.linspace(*ends, steps + 1)]

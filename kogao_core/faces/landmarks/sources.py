@@ -1,0 +1,176 @@
+"""Which landmark sources there are to choose from, and what each was measured to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core.base import assets
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.faces.landmarks import locked
+from kogao_core.faces.landmarks.mesh import ChinSource, MeshSource
+
+_NETWORKS: Final = (locked.DETECTOR, locked.MESH)
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What a landmark source was measured to do (docs/landmarks.md).
+
+    Parameters
+    ----------
+    studio_jaw, wild_jaw : float
+        Mean distance from labelled jaw points to the outline on studio portraits and in the wild,
+        % of the outer inter-ocular distance, on faces left out of training.
+    typical_ms : float
+        Time for a portrait of about a megapixel with one face, on two cores.
+    """
+
+    studio_jaw: float
+    wild_jaw: float
+    typical_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A landmark source that travels with the program.
+
+    Parameters
+    ----------
+    name : str
+        What to ask for: ``--landmarks NAME``.
+    title : str
+        What people call it, without an article.
+    make : callable
+        Returns the source; models are read at its first use.
+    needs_networks : bool
+        Whether it needs the networks that are fetched when a wheel is built.
+    measured : Measured, optional
+        None, if it wasn't measured.
+    help : str
+        What it does otherwise than the others, in one sentence; may be empty.
+    """
+
+    name: str
+    title: str
+    make: Callable[[], LandmarkSource]
+    needs_networks: bool
+    measured: Measured | None = None
+    help: str = ""
+
+
+def _aam() -> LandmarkSource:
+    from kogao_core.faces.landmarks.aam import AamSource  # most searches need none
+
+    return AamSource()
+
+
+# The first that is complete here is what is used unless another is asked for.
+CHOICES: Final = (
+    Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.0, typical_ms=60.0)),
+    Choice("aam", Text("AAM"), _aam, False, Measured(1.7, 3.3, typical_ms=65.0)),
+    Choice(
+        "chin",
+        Text("jaw under beards"),
+        ChinSource,
+        True,
+        help=Text("As the mesh, but where there is a beard, the outline is the chin under it"),
+    ),
+)
+
+
+def source(wanted: str | None = None) -> LandmarkSource:
+    """Return the landmark source that was asked for.
+
+    Parameters
+    ----------
+    wanted : str, optional
+        The name of a choice, or the path of a `cv2.face` model file. When absent, the first choice,
+        or the first without networks where this installation lacks them.
+
+    Returns
+    -------
+    LandmarkSource
+        Models are read at its first `find`; keep it for many photos.
+
+    Raises
+    ------
+    ModelRefused
+        If a model file is damaged or none.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> (face,) = kogao.source("aam").find(photo.pixels)
+    >>> face.source
+    'aam'
+    """
+    if wanted is None:
+        here = (c for c in CHOICES if not c.needs_networks or networks_are_here())
+        return next(here).make()
+    for choice in CHOICES:
+        if choice.name == wanted:
+            return choice.make()
+    from kogao_core.faces.landmarks.facemark import FacemarkSource
+
+    return FacemarkSource(Path(wanted))
+
+
+def find(image: Image, landmarks: str | None = None) -> list[Face]:
+    """Find the faces of an image and their landmarks (section 3.1).
+
+    Parameters
+    ----------
+    image : array of shape (H, W) or (H, W, C)
+        Grey, RGB or RGBA, upright, such as `Photo.pixels`; float32 is 0 to 1.
+    landmarks : str, optional
+        Which source to ask, see `source`.
+
+    Returns
+    -------
+    list of Face
+        `in_reading_order`, px of `image`; empty when there is none.
+
+    Raises
+    ------
+    ModelRefused
+        If a model file is damaged or none.
+    AssetMissing
+        If the source needs a file that this installation lacks.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> (face,) = kogao.find(photo.pixels)
+    >>> face.outline.shape, face.eyes.shape, face.mouth.shape
+    ((21, 2), (4, 2), (2, 2))
+    """
+    return source(landmarks).find(image)
+
+
+def networks_are_here() -> bool:
+    """Return whether this installation has the networks."""
+    try:
+        return all(assets.path(name).exists() for name in _NETWORKS)
+    except assets.AssetMissing:
+        return False
+
+
+def check_networks() -> None:
+    """Check that the networks which are here are those that Kogao came with.
+
+    Raises
+    ------
+    ModelRefused
+        If one is damaged.
+    """
+    for name in _NETWORKS:
+        with suppress(assets.AssetMissing):
+            locked.network(name)

@@ -1,0 +1,97 @@
+"""Zones of the outline: how far cheeks, jaw, chin and either side go, beside what the rest does.
+
+A zone is a smooth weight of the direction in which a landmark lies, seen from between the eyes and
+the mouth: cheeks, jaw and chin add up to 1 everywhere, and so do left and right.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Array
+from kogao_core.faces.face import Face
+from kogao_core.faces.reshape import across
+from kogao_core.recipe.recipe import Recipe
+
+# Directions in which a zone stands alone, in degrees from the chin: four landmarks lie between two
+# of them. On the mean face the chin passes into the jaw below the corners of the mouth, half way,
+# and the outline ends at 116.
+_JAW: Final = 45.0
+_CHEEKS: Final = 90.0
+# Left and right are mixed this far to either side of the chin.
+_MIXED: Final = 45.0
+
+
+def directions(outline: Array, origin: npt.ArrayLike, across_px: Array) -> tuple[Array, Array]:
+    """Return where the points of an outline lie, seen from a place inside the face.
+
+    Parameters
+    ----------
+    outline : array of shape (N, 2)
+        Px.
+    origin : array of shape (2,)
+        The place, px.
+    across_px : array of shape (2,)
+        The direction across the face, see `reshape.across`.
+
+    Returns
+    -------
+    array of shape (N,)
+        Degrees from the direction of the chin, -180 to 180; those on the left are negative.
+    array of shape (N,)
+        Distances, px.
+    """
+    away = outline - np.asarray(origin)
+    down = np.array([-across_px[1], across_px[0]])
+    right, below = away @ across_px, away @ down
+    return np.degrees(np.arctan2(right, below)), np.hypot(right, below)
+
+
+def gains(face: Face, recipe: Recipe) -> Array:
+    """Return how far each landmark goes beside the warp distance.
+
+    Parameters
+    ----------
+    face : Face
+        Its eyes and mouth tell where the chin is.
+    recipe : Recipe
+        Of it, `cheeks`, `jaw`, `chin`, `left` and `right`.
+
+    Returns
+    -------
+    array of shape (N,)
+        0 to 4; 1 to the bit where every zone is at 100 %.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.faces.zones import gains
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> gains(face, kogao.Recipe(chin=0))[:11].round(2)
+    array([1.  , 1.  , 1.  , 1.  , 1.  , 1.  , 1.  , 0.83, 0.47, 0.14, 0.  ])
+    """
+    degrees, _ = directions(face.outline, face.middle, across(face))
+    beyond_chin = _rise(np.abs(degrees), 0.0, _JAW)
+    cheeks = _rise(np.abs(degrees), _JAW, _CHEEKS)
+    right = _rise(degrees, -_MIXED, _MIXED)
+    zones = (
+        (1.0 - beyond_chin) * _excess(recipe.chin)
+        + (beyond_chin - cheeks) * _excess(recipe.jaw)
+        + cheeks * _excess(recipe.cheeks)
+    )
+    sides = (1.0 - right) * _excess(recipe.left) + right * _excess(recipe.right)
+    return np.asarray((1.0 + zones) * (1.0 + sides))
+
+
+def _excess(percent: float) -> float:
+    # Gains are 1 and what is more or less, so that those of 100 % are 1 exactly.
+    return percent / 100.0 - 1.0
+
+
+def _rise(values: Array, low: float, high: float) -> Array:
+    """Return 0 up to `low`, 1 from `high` on, and half a cosine wave between."""
+    share = np.clip((values - low) / (high - low), 0.0, 1.0)
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * share))

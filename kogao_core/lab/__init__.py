@@ -1,0 +1,1 @@
+"""The laboratory: experiments on photographs, rival methods, a blind study."""

@@ -1,0 +1,130 @@
+"""The files that an experiment writes: all figures, a table of them, a report, pictures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from kogao_core.base.language import Text
+from kogao_core.cli import common, json_file, words
+
+if TYPE_CHECKING:
+    from kogao_core.base.geometry import Image
+    from kogao_core.lab.reports.report import Report
+
+KINDS: Final = ("json", "csv", "html")
+STDOUT: Final = json_file.STDOUT
+# Adds ``--json``, ``--csv``, ``--html``, which `asked_for` reads, and ``--force``.
+writes_files = words.together(
+    json_file.writes_json,
+    json_file.writes("csv", Text("Write a table of all figures, or print it.")),
+    json_file.writes("html", Text("Write a report for a browser, or print it.")),
+    common.forces,
+)
+
+
+def asked_for(given: Mapping[str, Any]) -> dict[str, Path]:
+    """Return the files that were asked for, by kind."""
+    files = {kind: given[f"{kind}_file"] for kind in KINDS}
+    return {kind: file for kind, file in files.items() if file is not None}
+
+
+class Outputs:
+    """Where the result goes; checked before work begins.
+
+    Parameters
+    ----------
+    files : mapping of str to Path
+        By kind; ``-`` is the standard output.
+    folder : Path, optional
+        For pictures; made if need be.
+    force : bool
+        Replace what is there.
+
+    Raises
+    ------
+    Stop
+        If a file or folder is in the way, there is no folder for a file, or two files are to be
+        printed.
+    """
+
+    def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
+        self._files, self._folder = files, folder
+        if list(files.values()).count(STDOUT) > 1:
+            raise common.Stop(
+                Text("only one of the files can be printed; name the others"), common.USAGE
+            )
+        for file in files.values():
+            if file != STDOUT:
+                common.check_free(file, force)
+            if file != STDOUT and file.parent != folder:
+                _check_folder(file.parent, made=False)
+        if folder is not None:
+            _check_folder(folder, made=True)
+            if folder.is_dir() and any(folder.iterdir()) and not force:
+                raise common.Stop(
+                    Text(
+                        "{folder} isn't empty; choose another, or --force to replace files in it",
+                        folder=folder,
+                    ),
+                    common.USAGE,
+                )
+
+    def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
+        """Write pictures, grey or RGB with their files' names, where a folder was asked for."""
+        from kogao_core.base import atomic
+        from kogao_core.base.display import png
+
+        if self._folder is None:
+            return
+        with _writing(self._folder):
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for name, pixels in pictures:
+                atomic.put(png(pixels), self._folder / name)
+
+    def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
+        """Write the files, and print the tables unless a file is printed."""
+        from kogao_core.base import atomic
+        from kogao_core.lab.reports.page import files
+        from kogao_core.lab.reports.report import Made
+        from kogao_core.lab.reports.translating import translated_report
+
+        text_of = files(report, Made.now(click.get_current_context().obj, left_out))
+        if STDOUT not in self._files.values():
+            common.print_text(translated_report(report).text())
+        if self._folder is not None:
+            with _writing(self._folder):
+                self._folder.mkdir(parents=True, exist_ok=True)
+        for kind, file in self._files.items():
+            text = text_of[kind]()
+            if file == STDOUT:
+                click.echo(text, nl=False)
+            else:
+                with _writing(file):
+                    atomic.put(text.encode(), file)
+
+
+def _writing(place: Path) -> AbstractContextManager[None]:
+    return common.refusing(
+        lambda reason: Text(
+            "{place} can't be written ({reason}); choose another folder or make room",
+            place=place,
+            reason=reason,
+        )
+    )
+
+
+def _check_folder(folder: Path, *, made: bool) -> None:
+    """Stop where files can't be put into a folder; with `made` it will be made if need be."""
+    nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
+    if not nearest.is_dir() or (nearest != folder and not made):
+        raise common.Stop(Text("there is no folder {folder}", folder=folder), common.UNREADABLE)
+    if not os.access(nearest, os.W_OK):
+        raise common.Stop(
+            Text("{nearest} may not be written to", nearest=nearest), common.UNREADABLE
+        )

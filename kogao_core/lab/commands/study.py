@@ -1,0 +1,193 @@
+"""``kogao-cli experiment study``: make a rating study, and count what people said."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from kogao_core.base.language import Text, tr
+from kogao_core.base.wording import shown
+from kogao_core.cli import common, words
+from kogao_core.cli.progress import ProgressLine
+from kogao_core.lab.commands import outputs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kogao_core.lab.study.making import Choices
+    from kogao_core.lab.study.plan import Key
+    from kogao_core.lab.subjects import Subject
+
+_LARGEST_LATTICE: Final = 8.0
+
+
+@words.group("study")
+def command() -> None:
+    """Ask people which faces look natural (table 1, figures 10 and 11).
+
+    make writes pictures and a page that say nothing of how they were made; rate asks in the
+    browser; report counts. docs/study.md says how to run a study.
+    """
+
+
+def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
+    try:
+        sizes = tuple(float(part) for part in value.split(",") if part)
+    except ValueError:
+        raise words.bad_value(
+            Text("{value} is not a list such as 0.5,1,2.", value=shown(value))
+        ) from None
+    if len(set(sizes)) != len(sizes) or not all(0.1 <= size <= _LARGEST_LATTICE for size in sizes):
+        raise words.bad_value(
+            Text("{value} must be different sizes within 0.1..8.", value=shown(value))
+        )
+    return sizes
+
+
+@command.command("make")
+@common.takes_photos
+@words.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
+    help="A new folder for the raters; the key is written beside it.",
+)  # fmt: skip
+@words.option(
+    "--lattices", callback=_sizes, default="0.25,0.5,1,2", show_default=True, metavar="R,R,...",
+    help="Lattice sizes of figure 11, in landmark spacings.",
+)  # fmt: skip
+@words.option("--control", is_flag=True, help="Show each photo as it is, too.")
+@words.option(
+    "--satisfaction/--no-satisfaction", default=True, show_default=True,
+    help="Ask for grades from 0 to 100 at the end.",
+)  # fmt: skip
+@words.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
+def make(
+    inputs: Sequence[Path],
+    sample: bool,
+    folder: Path,
+    lattices: tuple[float, ...],
+    control: bool,
+    satisfaction: bool,
+    seed: str | None,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> None:
+    """Make a study of the largest face in each photo."""
+    from kogao_core.lab.study import making, plan
+    from kogao_core.lab.study.variants import variants
+    from kogao_core.recipe.recipe import PAPER
+
+    photos = common.input_paths(inputs, sample)
+    with common.stopping(making.RefusedFolder, common.USAGE):
+        making.check_folder(folder)
+    kinds = variants(PAPER, lattices, control=control, satisfaction=satisfaction)
+    source = common.landmark_source(landmarks)
+    with common.stopping(ValueError, common.USAGE):
+        choices = making.Choices(PAPER, kinds, seed, source.name)
+    with common.stopping(making.RefusedFolder, common.USAGE), common.writing(folder):
+        key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
+    common.print_text(
+        tr(
+            "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
+            "about them",
+            folder=folder,
+            count=len(key.pictures),
+            faces=common.count_of_faces(len(photos)),
+        )
+    )
+    key_file = plan.key_path(folder)
+    common.print_text(tr("{file}: what each picture is; keep it from the raters", file=key_file))
+
+
+def _subjects(
+    photos: Sequence[Path], landmarks: str | None, max_megapixels: float
+) -> list[Subject]:
+    from kogao_core.cli import projects
+    from kogao_core.faces.face import select
+    from kogao_core.lab.study import pictures
+
+    found = []
+    for path in photos:
+        photo = common.read_photo(path, max_megapixels)
+        (face,) = select(common.find_faces(photo, landmarks), "largest")
+        shown = pictures.subject(photo, face)
+        found.append(dataclasses.replace(shown, sha256=projects.hash_of(path)))
+    return found
+
+
+def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
+    from kogao_core.lab.study import making
+
+    progress = ProgressLine()
+    progress.begin(tr("pictures for {folder}", folder=folder))
+    key = making.make(subjects, folder, choices, progress.step)
+    progress.end()
+    return key
+
+
+@command.command("rate")
+@click.argument("folder", type=click.Path(path_type=Path))
+@words.option("--no-browser", is_flag=True, help="Print the address only.")
+def rate(folder: Path, no_browser: bool) -> None:
+    """Ask about the pictures of the study in FOLDER, in a browser on this machine.
+
+    Answers are kept in FOLDER/ratings, each before the next picture shows. Ctrl-C ends it.
+    """
+    from kogao_core.base.strict import BadFile
+    from kogao_core.lab.study.server import Server
+
+    with common.stopping(BadFile, common.UNREADABLE), common.stopping(OSError, common.BROKEN):
+        server = Server(folder)
+    # Whoever reads the last line may end it at once.
+    with server, suppress(KeyboardInterrupt):
+        click.echo(server.address)
+        click.echo(tr("Ctrl-C ends it; one rater after another may use it."))
+        if not no_browser:
+            # In a thread: a browser in the terminal keeps the call until it is closed.
+            threading.Thread(target=_browse, args=(server.address,), daemon=True).start()
+        server.serve_forever()
+
+
+def _browse(address: str) -> None:
+    import webbrowser  # takes as long to load as all other commands
+
+    if not webbrowser.open(address):
+        common.print_message(Text("no browser was found; open the address in one"))
+
+
+@command.command("report")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
+@words.option(
+    "--key", "keys", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="Keys, one for each folder in turn [FOLDER.key.json beside each].",
+)  # fmt: skip
+@words.option(
+    "--ratings", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
+)  # fmt: skip
+@outputs.writes_files
+def report(
+    folders: Sequence[Path],
+    keys: Sequence[Path],
+    files: Sequence[Path],
+    force: bool,
+    **given: Any,
+) -> int:
+    """Count the ratings of the studies in FOLDERS."""
+    from kogao_core.base.strict import BadFile
+    from kogao_core.lab.study import plan, report, sources, tally
+
+    if keys and len(keys) != len(folders):
+        raise common.Stop(Text("give one --key for each folder, or none"), common.USAGE)
+    to = outputs.Outputs(outputs.asked_for(given), None, force)
+    found = [*keys] or [plan.key_path(folder) for folder in folders]
+    with common.stopping(BadFile, common.UNREADABLE):
+        counted = tally.tally(list(zip(folders, found, strict=True)), files)
+    for note in sources.notes(counted):
+        common.print_message(note)
+    to.write(report.report(counted))
+    return common.SOME_FAILED if counted.foreign else 0

@@ -1,0 +1,271 @@
+"""Fit, time and measure methods on the same points of the same photo."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core.base.display import reduced, rgb8
+from kogao_core.base.geometry import Array, Box, Image
+from kogao_core.base.installed import adding
+from kogao_core.base.language import Text
+from kogao_core.base.threads import one_blas_thread
+from kogao_core.lab.methods import METHODS, Method, Warp, WarpTask
+from kogao_core.lab.reports.spread import Spread, in_turns
+from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+
+SAMPLES_PX: Final = 2_000_000  # of a photo at most are sampled for folds, domain and heat
+DIFFERENCE_GAIN: Final = 4
+_ROUND: Final = 0.35  # of the faces' size is shown round them
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """One method on one photo.
+
+    Parameters
+    ----------
+    method : Method
+        Which.
+    fit_ms, warp_ms : Spread
+        From points to the fitted method, and from there to all pixels.
+    residual_mean_px, residual_max_px : float
+        How far landmarks end from their targets.
+    min_det : float
+        Smallest Jacobian determinant by central differences on the sampled pixels.
+    folded_share, moved_share : float
+        Parts of the image, 0 to 1, that fold, and that move by more than 1/64 px.
+    largest_px : float
+        Largest displacement.
+    pictures : dict of str to array
+        ``result``, ``difference`` (to the photo, times `DIFFERENCE_GAIN`) and ``heat``; RGB.
+    """
+
+    method: Method
+    fit_ms: Spread
+    warp_ms: Spread
+    residual_mean_px: float
+    residual_max_px: float
+    min_det: float
+    folded_share: float
+    moved_share: float
+    largest_px: float
+    pictures: dict[str, Image] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All methods on one photo.
+
+    Parameters
+    ----------
+    subject : Subject
+        Photo and faces.
+    asked_px : float
+        Largest displacement that a landmark asks for: the bright end of the heat.
+    methods : tuple of Compared
+        One for each that could be fitted.
+    """
+
+    subject: Subject
+    asked_px: float
+    methods: tuple[Compared, ...]
+
+    def views(self) -> Comparison:
+        """Return the comparison with pictures cut to the faces and reduced for a report."""
+        cut = _round_faces(self.subject)
+        seen = tuple(
+            dataclasses.replace(
+                one,
+                pictures={k: reduced(p[cut.slices]).copy() for k, p in one.pictures.items()},
+            )
+            for one in self.methods
+        )
+        photo = reduced(rgb8(self.subject.pixels)[cut.slices]).copy()
+        return Comparison(dataclasses.replace(self.subject, pixels=photo), self.asked_px, seen)
+
+
+@dataclass(frozen=True, slots=True)
+class MethodsResult:
+    """Methods side by side on some photos, made after one recipe."""
+
+    photos: tuple[Comparison, ...]
+    recipe: Recipe
+    repeats: int
+
+
+def missing(methods: Sequence[Method] = METHODS) -> list[str]:
+    """Return a sentence for each method whose library is absent."""
+    return [
+        Text(
+            "{method} needs {library}, which is absent: {how}",
+            method=method.title,
+            library=method.library,
+            how=adding("experiments"),
+        )
+        for method in methods
+        if not _is_here(method)
+    ]
+
+
+def _is_here(method: Method) -> bool:
+    return not method.needs or find_spec(method.needs) is not None
+
+
+def measure(
+    subject: Subject,
+    recipe: Recipe,
+    *,
+    methods: Sequence[Method] = METHODS,
+    repeats: int = 3,
+    warm_up: int = 1,
+    progress: Progress = no_progress,
+) -> tuple[Comparison, list[str]]:
+    """Compare methods on one photo, in turns; those whose library is absent stay out.
+
+    Parameters
+    ----------
+    subject : Subject
+        Photo with faces.
+    recipe : Recipe
+        Says where landmarks go, and the size of the lattice; all methods resample bilinearly.
+    methods : sequence of Method
+        Which.
+    repeats, warm_up : int
+        Rounds of timing that count, and rounds before them.
+    progress : callable
+        Called with how many runs are done, and of how many.
+
+    Returns
+    -------
+    Comparison, list of str
+        And a sentence for each method that can't be fitted to these points.
+    """
+    with one_blas_thread():
+        task = WarpTask.of(subject.pixels, subject.faces, recipe)
+        fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
+        times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
+        results: dict[str, Image] = {}
+        looks: dict[str, tuple[dict[str, float], Image]] = {}
+        asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
+        step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
+        # A run that doesn't count may leave its displacement, which then isn't asked for again.
+        moved = np.empty((2, *subject.pixels.shape[:2])) if warm_up and step == 1 else None
+        by_name = {method.name: method for method, _ in fitted}
+        runs = len(by_name) * (repeats + warm_up)
+        for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
+            kept = None if counts or name in looks else moved
+            fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels, kept)
+            if kept is not None:
+                looks[name] = _look(kept, step, asked_px)
+            if counts:
+                times[name][0].append(fit_ms)
+                times[name][1].append(warp_ms)
+            progress(done, runs)
+        found = []
+        for method, warp in fitted:
+            look = looks.get(method.name)
+            if look is None:
+                ends = task.image.right, task.image.bottom
+                sampled = warp.on_grid(*(np.arange(0, end, step) for end in ends))
+                look = _look(sampled, step, asked_px)
+            result, mine = results[method.name], times[method.name]
+            found.append(_compared(method, warp, task, subject.pixels, result, mine, look))
+        return Comparison(subject, asked_px, tuple(found)), [
+            Text("{photo}: {problem}", photo=subject.name, problem=one) for one in failed
+        ]
+
+
+def _fitted(
+    methods: Sequence[Method], task: WarpTask
+) -> tuple[list[tuple[Method, Warp]], list[str]]:
+    fitted = []
+    failed: list[str] = []
+    for method in methods:
+        try:
+            fitted.append((method, method.fit(task)))
+        except (ValueError, np.linalg.LinAlgError) as error:
+            failed.append(
+                Text(
+                    "{method} can't be fitted to these points ({error})",
+                    method=method.title,
+                    error=error,
+                )
+            )
+    return fitted, failed
+
+
+def _time_once(
+    method: Method, task: WarpTask, photo: Image, moved: Array | None
+) -> tuple[float, float, Image]:
+    start = time.perf_counter()
+    warp = method.fit(task)
+    fitted = time.perf_counter()
+    result = warp.pixels(photo, moved)
+    return (fitted - start) * 1e3, (time.perf_counter() - fitted) * 1e3, result
+
+
+def _compared(
+    method: Method,
+    warp: Warp,
+    task: WarpTask,
+    photo: Image,
+    result: Image,
+    times: tuple[list[float], list[float]],
+    look: tuple[dict[str, float], Image],
+) -> Compared:
+    misses = np.linalg.norm(warp.displacement(task.target_px) - task.displacement_px, axis=1)
+    figures, heat = look
+    return Compared(
+        method,
+        Spread.of(times[0]),
+        Spread.of(times[1]),
+        float(misses.mean()),
+        float(misses.max()),
+        pictures=_pictures(rgb8(photo), rgb8(result), heat),
+        **figures,
+    )
+
+
+def _look(displacement: Array, step_px: int, asked_px: float) -> tuple[dict[str, float], Image]:
+    """Return figures of `Compared`, and the heat, of a displacement of every so many pixels."""
+    length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step_px)
+    figures = {
+        "min_det": float(det.min()),
+        "folded_share": float((det <= 0.0).mean()),
+        "moved_share": float((length > LOSSLESS_PX).mean()),
+        "largest_px": float(length.max()),
+    }
+    levels = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0)
+    return figures, levels.astype(np.uint8)
+
+
+def _det(displacement: Array, step_px: int) -> Array:
+    """Return det J of ``x + displacement`` by central differences, shape (H, W)."""
+    (x_y, x_x), (y_y, y_x) = (np.gradient(part, float(step_px)) for part in displacement)
+    return np.asarray((1.0 + x_x) * (1.0 + y_y) - x_y * y_x)
+
+
+def _pictures(photo: Image, result: Image, heat: Image) -> dict[str, Image]:
+    difference = cv2.convertScaleAbs(cv2.absdiff(result, photo), alpha=DIFFERENCE_GAIN)
+    whole = cv2.resize(heat, photo.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    colours = cv2.cvtColor(cv2.applyColorMap(whole, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
+    return {"result": result, "difference": np.asarray(difference), "heat": colours}
+
+
+def _round_faces(subject: Subject) -> Box:
+    """Return the part of a photo with all its faces and some room."""
+    points = np.vstack([face.points for face in subject.faces])
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = _ROUND * float((high - low).max())
+    left, top = np.floor(low - room).astype(int).tolist()
+    right, bottom = np.ceil(high + room).astype(int).tolist()
+    return Box(left, top, right, bottom).clipped(Box.of(subject.pixels))

@@ -1,0 +1,265 @@
+"""Methods side by side as a report: bars, tables, pictures."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.lab.methods.base import Method
+from kogao_core.lab.methods.comparing import (
+    DIFFERENCE_GAIN,
+    SAMPLES_PX,
+    Compared,
+    Comparison,
+    MethodsResult,
+)
+from kogao_core.lab.reports.charts import Chart, Series
+from kogao_core.lab.reports.report import Heading, Part, Picture, Report, Row, Table
+from kogao_core.lab.reports.spread import Spread, rounded
+from kogao_core.recipe.settings import FITS
+
+_TITLE: Final = Text("Methods side by side")
+_LEAD: Final = Text(
+    "The same landmarks go to the same targets by the methods of the paper's "
+    "references and of today's practice: how exactly, how fast, over how many "
+    "pixels, and does it fold?"
+)
+_FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
+_KINDS: Final = {
+    "result": Text("Results"),
+    "difference": Text("Differences to the photo, times {gain}", gain=DIFFERENCE_GAIN),
+    "heat": Text("Displacement"),
+}
+
+
+def report(result: MethodsResult) -> Report:
+    """Return what each method costs and does, over all photos, then photo by photo."""
+    recipe, several = result.recipe, len(result.photos) > 1
+    what = Text("{amount}; B-splines with lattice ", amount=recipe.amount)
+    parts: list[Part] = [
+        Row(_bars(result.photos), wide=True),
+        Text(
+            "{what}R = {lattice:g}. {repeats} rounds that count.",
+            what=what,
+            lattice=recipe.lattice,
+            repeats=result.repeats,
+        ),
+        *_tables("", result.photos),
+    ]
+    for photo in result.photos:
+        parts += _photo(photo, _tables(f", {photo.subject.name}", [photo]) if several else [])
+    return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
+
+
+def _bars(photos: Sequence[Comparison]) -> list[Chart]:
+    methods = _methods(photos)
+    names = [_FITS.get(method.name, method.name) for method in methods]
+
+    def medians(of: Callable[[Compared], float]) -> list[float]:
+        return [statistics.median(of(one) for one in _of(photos, method)) for method in methods]
+
+    times = (
+        Series(Text("fit"), medians(lambda one: one.fit_ms.median)),
+        Series(Text("warp"), medians(lambda one: one.warp_ms.median)),
+    )
+    off = (
+        Series(Text("mean"), medians(lambda one: one.residual_mean_px)),
+        Series(Text("largest"), medians(lambda one: one.residual_max_px)),
+    )
+    return [
+        Chart(
+            Text("What the methods cost"), names, Text("time, ms"), times, bars=True,
+            logarithmic=True,
+            caption=Text("Medians. A division is ten times the one before."),
+        ),
+        Chart(
+            Text("How far landmarks miss their targets"), names, "px", off, bars=True,
+            caption=Text("Landmarks off their targets, medians over the photos."),
+        ),
+    ]  # fmt: skip
+
+
+def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
+    methods = _methods(photos)
+    first = methods[0].title if methods else ""
+    over = Text(" Medians over the photos.") if len(photos) > 1 else ""
+    return [
+        Table(
+            Text("What the methods cost{of}", of=of),
+            (
+                Text("method"),
+                Text("reference"),
+                Text("library"),
+                Text("fit, ms"),
+                Text("warp, ms"),
+                Text("times the first"),
+            ),
+            [_cost(photos, method) for method in methods],
+            Text(
+                "Median and quartiles of a photo's rounds, methods in turns.{over} "
+                "The last column compares fit and warp together with {first}: the "
+                "median of the photos' own ratios. B-splines resample their own "
+                "domain, the others the whole photo, all bilinearly. Own rivals are "
+                "written to be right, not fast: their times say little.",
+                over=over,
+                first=first,
+            ),
+        ),
+        Table(
+            Text("What the methods do{of}", of=of),
+            (
+                Text("method"),
+                Text("landmarks off, px"),
+                Text("largest"),
+                Text("smallest det J"),
+                Text("% folded"),
+                Text("% moved"),
+            ),
+            [_effect(photos, method) for method in methods],
+            Text(
+                "Landmarks off: mean and largest. Folded, moved (by more than 1/64 "
+                "px) and det J: by differences between pixels, every one of photos "
+                "up to {most:g} megapixels.{over}",
+                most=SAMPLES_PX / 1e6,
+                over=over,
+            ),
+        ),
+    ]
+
+
+def _methods(photos: Sequence[Comparison]) -> list[Method]:
+    found = {one.method.name: one.method for photo in photos for one in photo.methods}
+    return list(found.values())
+
+
+def _of(photos: Sequence[Comparison], method: Method) -> list[Compared]:
+    return [one for photo in photos for one in photo.methods if one.method.name == method.name]
+
+
+def _cost(photos: Sequence[Comparison], method: Method) -> tuple[str, ...]:
+    mine = _of(photos, method)
+    return (
+        method.title, method.reference, method.library,
+        _time([one.fit_ms for one in mine]), _time([one.warp_ms for one in mine]),
+        rounded(_times_the_first(photos, method)),
+    )  # fmt: skip
+
+
+def _effect(photos: Sequence[Comparison], method: Method) -> tuple[str, ...]:
+    mine = _of(photos, method)
+
+    def median(of: Callable[[Compared], float]) -> float:
+        return float(statistics.median(of(one) for one in mine))
+
+    return (
+        method.title,
+        f"{median(lambda one: one.residual_mean_px):.2f}",
+        f"{median(lambda one: one.residual_max_px):.2f}",
+        f"{median(lambda one: one.min_det):.2f}",
+        f"{100.0 * median(lambda one: one.folded_share):.3f}",
+        f"{100.0 * median(lambda one: one.moved_share):.1f}",
+    )
+
+
+def _time(spreads: Sequence[Spread]) -> str:
+    if len(spreads) == 1:
+        return spreads[0].text()
+    return rounded(statistics.median(spread.median for spread in spreads))
+
+
+def _times_the_first(photos: Sequence[Comparison], method: Method) -> float:
+    """Return how many times longer than the first method it takes, median over photos."""
+    ratios = []
+    for photo in photos:
+        whole = {one.method.name: one.fit_ms.median + one.warp_ms.median for one in photo.methods}
+        if method.name in whole:
+            ratios.append(whole[method.name] / whole[photo.methods[0].method.name])
+    return statistics.median(ratios)
+
+
+def _records(result: MethodsResult) -> list[dict[str, object]]:
+    return [_record(photo, one) for photo in result.photos for one in photo.methods]
+
+
+def _record(photo: Comparison, one: Compared) -> dict[str, object]:
+    return {
+        "photo": photo.subject.name,
+        "faces": len(photo.subject.faces),
+        "asked_px": photo.asked_px,
+        "method": one.method.name,
+        "reference": one.method.reference,
+        "library": one.method.library,
+        "fit_median_ms": one.fit_ms.median,
+        "fit_q1_ms": one.fit_ms.q1,
+        "fit_q3_ms": one.fit_ms.q3,
+        "warp_median_ms": one.warp_ms.median,
+        "warp_q1_ms": one.warp_ms.q1,
+        "warp_q3_ms": one.warp_ms.q3,
+        "residual_mean_px": one.residual_mean_px,
+        "residual_max_px": one.residual_max_px,
+        "min_det": one.min_det,
+        "folded_share": one.folded_share,
+        "moved_share": one.moved_share,
+        "largest_px": one.largest_px,
+    }
+
+
+def _document(result: MethodsResult) -> dict[str, object]:
+    return {
+        "experiment": "methods",
+        "recipe": result.recipe.to_dict(),
+        "repeats": result.repeats,
+        "photos": _records(result),
+    }
+
+
+def pictures(comparison: Comparison) -> Iterator[tuple[str, Image]]:
+    """Yield result, difference and heat of every method at the photo's own size."""
+    for one in comparison.methods:
+        for kind, pixels in one.pictures.items():
+            yield f"{comparison.subject.stem}-{one.method.name}-{kind}.png", pixels
+
+
+def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
+    name = photo.subject.name
+    yield Heading(name)
+    yield from tables
+    original = Picture(photo.subject.pixels, Text("The photo"), Text("{name} as it is", name=name))
+    for kind, title in _KINDS.items():
+        yield Heading(title, 3)
+        if kind == "heat":
+            yield Text(
+                "Dark violet stays; yellow moves by the largest distance that a "
+                "landmark asks for, {asked_px:.1f} px, or more.",
+                asked_px=photo.asked_px,
+            )
+        figures = [
+            Picture(
+                one.pictures[kind],
+                _caption(one, kind),
+                Text(
+                    "{title}: {method}, {photo}", title=title, method=one.method.title, photo=name
+                ),
+            )
+            for one in photo.methods
+        ]
+        yield Row([original, *figures] if kind == "result" else figures)
+
+
+def _caption(one: Compared, kind: str) -> Text:
+    facts = {
+        "result": Text(
+            "landmarks off by {px:.2f} px on average",
+            px=one.residual_mean_px,
+        ),
+        "difference": Text("smallest det J {det:.2f}", det=one.min_det),
+        "heat": Text(
+            "{share:.0f} % of the image moves, {px:.1f} px most",
+            share=100.0 * one.moved_share,
+            px=one.largest_px,
+        ),
+    }
+    return Text("{method}: {fact}", method=one.method.title, fact=facts[kind])

@@ -1,0 +1,1 @@
+"""What experiments found as text, tables, files and pages with charts."""

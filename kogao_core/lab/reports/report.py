@@ -1,0 +1,215 @@
+"""What an experiment found: tables, charts and pictures in order, and every figure as data.
+
+Text tables, CSV, JSON and the HTML file (`page`) all follow from one `Report`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final
+
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.base.wording import columns
+from kogao_core.lab.reports.charts import Chart
+from kogao_core.lab.reports.machine import machine
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import SETTINGS
+
+NONE: Final = "\N{EN DASH}"
+# A sign may stand before it; a dash stands for a number that is missing.
+_NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of ready text.
+
+    Parameters
+    ----------
+    caption : str
+        What it shows, with units.
+    header : sequence of str
+        Names of the columns.
+    rows : sequence of sequences of str
+        One string a column; the first names the row.
+    note : str
+        What the reader must know to read it; shown below.
+    """
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+    @property
+    def numeric(self) -> list[bool]:
+        """Whether each column holds numbers, which are aligned to the right."""
+        found = [all(map(_NUMBER.match, one)) for one in zip(*self.rows, strict=True)]
+        return found or [False] * len(self.header)
+
+    def __str__(self) -> str:
+        """Return the table as text in columns."""
+        lines = [self.header, *self.rows]
+        widths = [max(map(columns, column)) for column in zip(*lines, strict=True)]
+        texts = []
+        for line in lines:
+            cells = zip(line, widths, self.numeric, strict=True)
+            texts.append("  ".join(_padded(*cell) for cell in cells).rstrip())
+        return "\n".join([self.caption, *texts, *([self.note] if self.note else [])])
+
+
+def _padded(text: str, width: int, right: bool) -> str:
+    space = " " * (width - columns(text))
+    return space + text if right else text + space
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading; 2 opens a section, 3 a part of one."""
+
+    text: str
+    level: int = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """A picture with its caption.
+
+    Parameters
+    ----------
+    pixels : array of shape (H, W) or (H, W, 3)
+        Grey or RGB, uint8; shown reduced.
+    caption, alt : str
+        Text below it; what it shows, for those who don't see it.
+    exact : bool
+        Keep the very pixels (PNG), for masks and maps; JPEG otherwise.
+    """
+
+    pixels: Image
+    caption: str
+    alt: str
+    exact: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Parts in rows that break with the window; `wide` ones come two to a row."""
+
+    parts: Sequence[Part]
+    wide: bool = False
+
+
+# A text is a paragraph.
+Part = str | Heading | Table | Chart | Picture | Row
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """How a report came to be.
+
+    Parameters
+    ----------
+    command : str
+        The command line, or what was chosen in the editor.
+    at : datetime
+        When, with its time zone.
+    machine : mapping
+        Processor, cores, system and versions (`kogao_core.lab.reports.machine`).
+    left_out : tuple of str
+        What was asked for but is missing, and why: photos without a face, absent libraries.
+    """
+
+    command: str
+    at: datetime
+    machine: Mapping[str, object]
+    left_out: tuple[str, ...] = ()
+
+    @staticmethod
+    def now(command: str, left_out: Sequence[str] = ()) -> Made:
+        """Return the record of a report made here and now."""
+        return Made(command, datetime.now().astimezone(), machine(), tuple(left_out))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain JSON values."""
+        return {
+            "command": self.command,
+            "at": self.at.isoformat(timespec="seconds"),
+            "machine": dict(self.machine),
+            "left_out": list(self.left_out),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What an experiment found.
+
+    Parameters
+    ----------
+    title, lead : str
+        Heading, and what was asked, in a sentence or two.
+    parts : sequence of Part
+        To read and to look at, in order; the first is something to look at.
+    records : list of dict
+        A flat record for each row of a table to compute with.
+    document : dict
+        Everything as plain JSON values.
+    """
+
+    title: str
+    lead: str
+    parts: Sequence[Part]
+    records: list[dict[str, object]]
+    document: dict[str, object]
+
+    @property
+    def tables(self) -> list[Table]:
+        """The tables, in order."""
+        return list(_tables(self.parts))
+
+    def text(self) -> str:
+        """Return the tables as text."""
+        return "\n\n".join(map(str, self.tables))
+
+    def csv(self) -> str:
+        """Return the records as a CSV file."""
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(self.records[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(self.records)
+        return text.getvalue()
+
+    def json(self, made: Made) -> str:
+        """Return everything as a JSON file."""
+        content = {**self.document, "made": made.to_dict()}
+        return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _tables(parts: Sequence[Part]) -> Iterator[Table]:
+    for part in parts:
+        if isinstance(part, Table):
+            yield part
+        elif isinstance(part, Row):
+            yield from _tables(part.parts)
+
+
+def recipe_in_words(recipe: Recipe) -> Text:
+    """Return what decides a warp, such as "4 % towards centre 2, chin 50 %, exact fit, ..."."""
+    chosen = ("fit", "lattice_unit", "interpolation")
+    fit, unit, interpolation = (
+        SETTINGS[one].alternative(getattr(recipe, one)).word for one in chosen
+    )
+    return Text(
+        "{amount}, {fit} fit, lattice R = {lattice:g} {unit}, {interpolation}",
+        amount=recipe.amount,
+        fit=fit,
+        lattice=recipe.lattice,
+        unit=unit,
+        interpolation=interpolation,
+    )

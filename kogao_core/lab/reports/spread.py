@@ -1,0 +1,69 @@
+"""Honest timing: cases take turns in one process, and every figure comes with its spread."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from kogao_core.base.language import Text
+
+Name = TypeVar("Name")
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Median and quartiles of some measurements, in their own unit."""
+
+    median: float
+    q1: float
+    q3: float
+    count: int
+
+    @staticmethod
+    def of(values: Sequence[float]) -> Spread:
+        """Return the spread of at least one value; quartiles include the ends (Tukey's hinges).
+
+        Raises
+        ------
+        ValueError
+            If there is no value.
+        """
+        if not values:
+            raise ValueError(Text("a spread needs at least one value"))
+        ordered = sorted(values)
+        half = (len(ordered) + 1) // 2
+        return Spread(
+            statistics.median(ordered),
+            statistics.median(ordered[:half]),
+            statistics.median(ordered[-half:]),
+            len(ordered),
+        )
+
+    def text(self, digits: int = 3) -> str:
+        """Return median and quartiles, such as ``12.3 (11.9-13.0)``; one value stands alone."""
+        if self.count == 1:
+            return rounded(self.median, digits)
+        low, high = rounded(self.q1, digits), rounded(self.q3, digits)
+        return f"{rounded(self.median, digits)} ({low}\N{EN DASH}{high})"
+
+
+def rounded(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits, never in powers of ten."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    return f"{value:.{places}f}"
+
+
+def in_turns(names: Sequence[Name], rounds: int, warm_up: int) -> Iterator[tuple[Name, bool]]:
+    """Yield every name once a round, and whether the round counts.
+
+    Each round begins with the next name, so that none always follows the same other.
+    """
+    for turn in range(-warm_up, rounds):
+        first = turn % len(names)
+        for name in (*names[first:], *names[:first]):
+            yield name, turn >= 0

@@ -1,0 +1,178 @@
+"""Make a study: pictures, the page, the list for the editor, and the key beside the folder."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core.base.atomic import aside, put
+from kogao_core.base.language import Text
+from kogao_core.base.wording import printable
+from kogao_core.lab.study import page, pictures, plan
+from kogao_core.lab.study.origin import Origin, PhotoRecord, digest
+from kogao_core.lab.study.plan import Key, Meaning, Study
+from kogao_core.lab.study.variants import Variant, variants
+from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.recipe.recipe import PAPER, Recipe
+
+PAGE_FILE: Final = "index.html"
+_SEED_BYTES: Final = 16
+
+
+class RefusedFolder(Exception):
+    """The study can't be made there; one sentence that says what to do next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """How a study is made.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        What all pictures share; the paper's without the guard, which would hide what is asked.
+    variants : tuple of Variant
+        The pictures of each subject.
+    seed : str, optional
+        Brings the same pictures of the same faces again; drawn when absent. At most 64 printable
+        letters.
+    landmarks : str
+        Name of the source that found the faces, for the key.
+    """
+
+    recipe: Recipe = PAPER
+    variants: tuple[Variant, ...] = variants()
+    seed: str | None = None
+    landmarks: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a seed that a key couldn't hold."""
+        if self.seed and (len(self.seed) > plan.LONGEST_SEED or printable(self.seed) != self.seed):
+            raise ValueError(
+                Text(
+                    "a seed has at most {most} printable letters",
+                    most=plan.LONGEST_SEED,
+                )
+            )
+
+
+def check_folder(folder: Path) -> None:
+    """Check that a study can be made in a folder.
+
+    Raises
+    ------
+    RefusedFolder
+        If something lies there already, or its parent is missing.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise RefusedFolder(
+            Text("{folder} isn't empty; name a new folder for the study", folder=folder)
+        )
+    if plan.key_path(folder).exists():
+        raise RefusedFolder(
+            Text(
+                "{file} is the key of another study; name another folder",
+                file=plan.key_path(folder),
+            )
+        )
+    if not folder.resolve().parent.is_dir():
+        raise RefusedFolder(
+            Text("the folder {folder} doesn't exist; make it first", folder=folder.resolve().parent)
+        )
+
+
+def make(
+    subjects: Sequence[Subject],
+    folder: Path,
+    choices: Choices | None = None,
+    progress: Progress = no_progress,
+) -> Key:
+    """Make a study of some subjects.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+        At least one, as `pictures.subject` returns them.
+    folder : Path
+        New or empty. The key is written beside it (`plan.key_path`).
+    choices : Choices, optional
+        Recipe, variants and seed.
+    progress : callable
+        Called with how many pictures are done, and of how many.
+
+    Returns
+    -------
+    Key
+        What each picture is.
+
+    Raises
+    ------
+    RefusedFolder
+        See `check_folder`.
+    OSError
+        If the disk is full or the folder isn't writable.
+    """
+    choices = choices or Choices()
+    check_folder(folder)
+    seed = choices.seed or secrets.token_hex(_SEED_BYTES)
+    # All of it aside first: a study that can't be finished leaves nothing behind.
+    with aside(folder.resolve().parent) as place:
+        drawn, ready = place / "drawn", place / "ready"
+        drawn.mkdir()
+        ready.mkdir()
+        meanings = dict(_drawn(subjects, choices, seed, drawn, progress))
+        pictures.write_all({name: drawn / name for name in meanings}, ready, seed)
+        identity = hashlib.sha256("".join(sorted(meanings)).encode()).hexdigest()[:16]
+        _write_lists(Study(identity, _of(meanings, False), _of(meanings, True)), ready)
+        faces = tuple(map(PhotoRecord.of, subjects))
+        made = Origin.now(choices.landmarks)
+        key = Key(identity, seed, choices.recipe, faces, meanings, made)
+        _put_in_place(ready, key, folder)
+    return key
+
+
+def _write_lists(study: Study, folder: Path) -> None:
+    plan.save(study, folder / plan.STUDY_FILE)
+    put(page.page(study, folder).encode(), folder / PAGE_FILE)
+    pictures.same_time([folder / plan.STUDY_FILE, folder / PAGE_FILE])
+
+
+def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
+    place = plan.key_path(folder)
+    plan.save(key, place)
+    place.chmod(0o600)
+    was_there = folder.exists()
+    moved: list[Path] = []
+    try:
+        folder.mkdir(exist_ok=True)
+        for path in sorted(ready.iterdir()):
+            moved.append(path.rename(folder / path.name))
+    except OSError:
+        for path in (place, *moved):
+            path.unlink()
+        if not was_there and folder.exists():
+            folder.rmdir()
+        raise
+
+
+def _drawn(
+    subjects: Sequence[Subject], choices: Choices, seed: str, place: Path, progress: Progress
+) -> Iterator[tuple[str, Meaning]]:
+    total = len(subjects) * len(choices.variants)
+    for index, subject in enumerate(subjects):
+        content = digest(subject, choices.recipe)
+        for number, variant in enumerate(choices.variants, start=1):
+            name = plan.picture_name(seed, content, index, variant)
+            data, measured = pictures.drawn(subject, variant.recipe(choices.recipe))
+            (place / name).write_bytes(data)
+            progress(index * len(choices.variants) + number, total)
+            yield name, Meaning(index, variant, measured)
+
+
+def _of(meanings: dict[str, Meaning], grades: bool) -> tuple[str, ...]:
+    graded = {name for name, one in meanings.items() if one.variant.kind == "satisfaction"}
+    return tuple(sorted(name for name in meanings if (name in graded) == grades))

@@ -1,0 +1,96 @@
+"""Pictures that say nothing of how they were made, but to the eye."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import ImageCms
+
+from kogao_core.base.atomic import put
+from kogao_core.base.display import rgb8
+from kogao_core.base.geometry import Image
+from kogao_core.faces.face import Face
+from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.subjects import Subject, at_paper_size
+from kogao_core.photo import Photo
+from kogao_core.pipeline import render
+from kogao_core.recipe.recipe import Recipe
+
+_QUALITY: Final = 95
+_FULL_COLOUR: Final = 0
+_LEAST_PADDING: Final = 16
+# The day on which the MS-DOS calendar begins: every file system can hold it.
+_CHANGED_S: Final = 315_619_200.0
+
+
+def subject(photo: Photo, face: Face) -> Subject:
+    """Return one face of a photo at the paper's 960 x 720 px, in sRGB, upright."""
+    named = Subject(photo.path.name, _srgb(photo), (face,))
+    return at_paper_size(named)
+
+
+def _srgb(photo: Photo) -> Image:
+    pixels = rgb8(photo.pixels)
+    if photo.icc_profile is None:
+        return pixels
+    try:
+        source = ImageCms.ImageCmsProfile(io.BytesIO(photo.icc_profile))
+        srgb = ImageCms.createProfile("sRGB")
+        shown = ImageCms.profileToProfile(Pillow.fromarray(pixels), source, srgb)
+    except (ImageCms.PyCMSError, OSError):
+        return pixels  # a profile that fits no RGB picture changes nothing, as in any viewer
+    return pixels if shown is None else np.array(shown)
+
+
+def drawn(shown: Subject, recipe: Recipe) -> tuple[bytes, PictureFigures]:
+    """Return the subject warped by a recipe, as JPEG without any metadata, and how far it came."""
+    rendering = render(shown.pixels, shown.faces, recipe)
+    return jpeg(rendering.pixels), PictureFigures.of(rendering)
+
+
+def jpeg(pixels: Image) -> bytes:
+    """Return RGB pixels as JPEG without any metadata."""
+    with io.BytesIO() as out:
+        image = Pillow.fromarray(pixels)
+        image.save(out, "JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
+        return out.getvalue()
+
+
+def padded(data: bytes, size: int, secret: str) -> bytes:
+    """Return a JPEG file of exactly `size` bytes: chance bytes follow its end, which nobody reads.
+
+    Without them a folder sorted by size would mostly be sorted by warp distance (decision 33).
+    They follow from a secret, so that the same study can be made again to the byte.
+    """
+    return data + hashlib.shake_256(secret.encode()).digest(size - len(data))
+
+
+def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
+    """Put pictures in their folder, all of one size and time, in the order of their names.
+
+    Parameters
+    ----------
+    pictures : mapping of str to Path
+        Where each one lies so far, by name.
+    folder : Path
+        Where they belong.
+    seed : str
+        What their padding follows from.
+    """
+    size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
+    for name in sorted(pictures):
+        put(padded(pictures[name].read_bytes(), size, f"{seed}:{name}"), folder / name)
+    same_time([folder / name for name in pictures])
+
+
+def same_time(paths: Iterable[Path]) -> None:
+    """Give files one time of change, so that their order isn't known from it."""
+    for path in paths:
+        os.utime(path, (_CHANGED_S, _CHANGED_S))

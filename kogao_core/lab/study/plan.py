@@ -1,0 +1,292 @@
+"""What raters may see of a study, and what only its maker may.
+
+The two halves are two files: `Study` lies in the folder that raters get and names pictures only;
+`Key` lies beside that folder and says what each picture is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import hmac
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, get_args
+
+from kogao_core.base.atomic import put
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile, Node, parse
+from kogao_core.base.wording import system_reason
+from kogao_core.lab.study.origin import Origin, PhotoRecord, PictureFigures
+from kogao_core.lab.study.variants import Kind, Variant
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.settings import PAPER_CENTERS
+
+STUDY_FILE: Final = "study.json"
+RATINGS_FOLDER: Final = "ratings"
+SUFFIX: Final = ".jpg"
+VERSION: Final = 1
+KEY_VERSION: Final = 2
+_STUDY_FORMAT: Final = "kogao-study"
+_KEY_FORMAT: Final = "kogao-study-key"
+_MOST_BYTES: Final = 32 * 2**20
+_MOST_PICTURES: Final = 100_000
+_HEX: Final = 16  # letters of a name: 64 bits
+LONGEST_SEED: Final = 64
+_NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
+_RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What raters get: names without meaning, in the order of the alphabet.
+
+    Parameters
+    ----------
+    identity : str
+        Which study; ratings carry it.
+    ratings : tuple of str
+        Pictures to be called natural or unnatural.
+    satisfaction : tuple of str
+        Pictures to be graded from 0 to 100.
+    """
+
+    identity: str
+    ratings: tuple[str, ...]
+    satisfaction: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        return {
+            "format": _STUDY_FORMAT,
+            "version": VERSION,
+            "study": self.identity,
+            "ratings": list(self.ratings),
+            "satisfaction": list(self.satisfaction),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a picture is: whose, which variant, and what that amounts to.
+
+    Keys of version 1 don't hold the last one.
+    """
+
+    subject: int
+    variant: Variant
+    measured: PictureFigures | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """What only the study's maker gets.
+
+    Parameters
+    ----------
+    identity : str
+        The study's.
+    seed : str
+        Names follow from it: the same photos, landmarks, choices and seed give the same names.
+    recipe : Recipe
+        What all pictures share.
+    subjects : tuple of PhotoRecord
+        The photos; `Meaning.subject` counts them from 0.
+    pictures : mapping of str to Meaning
+        By name.
+    origin : Origin, optional
+        How the study came to be. None in keys of version 1, whose names follow from seed and
+        choices alone: other faces with the same seed have the same.
+    """
+
+    identity: str
+    seed: str
+    recipe: Recipe
+    subjects: tuple[PhotoRecord, ...]
+    pictures: Mapping[str, Meaning]
+    origin: Origin | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        pictures = {
+            name: {
+                "subject": meaning.subject,
+                **dataclasses.asdict(meaning.variant),
+                **(dataclasses.asdict(meaning.measured) if meaning.measured else {}),
+            }
+            for name, meaning in sorted(self.pictures.items())
+        }
+        return {
+            "format": _KEY_FORMAT,
+            "version": KEY_VERSION,
+            "study": self.identity,
+            "seed": self.seed,
+            "recipe": self.recipe.to_dict(),
+            "origin": dataclasses.asdict(self.origin) if self.origin else None,
+            "subjects": [dataclasses.asdict(one) for one in self.subjects],
+            "pictures": pictures,
+        }
+
+
+def key_path(folder: Path) -> Path:
+    """Return where a study's key lies: beside the folder that raters get, never inside."""
+    whole = folder.resolve()  # "." has no name of its own
+    return whole.with_name(f"{whole.name}.key.json")
+
+
+def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str:
+    """Return a name that means nothing without the seed, which can't be computed from it.
+
+    Parameters
+    ----------
+    seed : str
+        The key's.
+    content : str
+        Digest of photo, landmarks and recipe (`origin.digest`).
+    subject : int
+        Its number: a photo can be there twice.
+    variant : Variant
+        Which picture of it.
+    """
+    text = json.dumps([content, subject, *dataclasses.astuple(variant)])
+    digest = hmac.new(seed.encode(), text.encode(), hashlib.sha256).hexdigest()
+    return digest[:_HEX] + SUFFIX
+
+
+def is_rater(code: str) -> bool:
+    """Return whether a text can be a rater's code: a to z, 0 to 9 and dashes, at most 32."""
+    return _RATER.fullmatch(code) is not None
+
+
+def load_study(folder: Path) -> Study:
+    """Read the raters' half.
+
+    Raises
+    ------
+    BadFile
+        If the folder holds no study.
+    """
+    top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
+    _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"), VERSION)
+    identity = top.field("study").text(64)
+    ratings, grades = names(top.field("ratings")), names(top.field("satisfaction"))
+    if set(ratings) & set(grades):
+        top.field("satisfaction").refuse("names pictures that are rated, too")
+    return Study(identity, ratings, grades)
+
+
+def load_key(path: Path) -> Key:
+    """Read the maker's half.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or isn't a key.
+    """
+    top = _parsed(path, Text("the key {path} can't be read", path=path))
+    version = top.field("version").whole(1, KEY_VERSION)
+    first = version == 1
+    fields = ("study", "seed", "recipe", "subjects", "pictures")
+    _check(top, _KEY_FORMAT, fields if first else (*fields, "origin"), version)
+    faces = top.field("subjects").items(_MOST_PICTURES)
+    subjects = tuple(
+        PhotoRecord(node.text(4096)) if first else PhotoRecord.parse(node) for node in faces
+    )
+    pictures = top.field("pictures")
+    if not isinstance(pictures.value, dict) or len(pictures.value) > _MOST_PICTURES:
+        pictures.refuse("must be an object of pictures")
+    try:
+        recipe = Recipe.from_dict(top.field("recipe").value)
+    except (ValueError, TypeError) as error:
+        top.field("recipe").refuse(f"is no recipe: {str(error)[:200]}")
+    meanings = {
+        _checked_name(Node(name, pictures.path, pictures.root)): _meaning(
+            Node(value, f"{pictures.path}[{name!r:.30}]", pictures.root), len(subjects), first
+        )
+        for name, value in pictures.value.items()
+    }
+    return Key(
+        top.field("study").text(64),
+        top.field("seed").text(LONGEST_SEED),
+        recipe,
+        subjects,
+        meanings,
+        None if first else Origin.parse(top.field("origin")),
+    )
+
+
+def save(content: Study | Key, path: Path) -> None:
+    """Write one half, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If it can't be written.
+    """
+    put((json.dumps(content.to_dict(), indent=1) + "\n").encode(), path)
+
+
+def _parsed(path: Path, refusal: str) -> Node:
+    try:
+        with path.open("rb") as file:
+            return parse(file.read(_MOST_BYTES + 1), _MOST_BYTES)
+    except OSError as error:
+        raise BadFile(
+            Text(
+                "{refusal} ({name}: {reason})",
+                refusal=refusal,
+                name=path.name,
+                reason=system_reason(error),
+            )
+        ) from None
+    except BadFile as error:
+        raise BadFile(Text("{refusal}: {error}", refusal=refusal, error=error)) from None
+
+
+def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:
+    top.field("format").text(40, (form,))
+    top.field("version").whole(version, version)
+    top.only(("format", "version", *fields))
+
+
+def names(node: Node) -> tuple[str, ...]:
+    """Read a list of different pictures.
+
+    Raises
+    ------
+    BadFile
+        If it isn't one.
+    """
+    found = tuple(_checked_name(item) for item in node.items(_MOST_PICTURES))
+    if len(set(found)) != len(found):
+        node.refuse("names a picture twice")
+    return found
+
+
+def _checked_name(node: Node) -> str:
+    # Names become paths: nothing but our own kind may pass.
+    name = node.text(40)
+    if not _NAME.fullmatch(name):
+        node.refuse("must name a picture")
+    return name
+
+
+def _meaning(node: Node, subjects: int, first: bool) -> Meaning:
+    measured = () if first else ("achieved", "lattice_in_warps")
+    node.only(("subject", "kind", "percent", "center", "lattice", *measured))
+    text = node.field("kind").text(20, get_args(Kind))
+    kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
+    variant = Variant(
+        kind,
+        node.field("percent").number(0.0, 15.0),
+        node.field("center").whole(1, len(PAPER_CENTERS)),
+        node.field("lattice").number(0.0, 100.0),
+    )
+    return Meaning(
+        node.field("subject").whole(0, max(0, subjects - 1)),
+        variant,
+        PictureFigures.parse(*map(node.field, measured)) if measured else None,
+    )

@@ -1,0 +1,267 @@
+"""Ratings on disk: lines that are only ever appended, and what they add up to.
+
+Each answer is one line of JSON and on the disk before the next picture shows. Nothing that counts
+is written over: an answer taken back is a line of its own. A program killed while it writes leaves
+a torn last line, which isn't JSON and counts for nothing; the next answer begins on a new line.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, get_args
+
+from kogao_core import __version__
+from kogao_core.base.atomic import check_target
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile, Node, parse, read
+from kogao_core.lab.study import plan
+from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.session import (
+    Answer,
+    Display,
+    Record,
+    Session,
+    drawn_order,
+    order_seen,
+)
+
+SUFFIX: Final = ".jsonl"
+VERSION: Final = 2
+# The grey round every picture, in every browser: another one changes how a face's colours look.
+SURROUND: Final = "#b8b8b8"
+_LARGEST_GRADE: Final = 100
+_FORMAT: Final = "kogao-ratings"
+_MOST_BYTES: Final = 64 * 2**20
+_MOST_LINE_BYTES: Final = 4096
+_MOST_RECORDS: Final = 10_000_000
+_LONGEST_MS: Final = 10**9
+_LONGEST_SIDE: Final = 100_000
+_LARGEST_RATIO: Final = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Ratings:
+    """What a file of ratings holds.
+
+    Parameters
+    ----------
+    study, rater : str
+        Whose answers to what.
+    order : tuple of str, optional
+        In which the pictures are shown; logs of version 1 don't name it.
+    records : tuple of Record
+        The lines in their order.
+    torn : int
+        Lines that aren't JSON: left by a program killed while it wrote.
+    """
+
+    study: str
+    rater: str
+    order: tuple[str, ...] | None
+    records: tuple[Record, ...]
+    torn: int
+
+    def session(self, study: Study) -> Session:
+        """Return the session that was logged.
+
+        Raises
+        ------
+        BadFile
+            If it can't be one of this study.
+        """
+        order = order_seen(study, self.records) if self.order is None else self.order
+        return Session(study, self.rater, order, list(self.records))
+
+
+class Log:
+    """A session's file, opened to append.
+
+    Parameters
+    ----------
+    path : Path
+        The file; a new one is begun with a line that names study, rater and the order drawn.
+    study : Study
+        The study.
+    rater : str
+        The rater's code.
+
+    Raises
+    ------
+    OSError
+        If it can't be read or written.
+    BadFile
+        If a file there is no log of this study and rater.
+    """
+
+    def __init__(self, path: Path, study: Study, rater: str) -> None:
+        self.path = path
+        check_target(path)
+        data = path.read_bytes() if path.exists() else b""
+        self._on_new_line = not data or data.endswith(b"\n")
+        if b"\n" in data:
+            held = load(path)
+            if (held.study, held.rater) != (study.identity, rater):
+                raise BadFile(Text("{path} holds ratings of another study or rater", path=path))
+            self.session = held.session(study)
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self.session = Session(study, rater, drawn_order(study))
+            self._write({**header(study, rater, "program"), "order": self.session.order})
+
+    def add(self, record: Record) -> None:
+        """Put a record on the disk, then let it count.
+
+        Raises
+        ------
+        OSError
+            If it couldn't be written; the session is as before.
+        BadFile
+            If it doesn't follow; nothing is written.
+        """
+        self.session.check(record)
+        self._write(record.to_dict())
+        self.session.take(record)
+
+    def _write(self, line: dict[str, Any]) -> None:
+        text = json.dumps(line, allow_nan=False) + "\n"
+        data = (text if self._on_new_line else "\n" + text).encode()
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
+        file = os.open(self.path, flags, 0o644)
+        try:
+            size = os.fstat(file).st_size
+            try:
+                if os.write(file, data) != len(data):
+                    raise OSError(errno.ENOSPC, Text("it took only part of the line"))
+                os.fsync(file)
+            except OSError:
+                # What didn't count mustn't be found later: it would stand there twice.
+                os.ftruncate(file, size)
+                raise
+        finally:
+            os.close(file)
+        self._on_new_line = True
+
+
+def header(study: Study, rater: str, via: str) -> dict[str, Any]:
+    """Return the first line of a file of ratings, but for the order of its pictures."""
+    return {
+        "format": _FORMAT,
+        "version": VERSION,
+        "study": study.identity,
+        "rater": rater,
+        "via": via,
+        "program": __version__,
+        "surround": SURROUND,
+    }
+
+
+def load(path: Path) -> Ratings:
+    """Read a file of ratings, the program's or one that the page saved.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or isn't one.
+    """
+    data = read(path, _MOST_BYTES)
+    if len(data) > _MOST_BYTES:
+        raise BadFile(Text("{path} is too large for a file of ratings", path=path))
+    lines, torn = _lines(data)
+    try:
+        top = next(lines)
+        top.field("format").text(40, (_FORMAT,))
+        version = top.field("version").whole(1, VERSION)
+        rater = top.field("rater").text(32)
+        if not plan.is_rater(rater):
+            top.field("rater").refuse("is no code of a rater")
+        study = top.field("study").text(64)
+        order = None if version == 1 else plan.names(top.field("order"))
+        records = tuple(record(line, version) for line in lines)
+    except StopIteration:
+        raise BadFile(Text("{path} holds no ratings", path=path)) from None
+    except BadFile as error:
+        raise BadFile(
+            Text("{path} is no file of ratings: {error}", path=path, error=error)
+        ) from None
+    return Ratings(study, rater, order, records, torn)
+
+
+def _lines(data: bytes) -> tuple[Iterator[Node], int]:
+    found: list[Node] = []
+    lines = [line for line in data.split(b"\n") if line.strip()]
+    for number, line in enumerate(lines, start=1):
+        try:
+            # The first one names every picture.
+            most = _MOST_LINE_BYTES if found else _MOST_BYTES
+            found.append(Node(parse(line, most).value, root=Text("line {number}", number=number)))
+        except BadFile:
+            continue
+    return iter(found), len(lines) - len(found)
+
+
+def record(node: Node, version: int = VERSION) -> Record:
+    """Read one line.
+
+    Raises
+    ------
+    BadFile
+        If it isn't one.
+    """
+    number = node.field("n").whole(1, _MOST_RECORDS)
+    picture = node.field("picture").text(40)
+    if node.field("back").value is not None:
+        node.only(("n", "picture", "back")).field("back").flag()
+        return Record(number, picture, back=True)
+    viewed = ("shown", "window", "ratio") if version > 1 else ()
+    took, display = node.field("ms").whole(0, _LONGEST_MS), _display(node) if viewed else None
+    if "answer" in node.value:
+        node.only(("n", "picture", "answer", "ms", *viewed))
+        text = node.field("answer").text(20, get_args(Answer))
+        answer: Answer = "natural" if text == "natural" else "unnatural"
+        return Record(number, picture, answer=answer, took_ms=took, display=display)
+    node.only(("n", "picture", "grade", "ms", *viewed))
+    grade = node.field("grade")
+    value = None if grade.value is None else grade.whole(0, _LARGEST_GRADE)
+    return Record(number, picture, grade=value, took_ms=took, display=display)
+
+
+def _display(node: Node) -> Display:
+    ratio = node.field("ratio").number(1.0 / _LARGEST_RATIO, _LARGEST_RATIO)
+    return Display(_size(node.field("shown")), _size(node.field("window")), ratio)
+
+
+def _size(node: Node) -> tuple[int, int]:
+    sides = [side.whole(1, _LONGEST_SIDE) for side in node.items(2)]
+    if len(sides) != 2:
+        node.refuse("must be a width and a height")
+    return sides[0], sides[1]
+
+
+def newest(many: Sequence[Ratings]) -> list[Ratings]:
+    """Keep one file a rater: the longest, where the others are earlier copies of it.
+
+    Raises
+    ------
+    BadFile
+        If two files of one rater differ in a line that both have.
+    """
+    kept: dict[tuple[str, str], Ratings] = {}
+    for ratings in many:
+        who = (ratings.study, ratings.rater)
+        other = kept.get(who, ratings)
+        shorter, longer = sorted((other, ratings), key=lambda one: len(one.records))
+        if longer.records[: len(shorter.records)] != shorter.records:
+            raise BadFile(
+                Text(
+                    "rater {rater} has two files that contradict each other; take "
+                    "the wrong one away",
+                    rater=ratings.rater,
+                )
+            )
+        kept[who] = longer
+    return list(kept.values())

@@ -1,0 +1,185 @@
+"""A study's rating page for a browser on this machine: an answer is on the disk before the next.
+
+The address holds a token that is drawn anew each time. A request without it, or with the name of
+another host (a foreign page whose name was made to point here), gets nothing but a refusal.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import secrets
+import socketserver
+import sys
+import threading
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any, Final
+
+from kogao_core.base.strict import BadFile, parse
+from kogao_core.base.wording import system_reason
+from kogao_core.lab.study import page, results
+from kogao_core.lab.study.sessions import Behind, Sessions
+
+_HERE: Final = "127.0.0.1"
+_TOKEN_BYTES: Final = 16
+_MOST_BODY_BYTES: Final = 4096
+_POLL_S: Final = 0.1
+_HEADERS: Final = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "frame-ancestors 'none'",  # the page brings the rest of it
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class Server(ThreadingHTTPServer):
+    """Serves the study of one folder until it is stopped.
+
+    Parameters
+    ----------
+    folder : Path
+        What ``kogao-cli experiment study make`` has made.
+
+    Raises
+    ------
+    BadFile
+        If the folder holds no study.
+    OSError
+        If this machine lets no program listen.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, folder: Path) -> None:
+        self.sessions = Sessions(folder)
+        self.token = secrets.token_urlsafe(_TOKEN_BYTES)
+        super().__init__((_HERE, 0), _Handler)
+
+    @property
+    def host(self) -> str:
+        """The one host that requests may name."""
+        return f"{_HERE}:{self.server_port}"
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return f"http://{self.host}/{self.token}/"
+
+    def start(self) -> None:
+        """Serve from a thread of its own."""
+        threading.Thread(target=self.serve_forever, args=(_POLL_S,), daemon=True).start()
+
+    def stop(self) -> None:
+        """End what `start` began; every answer is on the disk already."""
+        self.shutdown()
+        self.server_close()
+
+    def server_bind(self) -> None:
+        """Bind without asking the network for this machine's name, which can take seconds."""
+        socketserver.TCPServer.server_bind(self)
+        self.server_name, self.server_port = _HERE, self.server_address[1]
+
+    def server_close(self) -> None:
+        """Let the sessions go."""
+        super().server_close()
+        self.sessions.close()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a browser that went away in the middle."""
+        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: Server
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "Kogao", ""
+    timeout = 60
+
+    def do_GET(self) -> None:
+        sessions, wanted = self.server.sessions, self._wanted()
+        if wanted == "":
+            text = page.page(sessions.study, sessions.folder, served=True)
+            self._reply(HTTPStatus.OK, text.encode(), "text/html; charset=utf-8")
+        elif wanted == "sessions":
+            self._reply_json(HTTPStatus.OK, sessions.begun())
+        elif wanted is not None:
+            self._picture(wanted)
+
+    def do_POST(self) -> None:
+        wanted, body = self._wanted(), self._body()
+        if wanted is None or body is None:
+            return
+        match wanted.split("/"):
+            case ["sessions", rater]:
+                self._attempt(lambda: self.server.sessions.open(rater))
+            case ["sessions", rater, "lines"]:
+                self._attempt(lambda: self._add(rater, body))
+            case _:
+                self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here")
+
+    def _add(self, rater: str, body: bytes) -> dict[str, Any]:
+        record = results.record(parse(body, _MOST_BODY_BYTES))
+        return self.server.sessions.add(rater, record)
+
+    def _attempt(self, act: Any) -> None:
+        try:
+            self._reply_json(HTTPStatus.OK, act())
+        except Behind as behind:
+            self._reply_json(HTTPStatus.CONFLICT, behind.session)
+        except BadFile as problem:
+            self._refuse(HTTPStatus.BAD_REQUEST, str(problem))
+        except OSError as problem:
+            reason = system_reason(problem)
+            self._refuse(
+                HTTPStatus.INSUFFICIENT_STORAGE,
+                f"That wasn't kept ({reason}). Make room, or the folder writable, and try again.",
+            )
+
+    def _picture(self, name: str) -> None:
+        # Only names that the study lists are looked for: no path gets anywhere else.
+        data = self.server.sessions.picture(name)
+        if data is None:
+            self._refuse(HTTPStatus.NOT_FOUND, "there is no such picture")
+        else:
+            self._reply(HTTPStatus.OK, data, "image/jpeg")
+
+    def _wanted(self) -> str | None:
+        """Return what is asked for, behind the token; None after a refusal."""
+        start = f"/{self.server.token}/"
+        given = self.path[: len(start)].encode()
+        named = self.headers.get_all("Host", [])
+        if named != [self.server.host] or not hmac.compare_digest(given, start.encode()):
+            self._refuse(HTTPStatus.FORBIDDEN, "open the address that Kogao has shown")
+            return None
+        return self.path[len(start) :]
+
+    def _body(self) -> bytes | None:
+        length = self.headers.get("Content-Length", "")
+        if not (length.isdecimal() and int(length) <= _MOST_BODY_BYTES):
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "that is no answer")
+            return None
+        return self.rfile.read(int(length))
+
+    def _refuse(self, status: HTTPStatus, problem: str) -> None:
+        self.close_connection = True  # what else was sent isn't read
+        self._reply_json(status, {"problem": problem})
+
+    def _reply_json(self, status: HTTPStatus, content: object) -> None:
+        self._reply(status, json.dumps(content).encode(), "application/json")
+
+    def _reply(self, status: HTTPStatus, data: bytes, kind: str) -> None:
+        self.send_response(status)
+        for name, value in {**_HEADERS, "Content-Type": kind}.items():
+            self.send_header(name, value)
+        self.send_header("Content-Length", str(len(data)))
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(data)
+
+    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
+        """Say nothing: addresses hold the token."""

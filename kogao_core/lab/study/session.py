@@ -1,0 +1,184 @@
+"""One rater's answers: lines that follow from one another, and the picture to ask about next."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
+from kogao_core.lab.study.plan import Study
+
+Answer = Literal["natural", "unnatural"]
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """How a picture was displayed when it was judged.
+
+    Parameters
+    ----------
+    shown, window : (int, int)
+        Width and height of the picture and of the browser's viewport, CSS px.
+    ratio : float
+        Device px a CSS px.
+    """
+
+    shown: tuple[int, int]
+    window: tuple[int, int]
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One line of a log: an answer about a picture, or that the last one was taken back.
+
+    Parameters
+    ----------
+    number : int
+        Counts the lines of a session from 1.
+    picture : str
+        Its name.
+    answer : {"natural", "unnatural"}, optional
+        For a picture of the first block.
+    grade : int, optional
+        0 to 100 for a picture of the second block; None there for one that was skipped.
+    back : bool
+        The last answer, about this picture, is taken back.
+    took_ms : int
+        From the picture's appearance to the answer.
+    display : Display, optional
+        How it was displayed. None in logs of version 1.
+    """
+
+    number: int
+    picture: str
+    answer: Answer | None = None
+    grade: int | None = None
+    back: bool = False
+    took_ms: int = 0
+    display: Display | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON values."""
+        line: dict[str, Any] = {"n": self.number, "picture": self.picture}
+        if self.back:
+            return {**line, "back": True}
+        line |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
+        line |= {"ms": self.took_ms}
+        if self.display is not None:
+            shown, window = list(self.display.shown), list(self.display.window)
+            line |= {"shown": shown, "window": window, "ratio": self.display.ratio}
+        return line
+
+
+def drawn_order(study: Study) -> tuple[str, ...]:
+    """Draw the order in which a rater sees a study's pictures; grades come last."""
+    draw = secrets.SystemRandom().sample
+    return tuple(
+        name for block in (study.ratings, study.satisfaction) for name in draw(block, len(block))
+    )
+
+
+def order_seen(study: Study, records: Iterable[Record]) -> tuple[str, ...]:
+    """Return the order of a log of version 1, which doesn't name it: as far as it was seen."""
+    seen = dict.fromkeys(record.picture for record in records)
+    places = {name: place for place, name in enumerate(seen)}
+    return tuple(
+        name
+        for block in (study.ratings, study.satisfaction)
+        for name in sorted(block, key=lambda name: places.get(name, len(places)))
+    )
+
+
+@dataclass(slots=True)
+class Session:
+    """One rater's answers to a study so far, and the picture to ask about next.
+
+    Parameters
+    ----------
+    study : Study
+        Its pictures.
+    rater : str
+        The rater's code.
+    order : tuple of str
+        Every picture once, in the order of showing; those to be graded come last.
+    records : list of Record
+        Every line so far.
+    """
+
+    study: Study
+    rater: str
+    order: tuple[str, ...]
+    records: list[Record] = field(default_factory=list)
+    _answers: dict[str, Record] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Replay the records.
+
+        Raises
+        ------
+        BadFile
+            If the order isn't one of this study, or the records don't follow from one another.
+        """
+        rated = len(self.study.ratings)
+        blocks = sorted(self.order[:rated]), sorted(self.order[rated:])
+        if blocks != (sorted(self.study.ratings), sorted(self.study.satisfaction)):
+            raise BadFile(Text("the order doesn't hold every picture of this study once"))
+        past, self.records = self.records, []
+        for record in past:
+            self.take(record)
+
+    @property
+    def answered(self) -> list[Record]:
+        """Answers that weren't taken back, in the order given."""
+        return list(self._answers.values())
+
+    @property
+    def current(self) -> str | None:
+        """The picture to ask about; None at the end."""
+        done = len(self._answers)
+        return self.order[done] if done < len(self.order) else None
+
+    @property
+    def grading(self) -> bool:
+        """Whether the current picture is to be graded."""
+        return len(self.study.ratings) <= len(self._answers) < len(self.order)
+
+    def check(self, record: Record) -> None:
+        """Check that a record may come next.
+
+        Raises
+        ------
+        BadFile
+            If it isn't the next one of this session: a line is missing, doubled or foreign.
+        """
+        number = len(self.records) + 1
+        if record.number != number:
+            raise BadFile(
+                Text(
+                    "line {number} is missing, or {other} is there twice",
+                    number=number,
+                    other=record.number,
+                )
+            )
+        if record.back:
+            if not self._answers or next(reversed(self._answers)) != record.picture:
+                raise BadFile(
+                    Text("line {number} takes back what wasn't the last answer", number=number)
+                )
+        elif record.picture != self.current or (record.answer is None) != self.grading:
+            raise BadFile(
+                Text("line {number} is about a picture that wasn't shown then", number=number)
+            )
+
+    def take(self, record: Record) -> None:
+        """Let a record count; see `check` for what is refused."""
+        self.check(record)
+        if record.back:
+            del self._answers[record.picture]
+        else:
+            self._answers[record.picture] = record
+        self.records.append(record)

@@ -1,0 +1,89 @@
+"""Where a study's pictures come from, and notes on answers that aren't counted."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from kogao_core.base.language import Text
+from kogao_core.lab.reports.report import NONE, Table, recipe_in_words
+from kogao_core.lab.study.plan import Key
+from kogao_core.lab.study.tally import Tally
+
+_SHOWN: Final = 12  # letters of a digest
+
+
+def studies(tally: Tally) -> Table:
+    """Return where the pictures come from, a row for each photo."""
+    rows = [
+        [key.identity, face.name, face.sha256[:_SHOWN] or NONE, *_origin(key), key.seed]
+        for key in tally.keys
+        for face in key.subjects
+    ]
+    recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
+    return Table(
+        Text("Studies"),
+        (
+            Text("study"),
+            Text("photo"),
+            Text("its SHA-256"),
+            Text("landmarks"),
+            "Kogao",
+            Text("made"),
+            Text("seed"),
+        ),
+        rows,
+        Text(
+            "{names}; distance, centre and lattice as the tables say. Keys hold "
+            "whole digests, and the landmarks.",
+            names=Text.joined("; ", list(recipes)),
+        ),
+    )
+
+
+def _origin(key: Key) -> tuple[str, str, str]:
+    if key.origin is None:
+        return NONE, NONE, NONE
+    return key.origin.landmarks or NONE, key.origin.program, key.origin.made
+
+
+def notes(tally: Tally) -> list[str]:
+    """Return sentences about what isn't counted, or should be known of what is."""
+    sentences: list[str] = [
+        Text(
+            "{path} holds ratings of study {study}, not of this one; they aren't counted",
+            path=path,
+            study=study,
+        )
+        for path, study in tally.foreign
+    ]
+    if tally.torn:
+        sentences.append(Text("torn lines of ratings that were left out: {torn}", torn=tally.torn))
+    if tally.unfinished:
+        left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
+        some = Text.joined(
+            ", ",
+            [
+                Text("{rater} ({done} of {total})", rater=rater, done=done, total=total)
+                for rater, done, total in left
+            ],
+        )
+        sentences.append(
+            Text("sessions that weren't finished, whose answers count: {some}", some=some)
+        )
+    old = [key.identity for key in tally.keys if key.origin is None]
+    if old:
+        sentences.append(
+            Text(
+                "made by a version whose names don't tell faces apart: {names}; if "
+                "another study was made with the same seed, check that no rating of "
+                "it lies here",
+                names=", ".join(old),
+            )
+        )
+    return sentences
+
+
+def document_of(key: Key) -> dict[str, object]:
+    """Return a key without its pictures, as plain JSON values."""
+    whole = key.to_dict()
+    return {name: whole[name] for name in ("study", "seed", "recipe", "origin", "subjects")}

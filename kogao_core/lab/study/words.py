@@ -1,0 +1,74 @@
+"""What the page of a rating session says."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from kogao_core.base.language import Text
+
+PAGE: Final = {
+    "title": Text("Natural or unnatural?"),
+    "natural_key": Text("natural"),
+    "unnatural_key": Text("unnatural"),
+    "back_key": Text("take the last answer back"),
+    "then": Text("Then you grade some pictures from 0 to 100."),
+    "stop_alone": Text("You may stop at any time and go on later in this browser."),
+    "stop_served": Text("You may stop at any time and go on later."),
+    "kept": Text(
+        "Kept are your answers, how long each took and how large the pictures were, under"
+        " the code below: no name, no address."
+    ),
+    "stay_alone": Text(
+        "They stay on this computer until you save the file at the end and hand it over yourself."
+    ),
+    "stay_served": Text("They stay on this computer."),
+    "window": Text("Make this window as large as you can, and leave it so."),
+    "code": Text("Your code; leave it as it is unless you were given one"),
+    "code_rule": Text("a to z, 0 to 9 and dashes"),
+    "begin": Text("Begin"),
+    "go_on": Text("Go on"),
+    "picture": Text("The face to judge"),
+    "natural": Text("Natural"),
+    "unnatural": Text("Unnatural"),
+    "scale": Text("0 not at all satisfied, 100 wholly satisfied"),
+    "next": Text("Next"),
+    "not_mine": Text("Not my picture"),
+    "progress": Text("Progress"),
+    "take_back": Text("Take back"),
+    "save_so_far": Text("Save answers so far"),
+    "thanks": Text("Thank you"),
+    "close": Text("You may close this page."),
+    "save": Text("Save my answers"),
+    "last_back": Text("Take the last answer back"),
+}
+"""What stands in `page.html`, by the name of its place."""
+
+SCRIPT: Final = {
+    "task_one": Text(
+        "You will see one picture. Say, without thinking long, whether the face looks "
+        "natural or unnatural."
+    ),
+    "task": Text(
+        "You will see {n} pictures one after another. Say of each, without thinking long,"
+        " whether the face looks natural or unnatural."
+    ),
+    "ended": Text(
+        "Kogao has ended. Nothing is lost: start it again, and go on with your code on "
+        "the page that it opens."
+    ),
+    "keeps_nothing": Text(
+        "This browser keeps nothing for a file: do the session in one go, and save at the end."
+    ),
+    "place": Text("{done} of {total}"),
+    "ask_satisfied": Text("How satisfied are you with this picture of yourself?"),
+    "ask_natural": Text("Does this face look natural or unnatural?"),
+    "missing": Text("The picture {name} is missing: copy the whole folder again."),
+    "larger": Text(
+        "Make this window larger: the pictures of a session keep their size, and need "
+        "{size} px beside the buttons."
+    ),
+    "elsewhere": Text("This session went on in another window; here it goes on from there."),
+    "said": Text("{n} answers are kept under the code {rater}."),
+    "hand": Text("Hand the file {file} to whoever asked you."),
+}
+"""What `page.js` says as a session goes on; it fills the fields."""

@@ -1,6 +1,0 @@
-"""The paper's own extractor of feature points: an Active Appearance Model (section 3.1)."""
-
-from kogao_core.landmarks.aam.source import AamSource
-from kogao_core.landmarks.errors import ModelRefused
-
-__all__ = ["AamSource", "ModelRefused"]

@@ -1,0 +1,253 @@
+"""Content credentials (C2PA) of a result, signed by the user, with the photo as their source."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Final
+
+import kogao_core
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.installed import adding
+from kogao_core.base.language import Text
+from kogao_core.base.wording import system_reason
+from kogao_core.photo.errors import CannotDisclose, MissingExtra
+from kogao_core.photo.metadata import tiff
+from kogao_core.photo.model import Photo
+
+if TYPE_CHECKING:
+    from cryptography.x509 import Certificate
+
+PASSWORD: Final = "KOGAO_SIGN_PASSWORD"
+"""Name of the environment variable that holds a key's password."""
+_TYPES: Final = {
+    "JPEG": "image/jpeg",
+    "PNG": "image/png",
+    "TIFF": "image/tiff",
+    "WEBP": "image/webp",
+    "HEIF": "image/heic",
+}
+_UNKNOWN_TYPE: Final = "application/octet-stream"  # named as the source, but not looked into
+_EDITED: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits"
+# By the number of bits of an elliptic curve.
+_CURVES: Final = {256: "es256", 384: "es384", 521: "es512"}
+_PROGRAM: Final = {"name": "Kogao", "version": kogao_core.__version__}
+_BUILDER: Final = {
+    "thumbnail": {"enabled": False},
+    "intent": "edit",
+    "claim_generator_info": _PROGRAM,
+}
+_LOCAL: Final = {"remote_manifest_fetch": False, "ocsp_fetch": False, "verify_trust": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Signer:
+    """Who signs.
+
+    Parameters
+    ----------
+    certificate : str
+        A PEM file: the signer's certificate first, then those that vouch for it.
+    key : str
+        A PEM file with its private key; a protected one's password is in `PASSWORD`.
+    """
+
+    certificate: str
+    key: str
+
+
+def check_signer(signer: Signer) -> None:
+    """Check that there is what it takes to sign.
+
+    Raises
+    ------
+    MissingExtra
+        If the extra ``credentials`` isn't installed.
+    CannotDisclose
+        If certificate or key can't be used, with the next step.
+    """
+    _c2pa()
+    _read(signer)
+
+
+def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str) -> Pieces:
+    """Return a file with credentials that say what was done to a photo; no pixel changes.
+
+    The photo's file is their source, with the credentials that it has itself. Nothing is fetched
+    from anywhere, and no thumbnail is made: it would show the face as it was.
+
+    Parameters
+    ----------
+    photo : Photo
+        The photo as it was read.
+    pieces : pieces
+        The result as a file.
+    form : str
+        The result's format.
+    signer : Signer
+        Who signs.
+    what : str
+        A few words on what was done.
+
+    Raises
+    ------
+    CannotDisclose
+        If the extra is missing, certificate or key can't be used, or the photo's file has changed
+        since it was read.
+    """
+    if not photo.is_as_read:
+        raise CannotDisclose(
+            Text("{path} has changed since it was read; open it again", path=photo.path)
+        )
+    c2pa = _c2pa()
+    algorithm, chain, key = _read(signer)
+    source = photo.path.read_bytes()
+    result = io.BytesIO()
+    try:
+        context = c2pa.Context.from_dict({"verify": _LOCAL, "builder": _BUILDER})
+        info = c2pa.C2paSignerInfo(algorithm, chain, key, None)
+        with c2pa.Builder(_manifest(what), context=context) as builder:
+            builder.add_ingredient(_ingredient(source), _type(photo, source), io.BytesIO(source))
+            with c2pa.Signer.from_info(info) as hand:
+                builder.sign(hand, _TYPES[form], io.BytesIO(b"".join(pieces)), result)
+    except c2pa.C2paError as error:
+        raise CannotDisclose(
+            Text("the result can't be signed ({problem}); save it without", problem=_plain(error))
+        ) from error
+    return [result.getvalue()]
+
+
+def _c2pa() -> ModuleType:
+    try:
+        import c2pa
+    except ImportError:
+        raise MissingExtra(
+            Text("signing needs an extra: {how}", how=adding("credentials"))
+        ) from None
+    module: ModuleType = c2pa
+    return module
+
+
+def _manifest(what: str) -> dict[str, Any]:
+    action = {
+        "action": "c2pa.edited",
+        "description": what,
+        "when": datetime.now(UTC).isoformat(timespec="seconds"),
+        "softwareAgent": _PROGRAM,
+        "digitalSourceType": _EDITED,
+    }
+    return {"assertions": [{"label": "c2pa.actions.v2", "data": {"actions": [action]}}]}
+
+
+def _ingredient(source: bytes) -> dict[str, str]:
+    # Without credentials of its own nothing else would tell which file it was.
+    digest = hashlib.sha256(source).hexdigest()
+    return {"relationship": "parentOf", "description": f"SHA-256 {digest}"}
+
+
+def _type(photo: Photo, source: bytes) -> str:
+    """Return the type of a photo's file; raw files of many kinds are TIFF files."""
+    if photo.format != "RAW":
+        return _TYPES[photo.format]
+    return _TYPES["TIFF"] if source.startswith(tiff.HEADS) else _UNKNOWN_TYPE
+
+
+def _read(signer: Signer) -> tuple[str, bytes, bytes]:
+    """Return the algorithm, the certificates and the plain key, as PEM."""
+    from cryptography import x509
+    from cryptography.hazmat.primitives import serialization
+
+    chain, key = _bytes_of(signer.certificate), _key(signer)
+    try:
+        certificate = x509.load_pem_x509_certificates(chain)[0]
+    except ValueError:
+        raise CannotDisclose(
+            Text("{path} holds no certificate; name a PEM file", path=signer.certificate)
+        ) from None
+    _check_pair(signer, certificate, key)
+    plain = key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
+    return _algorithm(signer, key), chain, plain
+
+
+def _key(signer: Signer) -> Any:
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
+    data, password = _bytes_of(signer.key), os.environ.get(PASSWORD)
+    try:
+        try:
+            return load_pem_private_key(data, None)
+        except TypeError:  # it is protected
+            if not password:
+                raise CannotDisclose(
+                    Text(
+                        "the key {path} is protected by a password; put it into the environment "
+                        "variable {name}",
+                        path=signer.key,
+                        name=PASSWORD,
+                    )
+                ) from None
+            return load_pem_private_key(data, password.encode())
+    except ValueError:
+        raise CannotDisclose(
+            Text(
+                "{path} holds no private key, or its password is another; name a PEM file",
+                path=signer.key,
+            )
+        ) from None
+
+
+def _check_pair(signer: Signer, certificate: Certificate, key: Any) -> None:
+    if certificate.public_key() != key.public_key():
+        raise CannotDisclose(
+            Text(
+                "the key {key} isn't that of the first certificate in {path}; name the key's own",
+                key=signer.key,
+                path=signer.certificate,
+            )
+        )
+    if not certificate.not_valid_before_utc <= datetime.now(UTC) <= certificate.not_valid_after_utc:
+        raise CannotDisclose(
+            Text(
+                "the certificate {path} is valid from {start} to {end} only; ask for a new one",
+                path=signer.certificate,
+                start=certificate.not_valid_before_utc.date(),
+                end=certificate.not_valid_after_utc.date(),
+            )
+        )
+
+
+def _algorithm(signer: Signer, key: Any) -> str:
+    from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa
+
+    if isinstance(key, ec.EllipticCurvePrivateKey) and key.key_size in _CURVES:
+        return _CURVES[key.key_size]
+    if isinstance(key, ed25519.Ed25519PrivateKey):
+        return "ed25519"
+    if isinstance(key, rsa.RSAPrivateKey):
+        return "ps256"
+    raise CannotDisclose(
+        Text("the key {path} is of a kind that C2PA doesn't know; use P-256", path=signer.key)
+    )
+
+
+def _bytes_of(name: str) -> bytes:
+    try:
+        return Path(name).read_bytes()
+    except OSError as error:
+        raise CannotDisclose(
+            Text("{path} can't be read ({problem})", path=name, problem=system_reason(error))
+        ) from error
+
+
+def _plain(error: Exception) -> str:
+    """Return C2PA's own words: it names their kind twice."""
+    return str(error).split(": ", 1)[-1]

@@ -1,0 +1,315 @@
+"""The DCT coefficients of JPEG files, through the libjpeg-turbo that jpeglib carries.
+
+Its functions are called with our own arrays: jpeglib's classes decode a file twice, and copy both
+the file and the arrays.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import io
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache, partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.language import Text
+from kogao_core.photo.jpeg import bands
+from kogao_core.photo.jpeg.bands import Around
+from kogao_core.photo.jpeg.scan import only_scan
+from kogao_core.photo.jpeg.segments import segments
+
+_BLOCK_PX: Final = 8
+GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
+_LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
+_OPTIMISE: Final = 1 << 6  # the flag that asks for Huffman codes of the file's own
+_EVERY_FLAG: Final = 0xFFFFFFFF
+_BY_TABLES: Final = -1  # rather than a quality
+_NUMBERS: Final = _BLOCK_PX * _BLOCK_PX
+_MOST: Final = 4  # components, and tables
+# Huffman codes: baseline, extended for 16-bit tables, progressive; then all there are.
+_FRAMES: Final = (0xC0, 0xC1, 0xC2)
+_ANY_FRAME: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_JFIF, _ADOBE = 0xE0, 0xEE
+_JFIF_BYTES: Final = 18  # at least
+_TRANSFORM_AT: Final = 15
+_CODES: Final = 0xC4
+_DECODING: Final = {*_ANY_FRAME, 0xDB, _CODES, 0xDD, _JFIF, _ADOBE}  # tables, codes, restarts
+_COUNTS: Final = 17  # bytes of a Huffman table before its symbols: its number, and codes a length
+_SOI: Final = b"\xff\xd8"
+
+Plane = npt.NDArray[np.int16]
+
+
+class UnreadableCoefficients(Exception):
+    """The file is no JPEG, of a kind that isn't known here, or damaged; the message says which."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a JPEG file says of its components.
+
+    Parameters
+    ----------
+    height, width : int
+        Of the picture, px.
+    factors : tuple of tuple of int
+        Blocks per minimum coded unit (down, along) of each component.
+    colours : int
+        `GREY`, `RGB` or `YCC`.
+    """
+
+    height: int
+    width: int
+    factors: tuple[tuple[int, int], ...]
+    colours: int
+
+    @property
+    def unit_px(self) -> tuple[int, int]:
+        """Height and width of a minimum coded unit."""
+        down, along = (max(axis) for axis in zip(*self.factors, strict=True))
+        return down * _BLOCK_PX, along * _BLOCK_PX
+
+    @property
+    def blocks(self) -> tuple[tuple[int, int], ...]:
+        """Rows and columns of blocks of each component, as many as the picture needs."""
+        high, wide = self.unit_px
+        return tuple(
+            (-(-self.height * down // high), -(-self.width * along // wide))
+            for down, along in self.factors
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """All coefficients of a JPEG file, as quantised.
+
+    Parameters
+    ----------
+    frame : Frame
+        How they are laid out.
+    planes : tuple of int16 arrays of shape (rows, columns, 64)
+        The blocks of each component.
+    tables : uint16 array of shape (4, 64)
+        Quantisation tables; zeros where there is none.
+    numbers : int16 array of shape (4,)
+        The table of each component.
+    has_usual_codes : bool
+        Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
+    scans : memoryview
+        The file from its first scan on.
+    """
+
+    frame: Frame
+    planes: tuple[Plane, ...]
+    tables: npt.NDArray[np.uint16]
+    numbers: npt.NDArray[np.int16]
+    has_usual_codes: bool
+    scans: memoryview
+
+    @property
+    def used(self) -> npt.NDArray[np.uint16]:
+        """The tables of the components, shape (components, 64)."""
+        return np.asarray(self.tables[self.numbers[: len(self.planes)]])
+
+
+def read(data: bytes, copy: Path) -> Coefficients:
+    """Read the coefficients of a JPEG file.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    copy : Path
+        What may be a copy for a moment: the library reads files alone.
+
+    Raises
+    ------
+    UnreadableCoefficients
+        If they can't be read.
+    """
+    with io.BytesIO(data) as file:
+        needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
+        frame, scans = _frame(needed), memoryview(data)[file.tell() :]
+    # The library fills arrays of the size that it reads itself: it mustn't see another frame.
+    with copy.open("wb") as out:
+        out.writelines([_SOI, *(segment for _, segment in needed), scans])
+    planes = tuple(np.empty((*blocks, _NUMBERS), np.int16) for blocks in frame.blocks)
+    tables, numbers = np.zeros((_MOST, _NUMBERS), np.uint16), np.zeros(_MOST, np.int16)
+    is_done = _library().read_jpeg_dct(
+        os.fsencode(copy), *_addresses(planes), *_addresses((tables, numbers), 2)
+    )
+    copy.unlink()
+    if not is_done:
+        raise UnreadableCoefficients(Text("its blocks can't be read"))
+    is_usual = _codes(needed) <= _usual_codes()
+    return Coefficients(frame, planes, tables, numbers, is_usual, scans)
+
+
+def around(coefficients: Coefficients, first: int, end: int, folder: Path) -> Around | None:
+    """Return the data of a file around some rows of units, for `write` once these are others.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        As they were read; they are others while this works.
+    first, end : int
+        The rows, up to the one before `end`, which begins with what it was.
+    folder : Path
+        See `write`.
+
+    Returns
+    -------
+    Around, optional
+        None where it can't be told or isn't worth it.
+    """
+    planes, factors = coefficients.planes, coefficients.frame.factors
+    if not coefficients.has_usual_codes or not bands.is_much_around(planes, factors, first, end):
+        return None
+    source = only_scan(coefficients.scans)
+    write_band = partial(_write_band, coefficients, folder)
+    return source and bands.around(source, planes, factors, first, end, write_band)
+
+
+def write(coefficients: Coefficients, folder: Path, rest: Around | None = None) -> bytes:
+    """Return a sequential JPEG file that counts components from 0.
+
+    Usual Huffman codes stay: up to the first change the picture's data are then the source's, bit
+    for bit. Other files get codes of their own, which are shorter and take longer to find.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+        What to write; not of RGB.
+    folder : Path
+        Where the file may lie for a moment: the library writes files alone.
+    rest : Around, optional
+        What is known already of the data: only the rows between are written.
+
+    Raises
+    ------
+    OSError
+        If it can't be written.
+    """
+    planes, factors = coefficients.planes, coefficients.frame.factors
+    if rest is not None and not bands.has_end(planes, factors, rest.end):
+        rest = None
+    at = []
+    if coefficients.has_usual_codes:
+        at = bands.cuts(planes, factors, *(rest[:2] if rest is not None else ()))
+    if rest is None and len(at) <= 2:
+        return _written(coefficients, folder / "written")
+    write_band = partial(_write_band, coefficients, folder)
+    file = bands.written(planes, factors, at, write_band, rest)
+    return bands.with_height(file, coefficients.frame.height)
+
+
+def _write_band(
+    coefficients: Coefficients, folder: Path, parts: list[Plane], first: int, end: int
+) -> bytes:
+    unit, height = coefficients.frame.unit_px[0], coefficients.frame.height
+    frame = dataclasses.replace(coefficients.frame, height=min(height, end * unit) - first * unit)
+    band = dataclasses.replace(coefficients, frame=frame, planes=tuple(parts))
+    return _written(band, folder / f"written{first}")
+
+
+def _written(coefficients: Coefficients, file: Path) -> bytes:
+    frame = coefficients.frame
+    layout = ((frame.height, frame.width), frame.blocks, frame.factors)
+    sizes = [np.array(one, np.intc) for one in layout]
+    tables, numbers = coefficients.tables, coefficients.numbers
+    is_done = _library().write_jpeg_dct(
+        *(None, os.fsencode(file), *_addresses(coefficients.planes)),
+        *_addresses(sizes, 3),
+        *(frame.colours, len(coefficients.planes)),
+        *(tables.ctypes.data, _BY_TABLES, numbers.ctypes.data),
+        *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
+    )
+    if not is_done:
+        raise OSError(Text("its blocks can't be written"))
+    written = file.read_bytes()
+    file.unlink()
+    return written
+
+
+def _frame(needed: list[tuple[int, bytes]]) -> Frame:
+    frames = [(code, segment) for code, segment in needed if code in _ANY_FRAME]
+    if len(frames) != 1 or len(frames[0][1]) < 10:
+        raise UnreadableCoefficients(Text("its blocks can't be read"))
+    code, segment = frames[0]
+    height, width = (int.from_bytes(segment[at : at + 2], "big") for at in (5, 7))
+    parts = [segment[at : at + 3] for at in range(10, len(segment) - 2, 3)]
+    factors = tuple((part[1] & 15, part[1] >> 4) for part in parts)
+    if len(segment) != 10 + 3 * segment[9] or not all(map(all, [(height, width), *factors])):
+        raise UnreadableCoefficients(Text("its blocks can't be read"))
+    if code not in _FRAMES or len(parts) not in (1, 3):
+        raise UnreadableCoefficients(Text("it is coded in a rare way"))
+    if len(parts) == 1:
+        # A grey file is coded block by block, whatever its factors say.
+        return Frame(height, width, ((1, 1),), GREY)
+    return Frame(height, width, factors, _colours(needed, bytes(part[0] for part in parts)))
+
+
+def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
+    """Return how libjpeg takes three components of these names."""
+    jfif, adobe = (
+        [one for code, one in needed if code == marker and one[4:].startswith(name)]
+        for marker, name in ((_JFIF, b"JFIF\0"), (_ADOBE, b"Adobe"))
+    )
+    if any(len(segment) >= _JFIF_BYTES for segment in jfif):
+        return YCC
+    transforms = [segment[_TRANSFORM_AT] for segment in adobe if len(segment) > _TRANSFORM_AT]
+    is_rgb = transforms[-1] == 0 if transforms else names == b"RGB"
+    return RGB if is_rgb else YCC
+
+
+def _codes(needed: Iterable[tuple[int, bytes]]) -> set[bytes]:
+    """Return the Huffman tables of segments, each as it is written."""
+    found = set()
+    for _, segment in (one for one in needed if one[0] == _CODES):
+        rest = segment[4:]
+        while rest:
+            size = _COUNTS + sum(rest[1:_COUNTS])
+            found.add(rest[:size])
+            rest = rest[size:]
+    return found
+
+
+@cache
+def _usual_codes() -> set[bytes]:
+    """Return the standard's Huffman tables, which OpenCV writes when nothing else is asked."""
+    small = cv2.imencode(".jpg", np.zeros((_BLOCK_PX, _BLOCK_PX, 3), np.uint8))[1].tobytes()
+    with io.BytesIO(small) as file:
+        return _codes(segments(file))
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """Load the library, without jpeglib around it, which takes longer than many a photo."""
+    found = find_spec("jpeglib")
+    places = found.submodule_search_locations if found is not None else None
+    (file,) = Path((places or [""])[0], "cjpeglib").glob(_LIBRARY)
+    library = ctypes.CDLL(str(file))
+    name: Any = ctypes.c_char_p
+    array, number = ctypes.c_void_p, ctypes.c_int
+    library.read_jpeg_dct.argtypes = [name, *[array] * 6]
+    library.write_jpeg_dct.argtypes = [
+        *(name, name, *[array] * 7, number, number),
+        *(array, ctypes.c_short, array),
+        *(number, array, array, array, ctypes.c_uint, ctypes.c_uint),
+    ]
+    return library
+
+
+def _addresses(arrays: Iterable[npt.NDArray[Any]], places: int = _MOST) -> list[int | None]:
+    """Return where arrays lie, and nothing for the rest of so many places."""
+    known: list[int | None] = [array.ctypes.data for array in arrays]
+    return known + [None] * (places - len(known))

@@ -1,0 +1,175 @@
+"""The kinds of things that a file holds beside its pixels; `formats` decides what becomes of each.
+
+Together they are the table of `docs/fidelity.md`. The readers of all formats name what they find
+by these kinds, and `write` says what an output doesn't keep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from kogao_core.base.language import Text
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of thing beside the pixels.
+
+    Parameters
+    ----------
+    name : Text
+        In a photographer's words, as notes say it.
+    seen : str
+        How it is recognised.
+    why : str
+        Why it isn't kept.
+    is_reported : bool
+        Whether a note names it where it isn't kept; not, where only copies of the picture or of
+        what else is in the file go.
+    """
+
+    name: Text
+    seen: str
+    why: str = ""
+    is_reported: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Extra:
+    """Something that a file holds: its kind, and a more exact name."""
+
+    kind: Kind
+    more: str = ""
+
+    @property
+    def name(self) -> str:
+        """What a note calls it."""
+        return self.more or self.kind.name
+
+
+_OLD_FACE: Final = "shows the face as it was"
+_UNKNOWN: Final = "may tell of the face as it was, or of places in the file"
+
+EXIF: Final = Kind(Text("EXIF with GPS"), "APP1, `eXIf`, tag 34665")
+EXIF_TAGS: Final = Kind(
+    Text("EXIF tags"),
+    "rare numbers in the first directory of an EXIF block",
+    "in a TIFF they would be its own",
+)
+MAKER_NOTE: Final = Kind(
+    Text("the maker's note"), "EXIF tag 37500", "the directory of a TIFF is written anew"
+)
+MOVED_NOTE: Final = Kind(
+    Text("the maker's note of a TIFF or raw photo"),
+    "EXIF tag 37500",
+    "the directory is written anew",
+)
+THUMBNAIL: Final = Kind(
+    Text("thumbnails"),
+    "IFD1, `JFXX`, Photoshop resources 1033 and 1036, `xmp:Thumbnails`, HEIC's",
+    why=_OLD_FACE,
+    is_reported=False,
+)
+XMP: Final = Kind(Text("XMP"), "APP1, `iTXt`, tag 700, `XMP `")
+XMP_EXTENSION: Final = Kind(
+    Text("the extended XMP"), "APP1 `xmp/extension`", why="no place in other formats"
+)
+SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", why="one is read")
+IPTC: Final = Kind(
+    Text("the IPTC record"), "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
+)
+ICC: Final = Kind(Text("the colour profile"), "APP2, `iCCP`, tag 34675")
+GREY_PROFILE: Final = Kind(
+    Text("grey with its colour profile"), "a profile beside grey pixels", why="grey becomes RGB"
+)
+SECOND_PROFILE: Final = Kind(
+    Text("a second colour profile"), "APP2, a second series", why="the first whole one counts"
+)
+RESOLUTION: Final = Kind(
+    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP"
+)
+ASPECT: Final = Kind(
+    Text("the pixels' shape"),
+    "JFIF, `pHYs` or tag 296 without a unit, HEIC `pasp`",
+    why="no place in WebP",
+)
+COMMENTS: Final = Kind(Text("comments"), "JPEG `COM`", why="a segment of JPEG's")
+SEGMENTS: Final = Kind(
+    Text("makers' segments"), "JPEG APP0 to APP15, unknown", why="segments of JPEG's"
+)
+PREVIEW: Final = Kind(
+    Text("a maker's segment with a preview"), "APPn that holds a JPEG", why=_OLD_FACE
+)
+LATE_SEGMENTS: Final = Kind(
+    Text("comments or segments between the scans"), "`COM`, APPn after the first scan", why="rare"
+)
+JUMBF: Final = Kind(Text("JUMBF data"), "APP11 `JP` without C2PA", why=_UNKNOWN)
+TEXTS: Final = Kind(Text("PNG texts"), "`tEXt`, `zTXt`, `iTXt`", why="PNG's own")
+COLOURS: Final = Kind(
+    Text("gamma and colours without a profile"),
+    "`gAMA`, `cHRM`, `cICP`, `mDCV`, `cLLI`",
+    why="PNG's own",
+)
+CHUNKS: Final = Kind(
+    Text("PNG chunks"),
+    "`sBIT`, `bKGD`, `oFFs`, `sTER`, `sCAL`, any that are safe to copy",
+    why="PNG's own",
+)
+UNSAFE_CHUNKS: Final = Kind(
+    Text("PNG chunks that hang on the old pixels"),
+    "`tIME`, `hIST`, any that aren't safe to copy",
+    why="PNG's rule for copying",
+)
+RIFF_CHUNKS: Final = Kind(Text("WebP chunks"), "unknown chunks", why=_UNKNOWN)
+LAYERS: Final = Kind(Text("Photoshop layers"), "TIFF tag 37724", why=_OLD_FACE)
+TIFF_TAGS: Final = Kind(Text("TIFF tags"), "private and rare tags", why=_UNKNOWN)
+CHANNELS: Final = Kind(
+    Text("extra channels"), "more samples than colours and alpha", why="not read"
+)
+GAIN_MAP: Final = Kind(
+    Text("the HDR gain map"),
+    "`hdrgm:` or Apple's `HDRGainMap:` in XMP, ISO 21496-1 in APP2, JPEG-HDR, HEIC auxiliary",
+    why=_OLD_FACE,
+)
+VIDEO: Final = Kind(
+    Text("the motion photo's video"),
+    "`MotionPhoto`, `MicroVideo` in XMP, an MP4 at the end, `mpvd`",
+    why=_OLD_FACE,
+)
+DEPTH: Final = Kind(
+    Text("the depth map or portrait matte"),
+    "`GDepth:`, Dynamic Depth, HEIC auxiliary",
+    why=_OLD_FACE,
+)
+ORIGINAL: Final = Kind(Text("the picture kept inside the XMP"), "`GImage:`", why=_OLD_FACE)
+FURTHER: Final = Kind(
+    Text("further pictures"), "MPF, pages, frames, sub-directories, HEIC", why="one picture is read"
+)
+CREDENTIALS: Final = Kind(
+    Text("content credentials (C2PA)"),
+    "APP11, `caBX`, tag 52545, `C2PA`, `uuid`",
+    why="no changed photo fulfils them; kept as the source's where the result is signed",
+)
+CREDENTIALS_LINK: Final = Kind(
+    Text("a link to content credentials (C2PA)"),
+    "`dcterms:provenance`",
+    why="no changed photo fulfils them",
+)
+SAMSUNG: Final = Kind(Text("Samsung's data at the end"), "`SEFT`, `sefd`", why=_UNKNOWN)
+AFCP: Final = Kind(
+    Text("AFCP data at the end"), "`AXS!`, `AXS*`", why="hangs on places in the file"
+)
+PHOTO_MECHANIC: Final = Kind(Text("Photo Mechanic's data at the end"), "`cbipcbbl`", why=_UNKNOWN)
+FOTOSTATION: Final = Kind(Text("FotoStation's data at the end"), "`A1B2C3D4`", why=_UNKNOWN)
+UNKNOWN: Final = Kind(
+    Text("unknown data"), "anything else after the end of the picture", why=_UNKNOWN
+)
+INDEX: Final = Kind(
+    Text("indexes of what isn't kept"),
+    "`MPF`, `Container:Directory`, `HasExtendedXMP`, `iDOT`",
+    why="would tell of what is gone",
+    is_reported=False,
+)
+
+KINDS: Final = tuple(value for value in list(globals().values()) if isinstance(value, Kind))

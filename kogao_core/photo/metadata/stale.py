@@ -1,0 +1,95 @@
+"""Properties of an XMP packet that describe parts of its file which a changed photo lacks.
+
+Only these properties go; every other byte of the packet stays.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from kogao_core.photo.metadata import kinds, xmp
+from kogao_core.photo.metadata.kinds import Kind
+
+_GOOGLE: Final = "http://ns.google.com/photos/"
+EXTENSION_LINK: Final = "http://ns.adobe.com/xmp/note/ HasExtendedXMP"
+# Properties by the start of their names, with what they speak of.
+_STALE: Final[dict[str, Kind]] = {
+    "http://ns.adobe.com/hdr-gain-map/1.0/ ": kinds.GAIN_MAP,
+    "http://ns.apple.com/HDRGainMap/1.0/ ": kinds.GAIN_MAP,
+    f"{_GOOGLE}1.0/camera/ MotionPhoto": kinds.VIDEO,
+    f"{_GOOGLE}1.0/camera/ MicroVideo": kinds.VIDEO,
+    f"{_GOOGLE}1.0/container/ ": kinds.INDEX,
+    f"{_GOOGLE}1.0/depthmap/ ": kinds.DEPTH,
+    f"{_GOOGLE}dd/1.0/": kinds.DEPTH,
+    f"{_GOOGLE}1.0/image/ ": kinds.ORIGINAL,
+    "http://purl.org/dc/terms/ provenance": kinds.CREDENTIALS_LINK,
+}
+_PICTURES: Final = tuple(
+    name.strip().encode() for name, kind in _STALE.items() if kind in (kinds.DEPTH, kinds.ORIGINAL)
+)
+_ABSENT: Final = re.compile(rb"""(=\s*["']|>)\s*0\s*["'<]""")
+
+
+class _Stale(xmp.Walk):
+    """Where stale properties lie: attributes and elements of top descriptions."""
+
+    def __init__(self, packet: bytes, is_extended: bool) -> None:
+        self.spans: list[xmp.Span] = []
+        self.kinds: dict[Kind, None] = {}
+        self._names = _STALE if is_extended else {**_STALE, EXTENSION_LINK: kinds.INDEX}
+        super().__init__(packet, len(xmp.DESCRIPTION) + 1)
+
+    def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
+        """Note stale attributes."""
+        if path == xmp.DESCRIPTION:
+            for name, span in zip(attributes, xmp.attribute_spans(self.packet, at), strict=True):
+                self._judge(name, span)
+
+    def ends(self, path: xmp.NamePath, span: xmp.Span) -> None:
+        """Note stale elements."""
+        if path[:-1] == xmp.DESCRIPTION:
+            self._judge(path[-1], span)
+
+    def _judge(self, name: str, span: xmp.Span) -> None:
+        kind = next((kind for start, kind in self._names.items() if name.startswith(start)), None)
+        if kind is None:
+            return
+        self.spans.append(span)
+        # "MotionPhoto" may be 0: the camera could have made one.
+        if not (kind == kinds.VIDEO and _ABSENT.search(self.packet, *span)):
+            self.kinds[kind] = None
+
+
+def found(packet: bytes) -> tuple[Kind, ...]:
+    """Return the kinds that an XMP packet describes; none if it can't be read."""
+    try:
+        return tuple(_Stale(packet.rstrip(b"\0"), is_extended=True).kinds)
+    except xmp.BadXmp:
+        return ()
+
+
+def without(packet: bytes, *, is_extended: bool) -> bytes:
+    """Return a packet without the properties of parts that a changed photo doesn't have.
+
+    Parameters
+    ----------
+    packet : bytes
+        As stored. One that can't be read is returned as is: nobody else can read it either.
+    is_extended : bool
+        Whether the rest of a long packet comes along.
+    """
+    try:
+        spans = _Stale(packet.rstrip(b"\0"), is_extended).spans
+    except xmp.BadXmp:
+        return packet
+    kept, at = [], 0
+    for start, end in sorted(spans):
+        kept.append(packet[at:start])
+        at = max(at, end)
+    return b"".join([*kept, packet[at:]])
+
+
+def is_picture_in(extension: bytes) -> bool:
+    """Tell whether the rest of a long packet holds pictures or depth maps."""
+    return any(name in extension for name in _PICTURES)

@@ -1,0 +1,440 @@
+"""The directory of a TIFF file, read, and added to where OpenCV wrote the file."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+from PIL import ExifTags, TiffImagePlugin
+from PIL import Image as Pillow
+from PIL.ExifTags import Base as Tag
+
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.base.stderr import hushed
+from kogao_core.photo.errors import UnreadablePhoto
+from kogao_core.photo.formats import deep, tiff_pixels
+from kogao_core.photo.formats.tiff_pixels import numbers
+from kogao_core.photo.metadata import photoshop
+
+HEADS: Final = (b"II*\0", b"MM\0*")
+_BIG_HEADS: Final = (b"II+\0", b"MM\0+")
+_DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
+_IS_REDUCED: Final = 1
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
+_CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
+_UNSIGNED, _FLOAT = 1, 3
+_UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
+_NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
+_WITH_ALPHA: Final = 4
+_JPEGS: Final = (6, 7)
+_COMPRESSIONS: Final = {
+    **dict.fromkeys((2, 3, 4), "CCITT"),
+    **dict.fromkeys(_JPEGS, "JPEG"),
+    **dict.fromkeys((33003, 33005, 34712), "JPEG 2000"),
+    34887: "LERC",
+    34925: "LZMA",
+    50000: "Zstandard",
+    50001: "WebP",
+    **dict.fromkeys((50002, 52546), "JPEG XL"),
+}
+_OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
+_PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
+_HEADER_BYTES: Final = 8
+_LONG: Final = 4
+# What Pillow raises on damaged blocks, from one version to the next.
+_DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
+_IPTC_START: Final = b"\x1c"
+# What a TIFF directory says about the picture rather than about its storage: names, description,
+# make, model, software, date, artist, computer, white point and primaries, ratings, copyright,
+# Windows' texts, and print matching.
+PICTURE_TAGS: Final = (
+    *(269, 270, 271, 272, 285, 305, 306, 315, 316, 318, 319, 0x4746, 0x4749, 33432),
+    *(*range(0x9C9B, 0x9CA0), 50341, Tag.ExifOffset, Tag.GPSInfo),
+)
+
+
+def compression_name(number: int) -> str:
+    """Return what people call one of TIFF's compressions."""
+    return _COMPRESSIONS.get(number, Text("number {number}", number=number))
+
+
+def is_tiff(file: IO[bytes], path: Path) -> bool:
+    """Tell by the first bytes of an open file; leaves it at its start.
+
+    Raises
+    ------
+    UnreadablePhoto
+        If it is a BigTIFF.
+    """
+    head = file.read(4)
+    file.seek(0)
+    if head in _BIG_HEADS:
+        raise UnreadablePhoto(
+            Text("{path} is a BigTIFF file; save it as an ordinary TIFF first", path=path)
+        )
+    return head in HEADS
+
+
+@dataclass(frozen=True)
+class TiffTags:
+    """The first directory of a TIFF file; Pillow can't open all of those that OpenCV decodes."""
+
+    tags: Pillow.Exif
+    iptc: bytes | None = None
+
+    @staticmethod
+    def read(file: IO[bytes]) -> TiffTags:
+        """Read the directory of an open file.
+
+        Raises
+        ------
+        ValueError
+            If it isn't the directory of a picture.
+        """
+        tags = Pillow.Exif()
+        tags.load_from_fp(file)
+        if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
+            raise ValueError(Text("a directory without a picture"))
+        return TiffTags(tags, _iptc(file))
+
+    def _first(self, tag: int, default: int) -> int:
+        value = self.tags.get(tag, default)
+        return int(value[0] if isinstance(value, tuple) else value)
+
+    def check_whole(self, file_bytes: int) -> None:
+        """Check that all pixels lie within the file: libtiff would complain on stderr.
+
+        Raises
+        ------
+        ValueError
+            If they don't.
+        """
+        for places, lengths in (
+            (Tag.StripOffsets, Tag.StripByteCounts),
+            (Tag.TileOffsets, Tag.TileByteCounts),
+        ):
+            parts = zip(numbers(self.tags, places), numbers(self.tags, lengths), strict=False)
+            if any(start + length > file_bytes for start, length in parts):
+                raise ValueError(Text("the file ends before its pixels"))
+
+    @property
+    def orientation(self) -> int:
+        """EXIF orientation, 1 to 8."""
+        value = self._first(Tag.Orientation, 1)
+        return value if 1 <= value <= 8 else 1
+
+    @property
+    def width(self) -> int:
+        """Stored columns, px."""
+        return self._first(Tag.ImageWidth, 0)
+
+    @property
+    def height(self) -> int:
+        """Stored rows, px."""
+        return self._first(Tag.ImageLength, 0)
+
+    @property
+    def bits(self) -> int:
+        """How deep a channel is."""
+        return self._first(Tag.BitsPerSample, 1)
+
+    @property
+    def is_deep(self) -> bool:
+        """Whether a channel has more than 8 bits."""
+        return self.bits > 8
+
+    @property
+    def converted(self) -> tuple[str, ...]:
+        """What Pillow converts by the way, in a note."""
+        if self._first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
+            return (Text("converted from premultiplied to straight alpha"),)
+        # A JPEG's pixels are RGB for everybody.
+        if self._meaning == _YCBCR and self.compression not in _JPEGS:
+            return (Text("converted from {mode} to RGB", mode="YCbCr"),)
+        return ()
+
+    @property
+    def _meaning(self) -> int:
+        return self._first(Tag.PhotometricInterpretation, _RGB)
+
+    @property
+    def compression(self) -> int:
+        """How the pixels are compressed, by TIFF's number."""
+        return self._first(Tag.Compression, 1)
+
+    def check_first(self, path: Path) -> None:
+        """Refuse a file whose first picture is a small copy of another one.
+
+        Raises
+        ------
+        UnreadablePhoto
+            If so; renamed raw photos are such files.
+        """
+        is_copy = self._first(Tag.NewSubfileType, 0) & _IS_REDUCED
+        if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
+            raise UnreadablePhoto(
+                Text(
+                    "{path} is a TIFF that begins with a small copy of its picture; save it as an "
+                    "ordinary TIFF first, or give a raw photo its own ending again",
+                    path=path,
+                )
+            )
+
+    def check_compression(self, path: Path) -> None:
+        """Refuse what the libtiff of neither decoder is built for.
+
+        Raises
+        ------
+        UnreadablePhoto
+            If the pixels are compressed in such a way.
+        """
+        number = self.compression
+        if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
+            raise UnreadablePhoto(
+                Text(
+                    "{path} is a TIFF of a compression that Kogao doesn't read "
+                    "({compression}); save it uncompressed, or with LZW or Deflate",
+                    path=path,
+                    compression=compression_name(number),
+                )
+            )
+
+    def check_layout(self, path: Path) -> None:
+        """Refuse deep layouts that OpenCV decodes wrongly, silently or not at all.
+
+        Raises
+        ------
+        UnreadablePhoto
+            If a deep file isn't 16-bit whole or 32-bit float, grey or RGB(A), interleaved.
+        """
+        samples = self._first(Tag.SamplesPerPixel, 1)
+        depth = (self.bits, self._first(Tag.SampleFormat, _UNSIGNED))
+        plain = (
+            depth in ((16, _UNSIGNED), (32, _FLOAT))
+            # OpenCV takes the number of channels from the meaning: what has fewer is filled up with
+            # whatever lies in memory.
+            and samples in _CHANNELS.get(self._meaning, ())
+            and (samples == 1 or self._first(Tag.PlanarConfiguration, 1) == 1)
+            and self._first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
+        )
+        if not plain:
+            raise UnreadablePhoto(
+                Text(
+                    "{path} is a TIFF of a kind that Kogao doesn't read; save it as "
+                    "interleaved RGB with 8 or 16 bits, or 32-bit float, with "
+                    "straight alpha",
+                    path=path,
+                )
+            )
+
+    def decode(self, file: IO[bytes]) -> Image:
+        """Decode an open deep file of a layout that was checked; upright."""
+        pixels = tiff_pixels.read(file, self.tags, self.orientation)
+        if pixels is None:
+            file.seek(0)
+            pixels = deep.decode(file.read())
+        if self._meaning == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
+            np.invert(pixels, out=pixels)
+        if pixels.ndim == 3 and self._first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
+            return pixels[..., :3]  # a fourth channel is a selection, or anything
+        return pixels
+
+    @property
+    def icc_profile(self) -> bytes | None:
+        """Embedded ICC profile."""
+        return _as_bytes(self.tags.get(Tag.InterColorProfile))
+
+    @property
+    def xmp(self) -> bytes | None:
+        """Embedded XMP packet."""
+        return _as_bytes(self.tags.get(Tag.XMLPacket))
+
+    @property
+    def photoshop(self) -> bytes | None:
+        """Photoshop resources; an IPTC record that stands alone is put into some."""
+        resources = _as_bytes(self.tags.get(Tag.ImageResources))
+        if self.iptc is None or (resources and photoshop.iptc_of(resources)):
+            return resources
+        return (resources or b"") + photoshop.holding(self.iptc)
+
+    @property
+    def dpi(self) -> tuple[Any, Any] | None:
+        """Resolution (x, y) in dots per inch."""
+        if Tag.XResolution not in self.tags or Tag.YResolution not in self.tags:
+            return None
+        unit = self._first(Tag.ResolutionUnit, _PER_INCH)
+        factor = {_PER_INCH: 1.0, _PER_CENTIMETRE: 2.54}.get(unit)
+        if factor is None:
+            return None
+        return self.tags[Tag.XResolution] * factor, self.tags[Tag.YResolution] * factor
+
+    @property
+    def aspect(self) -> tuple[Any, Any] | None:
+        """Pixels along x and y in the same length, where there is no unit."""
+        if self._first(Tag.ResolutionUnit, _PER_INCH) != _NO_UNIT:
+            return None
+        return self.tags.get(Tag.XResolution), self.tags.get(Tag.YResolution)
+
+    @property
+    def exif(self) -> bytes | None:
+        """The directory's entries about the picture, as a block like a JPEG's."""
+        block = Pillow.Exif()
+        for tag, value in _picture_tags(self.tags):
+            block[tag] = value
+        try:
+            return block.tobytes() if len(block) else None
+        except (struct.error, TypeError, ValueError):  # damaged entries, not worth the photo
+            return None
+
+
+def _as_bytes(value: object) -> bytes | None:
+    if isinstance(value, tuple):  # a wrong type in the file: numbers for bytes
+        value = bytes(value)
+    return value if isinstance(value, bytes) and value else None
+
+
+def _iptc(file: IO[bytes]) -> bytes | None:
+    """Return the IPTC record of an open file; most programs store it as numbers of 32 bits.
+
+    Pillow keeps only the first of those numbers.
+    """
+    file.seek(0)
+    order = ">" if file.read(_HEADER_BYTES // 2) == HEADS[1] else "<"
+    try:
+        (at,) = struct.unpack(order + "I", file.read(4))
+        file.seek(at)
+        (entries,) = struct.unpack(order + "H", file.read(2))
+        for _ in range(entries):
+            tag, kind, count = struct.unpack(order + "HHI", file.read(8))
+            place = file.read(4)
+            if tag == Tag.IPTCNAA:
+                size = count * (4 if kind == _LONG else 1)
+                if size > len(place):
+                    file.seek(struct.unpack(order + "I", place)[0])
+                    place = file.read(size)
+                return _in_order(place[:size]) or None
+    except struct.error:
+        pass  # a damaged directory, not worth the photo
+    return None
+
+
+def _in_order(iptc: bytes) -> bytes:
+    """Undo the byte order of numbers that some programs write the record in."""
+    if iptc[:1] != _IPTC_START and iptc[3:4] == _IPTC_START and len(iptc) % 4 == 0:
+        return np.frombuffer(iptc, np.uint32).byteswap().tobytes()
+    return iptc
+
+
+def taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
+    """Return the directory and the pixels of a file as OpenCV writes it.
+
+    The pixels lie between header and directory, whose strips are then counted from the first pixel.
+    """
+    directory = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES])
+    start = directory.next
+    with io.BytesIO(written) as file:
+        file.seek(start)
+        directory.load(file)
+    dict(directory)  # entries that were never looked at would not be saved
+    starts = directory[Tag.StripOffsets]
+    directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
+    return directory, memoryview(written)[_HEADER_BYTES:start]
+
+
+def with_metadata(
+    directory: TiffImagePlugin.ImageFileDirectory_v2,
+    pixels: memoryview,
+    *,
+    exif: bytes | None,
+    xmp: bytes | None,
+    icc_profile: bytes | None,
+    dpi: tuple[float, float] | None,
+    aspect: tuple[int, int] | None,
+    photoshop_resources: bytes | None,
+) -> Pieces:
+    """Return a TIFF file with a fuller directory ahead of its pixels.
+
+    Parameters
+    ----------
+    directory : PIL.TiffImagePlugin.ImageFileDirectory_v2
+        What it says of the pixels; strips are counted from the first pixel.
+    pixels : memoryview
+        As they are stored.
+    exif, xmp, icc_profile, dpi, aspect
+        As in `Photo`.
+    photoshop_resources : bytes, optional
+        Those to keep.
+    """
+    if directory[Tag.SamplesPerPixel] == _WITH_ALPHA:
+        directory[Tag.ExtraSamples] = _STRAIGHT
+    density = dpi or aspect
+    if density is not None:
+        directory[Tag.XResolution], directory[Tag.YResolution] = density
+        directory[Tag.ResolutionUnit] = _PER_INCH if dpi else _NO_UNIT
+    iptc = photoshop_resources and photoshop.iptc_of(photoshop_resources)
+    blocks = (
+        (Tag.InterColorProfile, icc_profile),
+        (Tag.XMLPacket, xmp),
+        (Tag.ImageResources, photoshop_resources),
+        (Tag.IPTCNAA, iptc),
+    )
+    for block, stored in blocks:
+        if stored:
+            directory[block] = stored
+    for tag, value in entries_of(exif) or ():
+        if density is None or tag not in _DENSITY:
+            directory[tag] = value
+    with io.BytesIO() as out:
+        directory.save(out)  # adds its own length to where the strips start
+        return [out.getvalue(), pixels]
+
+
+def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
+    """Return the entries that a directory can take from an EXIF block; None where it is damaged."""
+    if exif is None:
+        return None
+    block, directory = Pillow.Exif(), TiffImagePlugin.ImageFileDirectory_v2()
+    with hushed():  # Pillow warns of what it finds
+        try:
+            block.load(exif)
+            density = [(tag, block[tag]) for tag in _DENSITY if tag in block]
+            found = [*_picture_tags(block), *density]
+            for tag, value in found:
+                directory[tag] = value
+            directory.save(io.BytesIO())
+        except _DAMAGED:
+            return None
+    return found
+
+
+def _picture_tags(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
+    for tag in PICTURE_TAGS:
+        if tag in tags and tag not in (Tag.ExifOffset, Tag.GPSInfo):
+            yield tag, _kept(tags[tag])
+    for tag in (Tag.ExifOffset, Tag.GPSInfo):
+        if tag in tags:
+            inner = {name: _kept(value) for name, value in tags.get_ifd(tag).items()}
+            if (further := Tag.ExifInteroperabilityOffset) in inner:
+                inner[further] = dict(tags.get_ifd(further))
+            yield tag, inner
+
+
+class _Text(str):
+    """A text that is written byte for byte: Pillow reads Latin-1, but writes ASCII and "?"."""
+
+    __slots__ = ()
+
+    def encode(self, encoding: str = "latin-1", errors: str = "strict") -> bytes:
+        del encoding, errors
+        return super().encode("latin-1")
+
+
+def _kept(value: object) -> object:
+    return _Text(value) if isinstance(value, str) else value

@@ -1,0 +1,122 @@
+"""What a TIFF file holds that a changed photo doesn't, and where its last part ends."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterator
+from typing import IO, Final
+
+from PIL import ExifTags
+from PIL import Image as Pillow
+from PIL.ExifTags import Base as Tag
+
+from kogao_core.base.language import Text
+from kogao_core.photo.metadata import kinds, tiff
+from kogao_core.photo.metadata.kinds import Extra
+
+_LAYERS, CREDENTIALS = 37724, 52545
+# How pixels are stored, and where: the new file says so itself. Blocks with a way of their own.
+_STORAGE: Final = {
+    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
+    *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 338, 339, 340),
+    *(341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
+    *(700, 33723, 34377, 34675, 34853, 34665, 40965),
+}  # fmt: skip
+_NAMED: Final = {
+    _LAYERS: Extra(kinds.LAYERS),
+    CREDENTIALS: Extra(kinds.CREDENTIALS),
+    Tag.SubIFDs: Extra(kinds.FURTHER),
+}
+_COLOURS: Final = {2: 3, 5: 4, 6: 3, 8: 3, 9: 3, 10: 3}  # of a photometric interpretation; else 1
+# Sizes of TIFF's types, by number; 13 is a directory.
+_SIZES: Final = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4), start=1))
+_POINTERS: Final = {Tag.SubIFDs, Tag.ExifOffset, Tag.GPSInfo, Tag.ExifInteroperabilityOffset}
+_PLACES: Final = {273: 279, 324: 325, 513: 514}
+_MOST_DIRECTORIES: Final = 1000
+
+
+def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
+    """Yield what the first directory of a TIFF file holds, by its order.
+
+    Parameters
+    ----------
+    tags : PIL.Image.Exif
+        The directory.
+    channels : int
+        How many were read, alpha included.
+    """
+    if tags.get_ifd(ExifTags.IFD.IFD1):
+        yield Extra(kinds.FURTHER)
+    photometric, samples = (
+        _first(tags.get(tag, 1)) for tag in (Tag.PhotometricInterpretation, Tag.SamplesPerPixel)
+    )
+    colours = _COLOURS.get(photometric, 1)
+    if (more := samples - colours - (channels in (2, 4))) > 0:
+        yield Extra(kinds.CHANNELS, Text.counted(more, "{n} extra channel", "{n} extra channels"))
+    for tag in tags:
+        if tag in _NAMED:
+            yield _NAMED[tag]
+    rare = rare_tags(tags)
+    if rare:
+        yield Extra(kinds.TIFF_TAGS, Text("TIFF tags {tags}", tags=" ".join(map(str, rare))))
+    if has_maker_note(tags):
+        yield Extra(kinds.MOVED_NOTE)
+
+
+def rare_tags(tags: Pillow.Exif) -> list[int]:
+    """Return the tags of a first directory that no new directory gets."""
+    return [
+        tag for tag in tags if tag not in _STORAGE | _NAMED.keys() and tag not in tiff.PICTURE_TAGS
+    ]
+
+
+def has_maker_note(tags: Pillow.Exif) -> bool:
+    """Tell whether there is a maker's note."""
+    return Tag.MakerNote in tags.get_ifd(Tag.ExifOffset)
+
+
+def _first(value: object) -> int:
+    number = value[0] if isinstance(value, tuple) and value else value
+    return number if isinstance(number, int) else 1
+
+
+def end(file: IO[bytes]) -> int:
+    """Return where the last part ends that a directory of an open TIFF file points to."""
+    whole = file.seek(0, os.SEEK_END)
+    order = ">" if _bytes_at(file, 0, 2) == b"MM" else "<"
+    last, seen = 8, set[int]()
+    waiting = [struct.unpack(order + "I", _bytes_at(file, 4, 4))[0]]
+    while waiting and len(seen) < _MOST_DIRECTORIES:
+        start = waiting.pop()
+        if start in seen or not 0 < start < whole - 2:
+            continue
+        seen.add(start)
+        (count,) = struct.unpack(order + "H", _bytes_at(file, start, 2))
+        last = max(last, start + 2 + 12 * count + 4)
+        numbers: dict[int, tuple[int, ...]] = {}
+        entries = _bytes_at(file, start + 2, 12 * count)
+        for at in range(start + 2, min(start + 2 + 12 * count, whole - 16), 12):
+            tag, kind, size, value = struct.unpack_from(order + "HHII", entries, at - start - 2)
+            length = _SIZES.get(kind, 1) * size
+            place = at + 8 if length <= 4 else value
+            if place + length > whole:
+                continue
+            last = max(last, place + length)
+            if kind in (3, 4, 13):
+                letter = "H" if kind == 3 else "I"
+                stored = _bytes_at(file, place, length)
+                numbers[tag] = struct.unpack(f"{order}{size}{letter}", stored)
+                waiting += numbers[tag] if tag in _POINTERS or kind == 13 else ()
+        for places, lengths in _PLACES.items():
+            pairs = zip(numbers.get(places, ()), numbers.get(lengths, ()), strict=False)
+            last = max(last, *(at + length for at, length in pairs), 0)
+        after = start + 2 + 12 * count
+        if after + 4 <= whole:
+            waiting.append(struct.unpack(order + "I", _bytes_at(file, after, 4))[0])
+    return min(last, whole)
+
+
+def _bytes_at(file: IO[bytes], at: int, count: int) -> bytes:
+    file.seek(at)
+    return file.read(count)

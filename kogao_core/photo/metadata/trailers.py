@@ -1,0 +1,124 @@
+"""What follows the end of a picture in its file: videos, gain maps, programs' own records."""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator
+from typing import Final
+
+from kogao_core.base.language import Text
+from kogao_core.photo.jpeg import segments
+from kogao_core.photo.metadata import kinds
+from kogao_core.photo.metadata.kinds import Extra, Kind
+
+_SAMSUNG, _SAMSUNG_HEAD, _SAMSUNG_ENTRY = b"SEFT", b"SEFH", 12
+_SAMSUNG_VIDEO: Final = b"MotionPhoto_Data"
+_AFCP: Final = (b"AXS!", b"AXS*")
+_PHOTO_MECHANIC: Final = b"cbipcbbl"
+_FOTOSTATION: Final = b"\xa1\xb2\xc3\xd4"
+_FTYP: Final = b"ftyp"
+_BOX_HEAD: Final = 8
+_FULL: Final = re.compile(rb"[^\0]")
+_GAIN_MAPS: Final = (b"hdr-gain-map/1.0", b"HDRGainMap", b"urn:iso:std:iso:ts:21496:-1")
+_DEPTHS: Final = (b"aux:depth", b"aux:disparity", b"portraiteffectsmatte", b"/depthmap/")
+
+
+def found(data: bytes, start: int) -> Iterator[Extra]:
+    """Yield what a file holds from a place on, which is the end of its picture.
+
+    Zeros only fill up. Programs' records are told by their last bytes, one before the other; the
+    rest by its first ones.
+    """
+    end = len(data)
+    records: list[Extra] = []
+    while (record := _record(data, start, end)) is not None:
+        end, extras = record
+        records = [*extras, *records]
+    yield from _from_start(data, start, end)
+    yield from records
+
+
+def box_end(data: bytes, at: int, end: int) -> int | None:
+    """Return where an ISO base media box ends; None if there is none."""
+    if at + _BOX_HEAD > end or not data[at + 4 : at + 8].isalnum():
+        return None
+    size = int.from_bytes(data[at : at + 4], "big")
+    if size == 1:
+        size = int.from_bytes(data[at + 8 : at + 16], "big")
+    if size == 0:
+        return end
+    return min(at + size, end) if size >= _BOX_HEAD else None
+
+
+def _from_start(data: bytes, at: int, end: int) -> Iterator[Extra]:
+    unknown = 0
+    while at < end:
+        if data[at] == 0 and data[at + 4 : at + 8] != _FTYP:
+            full = _FULL.search(data, at, end)
+            at = max(at + 1, full.start() - 3) if full else end  # a box starts with zeros, too
+        elif data.startswith(segments.SOI, at, end):
+            stop = min(segments.end_of_picture(data, at + 2)[0], end)
+            yield Extra(_kind_of_picture(data[at:stop]))
+            at = stop
+        elif data[at + 4 : at + 8] == _FTYP:
+            yield Extra(kinds.VIDEO)
+            at = _past_boxes(data, at, end)
+        else:
+            stop = _next_known(data, at + 1, end)
+            unknown += stop - at
+            at = stop
+    if unknown:
+        yield Extra(
+            kinds.UNKNOWN, Text("{unknown:,} bytes of unknown data at the end", unknown=unknown)
+        )
+
+
+def _next_known(data: bytes, at: int, end: int) -> int:
+    places = [data.find(segments.SOI, at, end), data.find(_FTYP, at + 4, end) - 4]
+    return min((place for place in places if place >= at), default=end)
+
+
+def _past_boxes(data: bytes, at: int, end: int) -> int:
+    while (stop := box_end(data, at, end)) is not None:
+        at = stop
+    return at
+
+
+def _kind_of_picture(data: bytes) -> Kind:
+    if any(sign in data for sign in _GAIN_MAPS):
+        return kinds.GAIN_MAP
+    return kinds.DEPTH if any(sign in data for sign in _DEPTHS) else kinds.FURTHER
+
+
+def _record(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]] | None:
+    """Return where the record that ends at a place starts, and what it is."""
+    size = 0
+    extras: tuple[Extra, ...] = ()
+    if data.endswith(_SAMSUNG, start, end):
+        size, extras = _samsung(data, start, end)
+    elif data[max(start, end - 12) : end][:4] in _AFCP:
+        order = ">" if data[end - 12 : end].startswith(_AFCP[0]) else "<"
+        (at,) = struct.unpack_from(order + "I", data, end - 8)
+        size, extras = end - at, (Extra(kinds.AFCP),)
+        size = size if start <= at < end else 12
+    elif data.endswith(_PHOTO_MECHANIC, start, end):
+        size = 12 + int.from_bytes(data[end - 12 : end - 8], "big")
+        extras = (Extra(kinds.PHOTO_MECHANIC),)
+    elif data.endswith(_FOTOSTATION, start, end):
+        size = int.from_bytes(data[end - 8 : end - 4], "big")
+        extras = (Extra(kinds.FOTOSTATION),)
+    return (max(start, end - size), extras) if size > 0 else None
+
+
+def _samsung(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]]:
+    """Return how long Samsung's record is, with its blocks ahead of its directory."""
+    length = int.from_bytes(data[end - 8 : end - 4], "little")
+    head = end - 8 - length
+    if head < start or data[head : head + 4] != _SAMSUNG_HEAD:
+        return 0, ()
+    starts = range(head + _SAMSUNG_ENTRY, end - 8 - _SAMSUNG_ENTRY + 1, _SAMSUNG_ENTRY)
+    back = max((int.from_bytes(data[at + 4 : at + 8], "little") for at in starts), default=0)
+    first = max(start, head - back)
+    more = (Extra(kinds.VIDEO),) if _SAMSUNG_VIDEO in data[first:head] else ()
+    return end - first, (*more, Extra(kinds.SAMSUNG))

@@ -1,0 +1,257 @@
+"""The formats by name and ending, and the two things to do with them: read faces, write faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from kogao_core.base import strict
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Box
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
+from kogao_core.base.wording import shown
+from kogao_core.faces.face import Face
+from kogao_core.projects.interchange import pts, tables, tem
+from kogao_core.projects.interchange.points import MOST_BYTES, PointSet
+from kogao_core.projects.interchange.templates import OWN_NAMES, TEMPLATES, Template, fitting
+from kogao_core.warp.limits import OutOfBounds, check_faces
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A kind of file.
+
+    Parameters
+    ----------
+    name : str
+        Its ending, without the dot.
+    title : str
+        What it is called.
+    several : bool
+        Whether one file holds several faces.
+    templates : tuple of str
+        Templates it can be written in, the usual one first; empty where it holds our own groups.
+    """
+
+    name: str
+    title: str
+    several: bool
+    templates: tuple[str, ...]
+
+    @property
+    def suffix(self) -> str:
+        """Its ending."""
+        return f".{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A file that was written, and what isn't in it or isn't ours."""
+
+    path: Path
+    note: str
+
+
+FORMATS: Final = {
+    form.name: form
+    for form in (
+        Format("json", "JSON", several=True, templates=()),
+        Format("csv", "CSV", several=True, templates=("27", "68", "189")),
+        Format("tem", Text("WebMorph template"), several=False, templates=("27", "189", "68")),
+        Format("pts", Text("iBUG points"), several=False, templates=("68", "27", "189")),
+    )
+}
+_PARSERS: Final[dict[str, Callable[[bytes], list[PointSet]]]] = {
+    "csv": tables.parse_csv,
+    "tem": lambda data: [tem.parse(data)],
+    "pts": lambda data: [pts.parse(data)],
+}
+
+
+def _format_of(path: Path) -> Format:
+    """Return the format that a file's ending names; raise `BadFile` if none does."""
+    form = FORMATS.get(path.suffix.lower().removeprefix("."))
+    if form is None:
+        raise BadFile(
+            Text(
+                "{path} must end in one of {names}",
+                path=path,
+                names=", ".join(f.suffix for f in FORMATS.values()),
+            )
+        )
+    return form
+
+
+def read(path: Path, mapping: Template | None = None) -> list[Face]:
+    """Read the faces of a file of landmarks; its format follows from its ending.
+
+    Parameters
+    ----------
+    path : Path
+        ``.tem``, ``.pts``, ``.csv`` or ``.json``.
+    mapping : Template, optional
+        Which points are which; by their number where absent.
+
+    Returns
+    -------
+    list of Face
+        At least one, px of the photo it was made on.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or holds no face; one sentence.
+    """
+    form = _format_of(path)
+    data = strict.read(path, MOST_BYTES)
+    try:
+        if form.name == "json":
+            return tables.parse_faces(data)
+        found = _PARSERS[form.name](data)
+        return [(mapping or fitting(points)).face(points) for points in found]
+    except BadFile as error:
+        raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
+
+
+def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[Written]:
+    """Write faces; a format that holds one gets a file each, numbered after the first.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        At least one.
+    path : Path
+        Its ending tells the format. Files there are replaced.
+    wanted : str, optional
+        Name of the template, the format's usual one where absent.
+
+    Returns
+    -------
+    list of Written
+        Each file, with what it doesn't hold.
+
+    Raises
+    ------
+    BadFile
+        If the ending is unknown or the format has no such template.
+    OSError
+        If it can't be written.
+    """
+    form = _format_of(path)
+    name = wanted or next(iter(form.templates), "")
+    if name and name not in form.templates:
+        raise BadFile(
+            Text(
+                "{format} is written in {form}, not in {name}",
+                format=form.title,
+                form=_choices(form),
+                name=shown(name),
+            )
+        )
+    if form.name == "json":
+        put(tables.faces_text(faces).encode(), path)
+        return [Written(path, "")]
+    template = TEMPLATES[name]
+    if form.several:
+        points = [template.points(face).points for face in faces]
+        names = OWN_NAMES if name == "27" else tables.numbered(len(points[0]))
+        put(tables.csv_text(points, names).encode(), path)
+        return [Written(path, _note(template, faces))]
+    return [
+        _written(face, paths, template)
+        for face, paths in zip(faces, files(path, faces), strict=True)
+    ]
+
+
+def files(path: Path, faces: Sequence[Face]) -> list[Path]:
+    """Return the files that `write` writes.
+
+    Parameters
+    ----------
+    path : Path
+        Its ending tells the format.
+    faces : sequence of Face
+        At least one.
+
+    Returns
+    -------
+    list of Path
+        One for each face, or one for all.
+    """
+    if _format_of(path).several:
+        return [path]
+    rest = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(2, len(faces) + 1)]
+    return [path, *rest]
+
+
+def _written(face: Face, path: Path, template: Template) -> Written:
+    writer = tem.text if path.suffix.lower() == ".tem" else pts.text
+    put(writer(template.points(face)).encode(), path)
+    return Written(path, _note(template, [face]))
+
+
+def _choices(form: Format) -> str:
+    return (
+        Text("templates of {names} points", names=", ".join(form.templates))
+        if form.templates
+        else Text("its own way")
+    )
+
+
+def _note(template: Template, faces: Sequence[Face]) -> str:
+    """Say what a file of this template doesn't know, in a sentence; empty where it holds all."""
+    notes = []
+    if any(len(face.outline) != len(template.outline) for face in faces):
+        notes.append(
+            Text("the outline was resampled to {count} points", count=len(template.outline))
+        )
+    guessed = (template.count or 0) - len(template.ours)
+    if guessed:
+        notes.append(
+            Text(
+                "{guessed} of {count} points are a mean face's, not this one's",
+                guessed=guessed,
+                count=template.count,
+            )
+        )
+    return Text.joined("; ", notes)
+
+
+def check_inside(faces: Sequence[Face], image: Box) -> None:
+    """Check that faces lie on a photo; the photo's edge may crop them.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        As they were read.
+    image : Box
+        The photo.
+
+    Raises
+    ------
+    BadFile
+        If the middle of one lies outside: its points belong to another photo, or to another size
+        of this one. Or if a point lies farther outside than its face is large.
+    """
+    for number, face in enumerate(faces, start=1):
+        x, y = face.middle
+        if not (image.left <= x < image.right and image.top <= y < image.bottom):
+            raise BadFile(
+                Text(
+                    "face {number} lies at {x:.0f}, {y:.0f}, outside the photo of "
+                    "{width} x {height} px; the points belong to another photo or "
+                    "size",
+                    number=number,
+                    x=x,
+                    y=y,
+                    width=image.width,
+                    height=image.height,
+                )
+            )
+    try:
+        check_faces(faces, image, typed=True)
+    except OutOfBounds as error:
+        raise BadFile(str(error)) from None

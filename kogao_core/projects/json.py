@@ -1,0 +1,188 @@
+"""The parts of a project file: faces, recipes, protection; lengths are counted in `unit` px."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from kogao_core.base.geometry import Array, Line
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile, Node
+from kogao_core.faces.face import FOREHEAD_POINTS, Anchor, Face
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.limits import MOST_CORNERS, MOST_LANDMARKS
+from kogao_core.warp.protection import Protection, Stroke
+
+MOST_FACES: Final = 1000
+_MOST_POINTS: Final = 10_000
+# Points may be dragged off the photo, but hardly by more than its size.
+_FARTHEST: Final = 64.0
+_LEAST_LENGTH: Final = 1e-9
+_FACE_FIELDS: Final = (
+    *("outline", "eyes", "mouth", "targets", "frame", "score", "confidence"),
+    *("source", "recipe", "forehead", "on"),
+)
+
+
+def face_dict(face: Face, unit: int) -> dict[str, Any]:
+    """Return a face as plain JSON values; a target that is automatic is null."""
+    pinned, targets = face.pinned_anchor, face.targets
+    origin = None if pinned is None else [value / unit for value in pinned.origin_px]
+    anchor = None if pinned is None else {"origin": origin, "spacing": pinned.spacing_px / unit}
+    return {
+        "outline": _in_units(face.outline, unit),
+        "eyes": _in_units(face.eyes, unit),
+        "mouth": _in_units(face.mouth, unit),
+        "targets": None if targets is None else [_aim(target, unit) for target in targets],
+        "frame": anchor,
+        "score": face.score,
+        "confidence": None if face.confidence is None else face.confidence.tolist(),
+        "source": face.source,
+        "recipe": None if face.recipe is None else face.recipe.to_dict(),
+        "forehead": None if face.forehead is None else _in_units(face.forehead, unit),
+    }
+
+
+def faces(nodes: Sequence[Node], unit: int) -> tuple[Face, ...]:
+    """Read the faces of a sheet."""
+    for name in ("outline", "targets", "confidence"):
+        if sum(node.count(name) for node in nodes) > MOST_LANDMARKS:
+            raise BadFile(
+                Text(
+                    "the file's faces have more than {most_landmarks} landmarks together",
+                    most_landmarks=MOST_LANDMARKS,
+                )
+            )
+    return tuple(face(node, unit) for node in nodes)
+
+
+def face(node: Node, unit: int) -> Face:
+    """Read what `face_dict` wrote."""
+    node.only(_FACE_FIELDS)
+    outline = _points(node.field("outline"), unit, _MOST_POINTS)
+    targets, anchor = node.field("targets"), node.field("frame")
+    confidence, own = node.field("confidence"), node.field("recipe")
+    forehead = node.field("forehead")  # null in what was written before there was one
+    try:
+        return Face(
+            outline=outline,
+            eyes=_points(node.field("eyes"), unit, 4),
+            mouth=_points(node.field("mouth"), unit, 2),
+            score=node.field("score").number(0.0, 1.0),
+            targets=None if targets.value is None else _targets(targets, unit),
+            pinned_anchor=None if anchor.value is None else _anchor(anchor, unit),
+            source=node.field("source").text(40),
+            recipe=None if own.value is None else recipe(own),
+            confidence=None if confidence.value is None else _shares(confidence),
+            forehead=None if forehead.value is None else _points(forehead, unit, FOREHEAD_POINTS),
+        )
+    except BadFile:
+        raise
+    except ValueError as error:  # what Face itself refuses
+        node.refuse(Text("is no face: {error}", error=error))
+
+
+def recipe(node: Node) -> Recipe:
+    """Read a recipe."""
+    try:
+        return Recipe.from_dict(node.value)
+    except (ValueError, TypeError) as error:
+        node.refuse(Text("is no recipe: {error}", error=str(error)))
+
+
+def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
+    """Return protected places as plain JSON values."""
+    strokes = [
+        {
+            "points": _in_units(stroke.points_px, unit),
+            "radius": stroke.radius_px / unit,
+            "feather": stroke.feather_px / unit,
+        }
+        for stroke in protection.strokes
+    ]
+    return {"strokes": strokes}
+
+
+def protection(node: Node, unit: int) -> Protection:
+    """Read what `protection_dict` wrote."""
+    strokes = node.only(("strokes",)).field("strokes").items(MOST_CORNERS)
+    corners = sum(stroke.count("points") for stroke in strokes)
+    if corners > MOST_CORNERS:
+        node.refuse(
+            Text(
+                "has {corners} corners together; at most {most_corners} are allowed",
+                corners=corners,
+                most_corners=MOST_CORNERS,
+            )
+        )
+    return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
+
+
+def lines_list(lines: Sequence[Line], unit: int) -> list[list[list[float]]]:
+    """Return straight lines as plain JSON values."""
+    return [_in_units(np.array(line), unit) for line in lines]
+
+
+def lines(node: Node, unit: int) -> tuple[Line, ...]:
+    """Read what `lines_list` wrote; projects from before there were any have none."""
+    if node.value is None:
+        return ()
+    found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
+    if any(len(line) != 2 for line in found):
+        node.refuse(Text("must hold lines of two points each"))
+    return tuple(as_line(line) for line in found)
+
+
+def as_line(ends: Array) -> Line:
+    """Return a line of its ends, shape (2, 2)."""
+    (x, y), (u, v) = ends.tolist()
+    return (x, y), (u, v)
+
+
+def _stroke(node: Node, unit: int) -> Stroke:
+    node.only(("points", "radius", "feather"))
+    points = _points(node.field("points"), unit, _MOST_POINTS)
+    if not len(points):
+        node.refuse(Text("needs at least one point"))
+    radius, feather = (node.field(name).number(0.0, 1.0) * unit for name in ("radius", "feather"))
+    return Stroke(points, radius, feather)
+
+
+def _in_units(points: Array, unit: int) -> list[list[float]]:
+    shares: list[list[float]] = (points / unit).tolist()
+    return shares
+
+
+def _aim(target: Array, unit: int) -> list[float] | None:
+    x, y = (target / unit).tolist()
+    return None if np.isnan(x) else [x, y]
+
+
+def _points(node: Node, unit: int, most: int) -> Array:
+    return np.array([_point(item, unit) for item in node.items(most)]).reshape(-1, 2)
+
+
+def _point(node: Node, unit: int) -> tuple[float, float]:
+    pair = [item.number(-_FARTHEST, _FARTHEST) * unit for item in node.items(2)]
+    if len(pair) != 2:
+        node.refuse(Text("must be two numbers"))
+    return pair[0], pair[1]
+
+
+def _targets(node: Node, unit: int) -> Array:
+    nowhere = (np.nan, np.nan)
+    items = node.items(_MOST_POINTS)
+    rows = [nowhere if item.value is None else _point(item, unit) for item in items]
+    return np.array(rows).reshape(-1, 2)
+
+
+def _shares(node: Node) -> Array:
+    return np.array([item.number(0.0, 1.0) for item in node.items(_MOST_POINTS + 6)])
+
+
+def _anchor(node: Node, unit: int) -> Anchor:
+    node.only(("origin", "spacing"))
+    origin = _point(node.field("origin"), unit)
+    return Anchor(origin, node.field("spacing").number(_LEAST_LENGTH, _FARTHEST) * unit)

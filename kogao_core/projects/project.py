@@ -1,0 +1,390 @@
+"""Everything about one edited photo but its pixels, as a file that outlives the program."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+from kogao_core import __version__
+from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Affine, Line
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile, Node, parse, read
+from kogao_core.faces.face import Face
+from kogao_core.projects import json as project_json
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.protection import NOTHING, Protection
+
+VERSION: Final = 1
+Mode = Literal["automatic", "manual"]
+_FORMAT: Final = "kogao-project"
+_MOST_BYTES: Final = 8 * 2**20
+_LONGEST_SIDE_PX: Final = 2**20
+_FIELDS: Final = (
+    *("format", "version", "program", "photo", "unit_px"),
+    *("mode", "automatic", "manual", "protection", "loose"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The faces and choices of one mode.
+
+    Parameters
+    ----------
+    faces : tuple of Face
+        Px of the upright photo.
+    off : frozenset of int
+        Indices of the faces left as they are.
+    recipe : Recipe
+        The photo's choices, for all faces but those with some of their own.
+    """
+
+    faces: tuple[Face, ...] = ()
+    off: frozenset[int] = frozenset()
+    recipe: Recipe = dataclasses.field(default_factory=Recipe)
+
+    @property
+    def active(self) -> list[Face]:
+        """The faces to make smaller."""
+        return [face for index, face in enumerate(self.faces) if index not in self.off]
+
+    @property
+    def inactive(self) -> list[Face]:
+        """The faces left as they are."""
+        return [face for index, face in enumerate(self.faces) if index in self.off]
+
+    def mapped(self, transform: Affine) -> Sheet:
+        """Return the sheet for the photo resized by a similarity transform.
+
+        Parameters
+        ----------
+        transform : Affine
+            From px of this photo to px of the other.
+
+        Returns
+        -------
+        Sheet
+            Its threshold is scaled, too.
+        """
+        faces = tuple(face.mapped(transform) for face in self.faces)
+        return Sheet(faces, self.off, self.recipe.at_scale(transform.scale))
+
+
+@dataclass(frozen=True, slots=True)
+class Original:
+    """The photo that a project is about: where it lies, its SHA-256 and its upright size, px."""
+
+    path: str
+    sha256: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """What was done to one photo.
+
+    Parameters
+    ----------
+    original : Original
+        Which photo.
+    mode : {"automatic", "manual"}
+        Whose faces make the result.
+    automatic : Sheet
+        Found by the machine, and what was corrected on it.
+    manual : Sheet, optional
+        Marked by hand.
+    protection : Protection
+        Places that must not move, px.
+    loose : tuple of Line
+        Straight lines that aren't held, px.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import Original, Sheet, save
+    >>> sheet = Sheet((kogao.template_face((450, 480), 400),), recipe=kogao.Recipe(percent=6))
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 900), "automatic", sheet)
+    >>> save(project, "me.jpg.kogao.json")
+    >>> kogao.load_project("me.jpg.kogao.json").automatic.recipe == sheet.recipe
+    True
+    """
+
+    original: Original
+    mode: Mode
+    automatic: Sheet
+    manual: Sheet | None = None
+    protection: Protection = NOTHING
+    loose: tuple[Line, ...] = ()
+
+    def at_size(self, width: int, height: int) -> Project:
+        """Return the project for the same photo at another resolution.
+
+        Parameters
+        ----------
+        width, height : int
+            Of that photo, upright, px.
+
+        Returns
+        -------
+        Project
+            Itself where the size is the same.
+
+        Raises
+        ------
+        BadFile
+            If the photo has another shape: it is cropped or another one.
+        """
+        old = self.original
+        if (width, height) == (old.width, old.height):
+            return self
+        # A resized photo's sides are rounded to whole px, each by up to one.
+        if abs(width * old.height - height * old.width) > max(old.width, old.height):
+            raise BadFile(
+                Text(
+                    "the project is about a photo of {width} x {height} px, and one "
+                    "of {new_width} x {new_height} px has another shape",
+                    width=old.width,
+                    height=old.height,
+                    new_width=width,
+                    new_height=height,
+                )
+            )
+        resize = Affine.resize(width / old.width, height / old.height)
+        return Project(
+            dataclasses.replace(old, width=width, height=height),
+            self.mode,
+            self.automatic.mapped(resize),
+            None if self.manual is None else self.manual.mapped(resize),
+            self.protection.mapped(resize),
+            tuple(project_json.as_line(resize(line)) for line in self.loose),
+        )
+
+
+def unit_px(width: int, height: int) -> int:
+    """Return what coordinates are divided by: the least power of two not below both sides.
+
+    Dividing by a power of two loses no bit, so reading brings back the very same points.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the photo, px.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> from kogao_core.projects.project import unit_px
+    >>> unit_px(900, 600), unit_px(1024, 1025)
+    (1024, 2048)
+    """
+    return 1 << (max(width, height) - 1).bit_length()
+
+
+def to_dict(project: Project) -> dict[str, Any]:
+    """Return a project as plain JSON values; positions and lengths are in `unit_px`.
+
+    Parameters
+    ----------
+    project : Project
+        What was done.
+
+    Returns
+    -------
+    dict
+        What `from_node` reads.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import Original, Sheet, to_dict
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 600), "automatic", Sheet())
+    >>> values = to_dict(project)
+    >>> values["format"], values["unit_px"], values["automatic"]["faces"]
+    ('kogao-project', 1024, [])
+    """
+    original = project.original
+    unit = unit_px(original.width, original.height)
+    manual = project.manual
+    return {
+        "format": _FORMAT,
+        "version": VERSION,
+        "program": __version__,
+        "photo": dataclasses.asdict(original),
+        "unit_px": unit,
+        "mode": project.mode,
+        "automatic": _sheet_dict(project.automatic, unit),
+        "manual": None if manual is None else _sheet_dict(manual, unit),
+        "protection": project_json.protection_dict(project.protection, unit),
+        "loose": project_json.lines_list(project.loose, unit),
+    }
+
+
+def from_node(top: Node) -> Project:
+    """Read what `to_dict` wrote.
+
+    Parameters
+    ----------
+    top : Node
+        The file's object, see `strict.parse`.
+
+    Returns
+    -------
+    Project
+
+    Raises
+    ------
+    BadFile
+        If anything isn't as it should be, or a newer Kogao wrote it.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import Original, Sheet, from_node, to_dict
+    >>> from kogao_core.base.strict import Node
+    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 600), "automatic", Sheet())
+    >>> from_node(Node(to_dict(project))).original == project.original
+    True
+    """
+    top.field("format").text(40, (_FORMAT,))
+    version = top.field("version").whole(1, 10**6)
+    if version > VERSION:
+        raise BadFile(
+            Text(
+                "the file has version {version} and was written by a newer Kogao; "
+                "this one reads up to version {newest}: update it",
+                version=version,
+                newest=VERSION,
+            )
+        )
+    top.only(_FIELDS)
+    photo = top.field("photo").only([field.name for field in dataclasses.fields(Original)])
+    width, height = (photo.field(n).whole(1, _LONGEST_SIDE_PX) for n in ("width", "height"))
+    original = Original(
+        photo.field("path").text(4096), photo.field("sha256").text(64), width, height
+    )
+    unit = unit_px(width, height)
+    top.field("unit_px").whole(unit, unit)
+    manual = top.field("manual")
+    mode: Mode = "manual" if top.field("mode").text(16, get_args(Mode)) == "manual" else "automatic"
+    return Project(
+        original,
+        mode,
+        _sheet(top.field("automatic"), unit),
+        None if manual.value is None else _sheet(manual, unit),
+        project_json.protection(top.field("protection"), unit),
+        project_json.lines(top.field("loose"), unit),
+    )
+
+
+def load(path: str | os.PathLike[str]) -> Project:
+    """Read a project file.
+
+    Parameters
+    ----------
+    path : path
+        The file, such as ``portrait.jpg.kogao.json``.
+
+    Returns
+    -------
+    Project
+        Its photo isn't opened; `sidecar.apply` says what it makes of one.
+
+    Raises
+    ------
+    BadFile
+        If it can't be read or isn't a project; one sentence.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> try:
+    ...     kogao.load_project("no-such.kogao.json")
+    ... except kogao.BadFile as problem:
+    ...     print(problem)
+    no-such.kogao.json can't be read (No such file or directory)
+    """
+    if Path(path).exists() and not Path(path).is_file():
+        raise BadFile(Text("{path} is no ordinary file", path=path))  # a pipe would be waited for
+    return from_node(parse(read(Path(path), _MOST_BYTES), _MOST_BYTES))
+
+
+def save(project: Project, path: str | os.PathLike[str]) -> None:
+    """Write a project file, whole or not at all.
+
+    Parameters
+    ----------
+    project : Project
+        What was done.
+    path : path
+        Replaced where it exists.
+
+    Raises
+    ------
+    OSError
+        If the folder is missing or not writable, or the disk is full.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import Original, Sheet, save
+    >>> original = Original("me.jpg", "0" * 64, 900, 600)
+    >>> save(kogao.Project(original, "automatic", Sheet()), "me.jpg.kogao.json")
+    >>> kogao.load_project("me.jpg.kogao.json").original == original
+    True
+    """
+    text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
+    put(text.encode("utf-8"), path)
+
+
+def sha256_of(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file, in hexadecimal.
+
+    Parameters
+    ----------
+    path : path
+        Any file.
+
+    Returns
+    -------
+    str
+        64 digits.
+
+    Raises
+    ------
+    OSError
+        If it can't be read.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import sha256_of
+    >>> len(sha256_of(kogao.sample()))
+    64
+    """
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _sheet_dict(sheet: Sheet, unit: int) -> dict[str, Any]:
+    faces = [project_json.face_dict(face, unit) for face in sheet.faces]
+    for index, face in enumerate(faces):
+        face["on"] = index not in sheet.off
+    return {"recipe": sheet.recipe.to_dict(), "faces": faces}
+
+
+def _sheet(node: Node, unit: int) -> Sheet:
+    node.only(("recipe", "faces"))
+    nodes = node.field("faces").items(project_json.MOST_FACES)
+    faces = project_json.faces(nodes, unit)
+    off = frozenset(n for n, face in enumerate(nodes) if not face.field("on").flag())
+    return Sheet(faces, off, project_json.recipe(node.field("recipe")))

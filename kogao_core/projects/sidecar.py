@@ -1,0 +1,221 @@
+"""The project file beside a photo, and a project applied to a photo at hand."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from kogao_core.base.geometry import Box, Image, Line
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
+from kogao_core.base.wording import printable
+from kogao_core.faces.face import Face
+from kogao_core.projects.project import Original, Project, Sheet
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.limits import OutOfBounds, check_faces, check_protection
+from kogao_core.warp.protection import Protection
+
+SUFFIX: Final = ".kogao.json"
+
+
+def sidecar_of(photo: str | os.PathLike[str]) -> Path:
+    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it.
+
+    Parameters
+    ----------
+    photo : path
+        The photo.
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> from kogao_core.projects.sidecar import sidecar_of
+    >>> sidecar_of("in/me.jpg").name
+    'me.jpg.kogao.json'
+    """
+    path = Path(photo)
+    return path.with_name(path.name + SUFFIX)
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """What a project makes of one photo: the arguments of `render`.
+
+    Parameters
+    ----------
+    faces : list of Face
+        Those to make smaller, px of the photo.
+    recipe : Recipe
+        The photo's choices.
+    protection : Protection
+        Places that must not move, px.
+    note : str
+        What the user should know of the match; empty for the very photo.
+    loose : tuple of Line
+        Straight lines that aren't held, px.
+    others : list of Face
+        More faces of the photo, which are left alone, px.
+    """
+
+    faces: list[Face]
+    recipe: Recipe
+    protection: Protection
+    note: str = ""
+    loose: tuple[Line, ...] = ()
+    others: list[Face] = field(default_factory=list)
+
+    @property
+    def what(self) -> Text:
+        """A few words on what is done, for an edit record."""
+        return Text.counted(
+            len(self.faces),
+            "{n} face made smaller: {amount}",
+            "{n} faces made smaller: {amount}",
+            amount=self.recipe.amount,
+        )
+
+
+def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
+    """Return what a project makes of a photo: its own, or the same one at another resolution.
+
+    Parameters
+    ----------
+    project : Project
+        Its path is never opened: the photo at hand is the one to work on.
+    pixels : array of shape (H, W) or (H, W, C)
+        The photo, upright.
+    sha256 : str, optional
+        Hash of the photo's file, see `project.sha256_of`; without it, no note says whether this is
+        the very file.
+
+    Returns
+    -------
+    Applied
+        What to hand to `render`.
+
+    Raises
+    ------
+    BadFile
+        If the photo has another shape than the project's, or faces or protected places lie far
+        outside; one sentence.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import Original, Sheet
+    >>> photo = kogao.read(kogao.sample())
+    >>> sheet = Sheet((kogao.template_face((450, 480), 400),), recipe=kogao.Recipe(percent=6))
+    >>> original = Original("large.jpg", "0" * 64, 1800, 1800)
+    >>> done = kogao.apply_project(kogao.Project(original, "automatic", sheet), photo.pixels)
+    >>> done.note
+    'the project was made at 1800 x 1800 px and has been scaled to this photo'
+    >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
+    """
+    at_hand, note = match(project, pixels, sha256)
+    sheet = _sheet_of(at_hand)
+    return Applied(
+        sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive
+    )
+
+
+def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
+    """Return a project in px of a photo, and what the user should know of the match.
+
+    Parameters
+    ----------
+    project : Project
+        Of this photo, or of the same one at another resolution.
+    pixels : array of shape (H, W) or (H, W, C)
+        The photo, upright.
+    sha256 : str, optional
+        See `apply`.
+
+    Returns
+    -------
+    (Project, str)
+        The note is empty for the very photo.
+
+    Raises
+    ------
+    BadFile
+        See `apply`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.projects.project import Original, Sheet
+    >>> from kogao_core.projects.sidecar import match
+    >>> photo = kogao.read(kogao.sample())
+    >>> sheet = Sheet((kogao.template_face((450, 480), 400),))
+    >>> project = kogao.Project(Original("large.jpg", "0" * 64, 1800, 1800), "automatic", sheet)
+    >>> at_hand, note = match(project, photo.pixels)
+    >>> at_hand.original.width == photo.width
+    True
+    """
+    height, width = pixels.shape[:2]
+    at_hand = project.at_size(width, height)
+    _check_places(at_hand, Box.of(pixels))
+    return at_hand, _note(project, sha256, width)
+
+
+def _check_places(project: Project, image: Box) -> None:
+    try:
+        for sheet in filter(None, (project.automatic, project.manual)):
+            check_faces(sheet.faces, image)
+        check_protection(project.protection, image)
+    except OutOfBounds as error:
+        raise BadFile(str(error)) from None
+
+
+def _sheet_of(project: Project) -> Sheet:
+    """Return the sheet of the mode that makes the result."""
+    if project.mode == "manual" and project.manual is not None:
+        return project.manual
+    return project.automatic
+
+
+def original(path: Path, sha256: str, pixels: Image) -> Original:
+    """Return how a project beside a photo names it: by its file name alone, in plain letters.
+
+    Parameters
+    ----------
+    path : Path
+        The photo.
+    sha256 : str
+        Hash of its file.
+    pixels : array of shape (H, W) or (H, W, C)
+        Upright.
+
+    Returns
+    -------
+    Original
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from kogao_core.projects.sidecar import original
+    >>> original(Path("in/me.jpg"), "0" * 64, np.zeros((3, 4), np.uint8)).path
+    'me.jpg'
+    """
+    name = printable(path.name)
+    height, width = pixels.shape[:2]
+    return Original(name, sha256, width, height)
+
+
+def _note(project: Project, sha256: str | None, width: int) -> str:
+    made = project.original
+    if sha256 == made.sha256 or (sha256 is None and made.width == width):
+        return ""
+    if made.width == width:
+        return Text("the project was made from another file of the same size; check the result")
+    return Text(
+        "the project was made at {width} x {height} px and has been scaled to this photo",
+        width=made.width,
+        height=made.height,
+    )

@@ -1,0 +1,137 @@
+"""Recipes with names, as files: the user's lie in one folder, each one that `--recipe` takes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from pathlib import Path
+from typing import Final
+from urllib.parse import unquote
+
+from kogao_core.base.atomic import put
+from kogao_core.base.language import Text
+from kogao_core.base.strict import parse
+from kogao_core.base.wording import shown, system_reason
+from kogao_core.photo.originals import data_folder
+from kogao_core.recipe.recipe import PAPER, Recipe
+
+BUILT_IN: Final[dict[str, Recipe]] = {
+    Text("Retoucher's, 4 %"): Recipe(),
+    Text("Gentle, 2 %"): Recipe(percent=2.0),
+    Text("Clear, 6 %"): Recipe(percent=6.0),
+    Text("The paper's"): PAPER,
+}
+ENDING: Final = ".json"
+LONGEST_NAME: Final = 60
+_MOST_BYTES: Final = 2**20
+# What a name of a file can't hold, on any system, and what the others are written with.
+_UNFIT: Final = re.compile(r'[<>:"/\\|?*%\x00-\x1f\x7f]|^\.|[. ]$')
+_UNPRINTABLE: Final = re.compile("[\x00-\x1f\x7f\ud800-\udfff]")
+
+
+def user_folder() -> Path:
+    """Return the folder of this user's presets, which the editor uses, too; it needn't be there."""
+    return data_folder() / "presets"
+
+
+def read(file: Path) -> Recipe:
+    """Return the recipe in a file.
+
+    Raises
+    ------
+    ValueError
+        If it can't be read or holds no recipe of this program, in a sentence that names it.
+    """
+    try:
+        with file.open("rb") as opened:
+            data = opened.read(_MOST_BYTES + 1)
+        return Recipe.from_dict(parse(data, _MOST_BYTES).value)
+    except OSError as error:
+        raise ValueError(
+            Text(
+                "the recipe {file} can't be read ({reason})", file=file, reason=system_reason(error)
+            )
+        ) from error
+    except ValueError as error:
+        raise ValueError(
+            Text("the recipe {file} can't be used: {error}", file=file, error=error)
+        ) from error
+
+
+def write(recipe: Recipe, file: Path) -> None:
+    """Write a recipe as a file, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If it can't be written.
+    """
+    put(f"{json.dumps(recipe.to_dict(), indent=1)}\n".encode(), file)
+
+
+def listed(folder: Path) -> dict[str, Recipe]:
+    """Return the presets in a folder, by name; files that this program can't read are left out."""
+    found = {}
+    for file in sorted(folder.glob(f"*{ENDING}")) if os.path.isdir(folder) else ():
+        try:
+            # A pipe would keep whoever opens it waiting.
+            if file.is_file():
+                found[name_of(file)] = read(file)
+        except (OSError, ValueError):  # closed to us; written by a newer program, or by hand
+            continue
+    return found
+
+
+def file_of(folder: Path, name: str) -> Path:
+    """Return the file of a preset in a folder.
+
+    Raises
+    ------
+    ValueError
+        If it can't be a name: empty, longer than 60 letters, or with letters that don't print.
+    """
+    name = name.strip()
+    if not name or len(name) > LONGEST_NAME or _UNPRINTABLE.search(name):
+        raise ValueError(
+            Text(
+                "a preset's name has 1 to {longest_name} letters that print, got {name}",
+                longest_name=LONGEST_NAME,
+                name=shown(name),
+            )
+        )
+    fit = _UNFIT.sub(lambda letter: f"%{ord(letter[0]):02X}", name)
+    return folder / f"{fit}{ENDING}"
+
+
+def name_of(file: Path) -> str:
+    """Return the name of the preset in a file, as far as it can be one."""
+    return _UNPRINTABLE.sub("?", unquote(file.stem))[:LONGEST_NAME]
+
+
+def add(folder: Path, name: str, recipe: Recipe) -> None:
+    """Keep a recipe under a name in a folder, in place of any other of that name.
+
+    Raises
+    ------
+    ValueError
+        If it can't be a name.
+    OSError
+        If the file can't be written.
+    """
+    file = file_of(folder, name)
+    folder.mkdir(parents=True, exist_ok=True)
+    write(recipe, file)
+
+
+def remove(folder: Path, name: str) -> None:
+    """Delete a preset from a folder; one that is gone is no error.
+
+    Raises
+    ------
+    OSError
+        If it can't be deleted.
+    """
+    for file in folder.glob(f"*{ENDING}"):
+        if name_of(file) == name:
+            file.unlink(missing_ok=True)

@@ -1,0 +1,457 @@
+"""What there is to set and to choose from, declared once; all else follows from it.
+
+The words are for people, who read them translated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any, Final, Generic, Literal, TypeVar
+
+from kogao_core.base.language import Text
+from kogao_core.base.wording import shown
+
+Fit = Literal["approximation", "exact", "multilevel"]
+DomainName = Literal["image", "control-points", "threshold"]
+Interpolation = Literal["bilinear", "cubic", "lanczos4"]
+LatticeUnit = Literal["spacing", "warp"]
+Corner = Literal["top-left", "top-right", "bottom-left", "bottom-right"]
+Name = TypeVar("Name", bound=str, covariant=True)
+
+
+def cited(words: Text, where: str) -> Text:
+    """Return words with the place in the paper behind them, if there is one.
+
+    Parameters
+    ----------
+    words : Text
+    where : str
+        The place, or nothing.
+
+    Returns
+    -------
+    Text
+    """
+    return Text("{words} ({where})", words=words, where=where) if where else words
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative(Generic[Name]):
+    """One of the things that a field of the recipe may be.
+
+    Parameters
+    ----------
+    name : str
+        In files and on the command line.
+    title : Text
+        What people call it.
+    word : Text
+        The same within a sentence.
+    help : Text
+        What it is, in a few words.
+    where : str
+        Where the paper has it; empty, where it hasn't.
+    reference : str
+        Who described it; numbers are those of the paper's list.
+    """
+
+    name: Name
+    title: Text
+    word: Text
+    help: Text
+    where: str = ""
+    reference: str = ""
+
+    @property
+    def description(self) -> Text:
+        """What it is called, what it is, and where the paper has it."""
+        words = Text("{title}, {help}", title=self.title, help=self.help)
+        return cited(words, self.where)
+
+
+@dataclass(frozen=True, slots=True)
+class Center:
+    """A centre candidate.
+
+    Parameters
+    ----------
+    fraction : float
+        How far along the way from the eyes to the mouth it lies.
+    where : str
+        Where the paper has it; empty, where it hasn't.
+    """
+
+    fraction: float
+    where: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A field of the recipe, declared once for all that read, check or show it.
+
+    Parameters
+    ----------
+    name : str
+        The field.
+    title : Text
+        What people call it.
+    help : Text
+        What it does, in one line.
+    where : str
+        Where the paper has it; empty, where it hasn't.
+    within : tuple of float, optional
+        Smallest and largest value of a number.
+    is_whole : bool
+        Whether only whole numbers will do.
+    alternatives : tuple of Alternative
+        What there is to choose from; a field without range and alternatives is true or false.
+    unit : str
+        Of a number.
+    per_face : bool
+        Whether each face may choose for itself; the rest is the photo's.
+    option : str
+        What it is called on the command line; the name with hyphens, if not given.
+    default_text : str
+        The default in words, where it says little as it is.
+    """
+
+    name: str
+    title: Text
+    help: Text
+    where: str = ""
+    within: tuple[float, float] | None = None
+    is_whole: bool = False
+    alternatives: tuple[Alternative[Any], ...] = ()
+    unit: str = ""
+    per_face: bool = False
+    option: str = ""
+    default_text: str = ""
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The names of what there is to choose from."""
+        return tuple(one.name for one in self.alternatives)
+
+    def alternative(self, name: str) -> Alternative[Any]:
+        """Return one of the things to choose from by its name."""
+        return next(one for one in self.alternatives if one.name == name)
+
+    @property
+    def full_help(self) -> Text:
+        """What it does, and where the paper has it."""
+        return cited(self.help, self.where)
+
+    def check(self, value: object) -> None:
+        """Check a value.
+
+        Parameters
+        ----------
+        value : object
+            Of any kind.
+
+        Raises
+        ------
+        ValueError
+            If it is none for this field; the message names the field, its range and the value.
+        """
+        if self.within is not None:
+            self._check_number(value, *self.within)
+        elif self.alternatives:
+            if value not in self.choices:
+                allowed = ", ".join(self.choices)
+                raise ValueError(
+                    Text(
+                        "{name} must be one of {allowed}, got {value}",
+                        name=self.name,
+                        allowed=allowed,
+                        value=shown(value),
+                    )
+                )
+        elif not isinstance(value, bool):
+            raise ValueError(
+                Text(
+                    "{name} must be true or false, got {value}", name=self.name, value=shown(value)
+                )
+            )
+
+    def plain(self, value: Any) -> Any:
+        """Return a value that passed `check` as files hold it.
+
+        Parameters
+        ----------
+        value : object
+            Numbers may be numpy's.
+
+        Returns
+        -------
+        object
+            Python's own number; what is none, as it is.
+        """
+        if self.is_whole:
+            return int(value)
+        return value if self.within is None or type(value) in (int, float) else float(value)
+
+    def _check_number(self, value: object, low: float, high: float) -> None:
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise ValueError(
+                Text("{name} must be a number, got {value}", name=self.name, value=shown(value))
+            )
+        number: Any = value  # comparing isn't among what Real has for mypy
+        if not low <= number <= high:
+            raise ValueError(
+                Text(
+                    "{name} must be within {low:g}..{high:g}, got {value}",
+                    name=self.name,
+                    low=low,
+                    high=high,
+                    value=shown(value),
+                )
+            )
+        if self.is_whole and number != int(number):
+            raise ValueError(
+                Text(
+                    "{name} must be a whole number {low:g}..{high:g}, got {value}",
+                    name=self.name,
+                    low=low,
+                    high=high,
+                    value=shown(value),
+                )
+            )
+
+
+# What solves each is in `fit`.
+FITS: Final[tuple[Alternative[Fit], ...]] = (
+    Alternative(
+        "approximation",
+        Text("Approximation"),
+        Text("approximation"),
+        Text("the paper's"),
+        Text("section 2.1"),
+        Text("the paper; [7], [9]"),
+    ),
+    Alternative(
+        "exact",
+        Text("Exact"),
+        Text("exact"),
+        Text("on every target"),
+        reference=Text("this program"),
+    ),
+    Alternative(
+        "multilevel",
+        Text("Multilevel"),
+        Text("multilevel"),
+        Text("refined steps"),
+        Text("section 3.3"),
+        Text("[8], [10], [12]"),
+    ),
+)
+DOMAINS: Final[tuple[Alternative[DomainName], ...]] = (
+    Alternative("image", Text("Whole image"), Text("image"), Text("every pixel")),
+    Alternative(
+        "control-points",
+        Text("Control points"),
+        Text("control points"),
+        Text("cells in their reach"),
+        Text("section 4.1"),
+    ),
+    Alternative(
+        "threshold",
+        Text("Threshold"),
+        Text("threshold"),
+        Text("pixels that move"),
+        Text("section 4.2"),
+    ),
+)
+INTERPOLATIONS: Final[tuple[Alternative[Interpolation], ...]] = (
+    Alternative("bilinear", Text("Bilinear"), Text("bilinear"), Text("quickest")),
+    Alternative("cubic", Text("Cubic"), Text("cubic"), Text("sharper")),
+    Alternative("lanczos4", Text("Lanczos 4"), Text("Lanczos 4"), Text("keeps most detail")),
+)
+LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
+    Alternative(
+        "spacing",
+        Text("Landmark spacings"),
+        Text("landmark spacings"),
+        Text("fixed"),
+        Text("section 3.3"),
+    ),
+    Alternative(
+        "warp",
+        Text("Warp distances"),
+        Text("warp distances"),
+        Text("grow with %"),
+        Text("section 3.3"),
+    ),
+)
+# Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
+# last one is the tip of the nose.
+PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
+# What there is to choose from; experiments ask for the paper's, which stay when this grows.
+CENTERS: Final = PAPER_CENTERS
+
+_GAIN: Final = (0.0, 200.0)
+
+# In the order of the recipe's fields.
+_ALL: Final = (
+    Setting(
+        "percent",
+        Text("Warp distance"),
+        Text("How far landmarks move, in % of D, their distance to the centre"),
+        Text("section 3.2"),
+        within=(0.0, 15.0),
+        unit=Text("% of D"),
+        per_face=True,
+    ),
+    Setting(
+        "center",
+        Text("Centre"),
+        Text("Which candidate between the eyes and the mouth landmarks move to"),
+        Text("section 3.2"),
+        within=(1, len(CENTERS)),
+        is_whole=True,
+        per_face=True,
+    ),
+    Setting(
+        "lattice",
+        Text("Lattice"),
+        Text("Spacing R of the control lattice: small is local, large is smooth"),
+        Text("section 3.3"),
+        within=(0.1, 8.0),
+        per_face=True,
+    ),
+    Setting(
+        "lattice_unit",
+        Text("Lattice unit"),
+        Text("What R counts"),
+        Text("section 3.3"),
+        alternatives=LATTICE_UNITS,
+        per_face=True,
+    ),
+    Setting(
+        "fit",
+        Text("Fit"),
+        Text("How the lattice takes up the landmarks' moves"),
+        Text("sections 2.1, 2.2"),
+        alternatives=FITS,
+        per_face=True,
+    ),
+    Setting(
+        "domain",
+        Text("Domain"),
+        Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
+        Text("sections 4.1, 4.2"),
+        alternatives=DOMAINS,
+    ),
+    Setting(
+        "threshold_px",
+        Text("Threshold"),
+        Text("Pixels that would move less stay as they are"),
+        Text("section 4.2"),
+        within=(0.0, 16.0),
+        unit=Text("px"),
+        option="threshold",
+        default_text=Text("1/64: no byte is lost"),
+    ),
+    Setting(
+        "interpolation",
+        Text("Interpolation"),
+        Text("How a pixel is read between pixels"),
+        alternatives=INTERPOLATIONS,
+    ),
+    Setting("guard", Text("Guard"), Text("Hold back what would fold")),
+    Setting(
+        "hold_background",
+        Text("Hold background"),
+        Text("Keep straight lines of the background straight, and other people where they are"),
+    ),
+    Setting(
+        "whole_head",
+        Text("Whole head"),
+        Text("Let forehead, hairline and hair follow, less and less above the face"),
+        per_face=True,
+    ),
+    Setting(
+        "zones",
+        Text("Zones"),
+        Text("Let parts of the face go their own shares, and even out its sides"),
+        per_face=True,
+    ),
+    *(
+        Setting(
+            name,
+            title,
+            what,
+            within=_GAIN,
+            unit=Text("%"),
+            per_face=True,
+        )
+        for name, title, what in (
+            (
+                "cheeks",
+                Text("Cheeks"),
+                Text("How far the cheeks move, in % of the warp distance"),
+            ),
+            (
+                "jaw",
+                Text("Jaw"),
+                Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
+            ),
+            (
+                "chin",
+                Text("Chin"),
+                Text("How far the chin moves, in % of the warp distance"),
+            ),
+            (
+                "left",
+                Text("Picture's left"),
+                Text(
+                    "How far the side moves that is on the left in the picture, in % of the warp "
+                    "distance"
+                ),
+            ),
+            (
+                "right",
+                Text("Picture's right"),
+                Text(
+                    "How far the side moves that is on the right in the picture, in % of the warp "
+                    "distance"
+                ),
+            ),
+        )
+    ),
+    Setting(
+        "even_out",
+        Text("Even out"),
+        Text(
+            "How far left and right move to each other's mirror image; less, the more a head turns"
+        ),
+        within=(0.0, 100.0),
+        unit=Text("%"),
+        per_face=True,
+    ),
+)
+SETTINGS: Final = {setting.name: setting for setting in _ALL}
+# What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
+ZONES: Final = {
+    "cheeks": Text("cheeks"),
+    "jaw": Text("jaw"),
+    "chin": Text("chin"),
+    "left": Text("picture's left"),
+    "right": Text("picture's right"),
+    "even_out": Text("even out"),
+}
+# What each face may choose for itself.
+FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
+
+# Of the picture that labels a result (`photo.disclosure`), which no recipe holds.
+CORNERS: Final[dict[Corner, Text]] = {
+    "top-left": Text("Top left"),
+    "top-right": Text("Top right"),
+    "bottom-left": Text("Bottom left"),
+    "bottom-right": Text("Bottom right"),
+}
+LABEL_SHARE: Final = (0.1, 50.0)  # of a photo's area, %
+# As Norway prescribes.
+LABEL_CORNER: Final[Corner] = "top-left"
+LABEL_PERCENT: Final = 7.0

@@ -1,0 +1,188 @@
+"""Backward resampling into a result, in place and in fixed blocks.
+
+A pixel's bytes depend only on the source, the control points near it and its block's fixed place,
+never on which other blocks are worked on: a partial update equals a full one bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final, assert_never
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.threads import default_threads, share_out
+from kogao_core.recipe.settings import Interpolation
+from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import Lattice
+from kogao_core.warp.resample import CALL_PX, Job, block_height_px, spread
+
+BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
+# Where the displacement changes by less, few pixels are read elsewhere, and only those are
+# resampled. To find them costs as much as to resample all of them bilinearly.
+_FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
+_COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another thread
+_DTYPES: Final = (np.uint8, np.uint16, np.float32)
+_MAX_CHANNELS: Final = 4
+
+
+class Canvas:
+    """A result buffer over one source; blocks no longer warped get their source back.
+
+    After an exception in the middle of `warp` the pixels hold a part of it; the next call puts all
+    of them right.
+
+    Parameters
+    ----------
+    source : array of shape (H, W) or (H, W, C)
+        uint8, uint16 or float32 with 1 to 4 channels; never written to.
+
+    Raises
+    ------
+    ValueError
+        If depth, channels or size can't be warped.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.canvas import Canvas
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> photo = np.zeros((360, 480), np.uint8)
+    >>> canvas = Canvas(photo)
+    >>> first = kogao.render(photo, [face], kogao.Recipe(percent=6), canvas=canvas)
+    >>> later = kogao.render(photo, [face], kogao.Recipe(percent=7), canvas=canvas)
+    >>> later.pixels is first.pixels is canvas.pixels
+    True
+    """
+
+    def __init__(self, source: Image) -> None:
+        _check(source)
+        self.source = source
+        self.image = Box.of(source)
+        self.pixels = _copied(source)
+        self._block_px = block_height_px(self.image)
+        shape = -(-self.image.height // self._block_px), -(-self.image.width // BLOCK_WIDTH_PX)
+        self._warped: Mask = np.zeros(shape, bool)
+        self._job: Job | None = None
+
+    def warp(
+        self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
+    ) -> list[Box]:
+        """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
+        active = self._blocks(domain)
+        before, flag = self._job, _flag(interpolation)
+        job = Job(self.source, self.pixels, field, flag, before)
+        todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
+        if before is not None and job.resembles(before):
+            known, changes = active & self._warped, _changes(before.field, field)
+            touched = known & self._touched(Cells(change, change.reached) for change in changes)
+            if _FAINT_PX[flag]:
+                strong = (cells_beyond(one, self.image, _FAINT_PX[flag]) for one in changes)
+                faint = touched & ~self._touched(strong)
+            todo = active & ~known | touched & ~faint
+        given_back, redone, checked = (self._runs(blocks) for blocks in (stale, todo, faint))
+        # Whatever is raised from here on, the next call does all these blocks again.
+        self._warped, self._job = self._warped | active, None
+        for box in given_back:
+            self.pixels[box.slices] = self.source[box.slices]
+        spread(job, redone, threads or default_threads(), before, checked)
+        self._warped, self._job = active, job
+        return redone + checked + given_back
+
+    def _blocks(self, domain: Domain) -> Mask:
+        if domain.name == "image":
+            return np.ones_like(self._warped)
+        return self._touched(domain.cells)
+
+    def _touched(self, regions: Iterable[Cells]) -> Mask:
+        """Return the blocks that share a pixel with an active cell."""
+        rows, columns = self._warped.shape
+        hit = np.zeros_like(self._warped)
+        for cells in regions:
+            down, over_rows = _overlaps(cells.edges_px(1), rows, self._block_px, self.image.height)
+            along, over_columns = _overlaps(
+                cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width
+            )
+            hit[down, along] |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
+        return hit
+
+    def _runs(self, blocks: Mask) -> list[Box]:
+        """Return the boxes of neighbouring blocks in a row, cut where strips end."""
+        if not blocks.any():
+            return []
+        edged = np.zeros((blocks.shape[0], blocks.shape[1] + 2), np.int8)
+        edged[:, 1:-1] = blocks
+        edges = np.diff(edged)
+        row, first = np.nonzero(edges > 0)
+        left = first * BLOCK_WIDTH_PX
+        right = np.minimum(np.nonzero(edges < 0)[1] * BLOCK_WIDTH_PX, self.image.right)
+        strip_px = CALL_PX // self._block_px
+        strip = left // strip_px
+        count = -(-right // strip_px) - strip
+        run = np.repeat(np.arange(len(row)), count)
+        strip = np.arange(len(run)) + (strip - np.cumsum(count) + count)[run]
+        left = np.maximum(left[run], strip * strip_px)
+        right = np.minimum(right[run], (strip + 1) * strip_px)
+        top = row[run] * self._block_px
+        bottom = np.minimum(top + self._block_px, self.image.bottom)
+        return [Box(*edge) for edge in np.stack([left, top, right, bottom], axis=1).tolist()]
+
+
+def _copied(source: Image) -> Image:
+    """Return a copy in the order of its rows; fresh memory is what takes time, so threads share."""
+    copy = np.empty(source.shape, source.dtype)
+    rows = max(1, _COPY_PX // max(1, source.shape[1]))
+
+    def fill(top: int) -> None:
+        copy[top : top + rows] = source[top : top + rows]
+
+    share_out(range(0, len(source), rows), lambda: fill, default_threads())
+    return copy
+
+
+def _flag(interpolation: Interpolation) -> int:
+    match interpolation:
+        case "bilinear":
+            return cv2.INTER_LINEAR
+        case "cubic":
+            return cv2.INTER_CUBIC
+        case "lanczos4":
+            return cv2.INTER_LANCZOS4
+        case unknown:
+            assert_never(unknown)
+
+
+def _changes(before: Field, after: Field) -> list[Lattice]:
+    """Return the difference of each face's displacement; the fields' grids are equal."""
+    return [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
+
+
+def _check(source: Image) -> None:
+    if source.dtype not in _DTYPES:
+        raise ValueError(f"pixels must be uint8, uint16 or float32, got {source.dtype}")
+    if source.ndim not in (2, 3) or (
+        source.ndim == 3 and not 1 <= source.shape[2] <= _MAX_CHANNELS
+    ):
+        raise ValueError(f"pixels must have shape (H, W) or (H, W, 1..4), got {source.shape}")
+    if 0 in source.shape:
+        raise ValueError("the image is empty")
+
+
+def _overlaps(
+    edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int
+) -> tuple[slice, npt.NDArray[np.float32]]:
+    """Return the blocks that cells reach along one axis, and 1 where the two share pixels, else 0.
+
+    Blocks are rows, cells columns.
+    """
+    first = min(max(int(edges_px[0]) // size_px, 0), blocks)
+    reached = slice(first, max(first, min(-(-int(edges_px[-1]) // size_px), blocks)))
+    start = np.arange(reached.start, reached.stop)[:, None] * size_px
+    end = np.minimum(start + size_px, end_px)
+    low, high = edges_px[:-1], edges_px[1:]
+    return reached, ((low < end) & (high > start) & (low < high)).astype(np.float32)

@@ -1,0 +1,695 @@
+"""Sections 2.1, 2.2 and 3.3: control points from landmark pairs, by three fits.
+
+The paper fits coordinates; here the control points hold the *displacement* ``source - target`` and
+are fitted at the targets. What no landmark reaches is then exactly zero, and the field is directly
+the backward map that resampling needs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, assert_never
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Array
+from kogao_core.base.language import Text
+from kogao_core.faces.face import Anchor
+from kogao_core.faces.targets import Pairs
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.recipe.settings import FITS, Fit
+from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
+from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
+from kogao_core.warp.protection import NOTHING, Protection
+from kogao_core.warp.whole_head import Head
+
+MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
+MIN_SPACING_PX: Final = 1.0
+# No lattice is finer than this share of the landmark spacing: there every landmark has control
+# points of its own by far, and a warp distance of 0 would ask for infinitely many.
+LEAST_SPACINGS: Final = 0.05
+# Fades and falloffs are bounded on lattices of a quarter of the spacing.
+_FINER_PROOF: Final = 4.0
+# Landmarks that want what the lattice can hardly express would need huge control points: the
+# exact fit may use control points this many times as long as the approximation's, together. Over
+# the sliders' range a face that has room needs 0.9 to 1.54.
+MOST_EFFORT: Final = 1.6
+_LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks can't feel
+_BISECTIONS: Final = 40
+# Protected lines are sampled this densely, in lattice spacings.
+STILL_STEP: Final = 0.5
+# A change of more control points than this takes seconds: those of a lattice below R = 0.4.
+_MOST_MOVING: Final = 2000
+# Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
+# exactly, not just nearly, as they were.
+QUANTUM_PX: Final = 2.0**-12
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What one face asks of its lattice: displacements (N, 2) at targets (N, 2), both px.
+
+    The first `movers` points are landmarks; the others are protected places, which ask for no
+    displacement and bring no control points of their own: protecting a place moves no other.
+    A lattice finer than `least_px` isn't tried. Control points `above` the face have what they hold
+    before the landmarks are fitted.
+    """
+
+    grid: Grid
+    target_px: Array
+    displacement_px: Array
+    movers: int
+    least_px: float = 0.0
+    above: Lattice | None = None
+
+    @cached_property
+    def support(self) -> _Support:
+        """The control points that its points reach."""
+        return _Support(self)
+
+    @cached_property
+    def own_nodes(self) -> npt.NDArray[np.int64]:
+        """The control points of its support that its landmarks reach, as numbers."""
+        # What `np.unique` returns, which loads numpy's masked arrays for it.
+        return np.flatnonzero(np.bincount(self.support.nodes[: self.movers].ravel()))
+
+    @cached_property
+    def moving_nodes(self) -> npt.NDArray[np.int64]:
+        """Those and the ones above the face, unless they are too many to be solved for at once."""
+        if self.above is None:
+            return self.own_nodes
+        moving = self.above.window(self.support.first, self.support.shape).any(axis=2).ravel()
+        moving[self.own_nodes] = True
+        nodes = np.flatnonzero(moving)
+        return nodes if len(nodes) <= _MOST_MOVING else self.own_nodes
+
+
+def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
+    """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3).
+
+    Parameters
+    ----------
+    pairs : Pairs
+        For the warp distance.
+    anchor : Anchor
+        For the landmark spacing.
+    recipe : Recipe
+        Of it, `lattice` and `lattice_unit`.
+
+    Returns
+    -------
+    float
+        At least `MIN_SPACING_PX` and `LEAST_SPACINGS` of the landmark spacing.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import spacing_px
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> pairs = aim(face, recipe)
+    >>> round(spacing_px(pairs, face.anchor, recipe), 2)
+    21.65
+    """
+    match recipe.lattice_unit:
+        case "spacing":
+            unit_px = anchor.spacing_px
+        case "warp":
+            unit_px = pairs.warp_distance_px
+        case unknown:
+            assert_never(unknown)
+    return max(MIN_SPACING_PX, LEAST_SPACINGS * anchor.spacing_px, recipe.lattice * unit_px)
+
+
+def fit(
+    pairs: Sequence[Pairs],
+    anchors: Sequence[Anchor],
+    recipes: Sequence[Recipe],
+) -> tuple[Lattice, ...]:
+    """Fit one lattice to each face, with nothing protected.
+
+    Parameters
+    ----------
+    pairs, anchors, recipes : sequences of equal length
+        Landmark pairs, lattice anchor and recipe of each face; of the recipes `fit`, `lattice`,
+        `lattice_unit` and, for the limits, `threshold_px` are used.
+
+    Returns
+    -------
+    tuple of Lattice
+        The total displacement field is their sum.
+
+    Raises
+    ------
+    OutOfBounds
+        If more is asked for than `limits` allows: too many control points for all faces together,
+        or too many points in lattices that reach into each other.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import fit
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> pairs = aim(face, recipe)
+    >>> (lattice,) = fit([pairs], [face.anchor], [recipe])
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
+    >>> bool(abs(missed).max() < 0.01)
+    True
+    """
+    return solve(problems_of(pairs, anchors, recipes), recipes)
+
+
+def problems_of(
+    pairs: Sequence[Pairs],
+    anchors: Sequence[Anchor],
+    recipes: Sequence[Recipe],
+    protection: Protection = NOTHING,
+    heads: Sequence[Head | None] = (),
+) -> list[Problem]:
+    """Return what each face asks of its lattice.
+
+    Parameters
+    ----------
+    pairs, anchors, recipes : sequences of equal length
+        See `fit`.
+    protection : Protection
+        Places whose displacement is to be zero.
+    heads : sequence of Head or None
+        What follows above each face; nothing anywhere, if there are none.
+
+    Returns
+    -------
+    list of Problem
+        In the order of the faces.
+
+    Raises
+    ------
+    OutOfBounds
+        See `fit`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import problems_of
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> (problem,) = problems_of([aim(face, recipe)], [face.anchor], [recipe])
+    >>> problem.movers == len(problem.target_px)  # nothing is protected
+    True
+    """
+    grids = [
+        Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
+        for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
+    ]
+    heads = heads or (None,) * len(grids)
+    _check_control_points(pairs, anchors, recipes, grids, protection, heads)
+    problems = [
+        _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection, head)
+        for pair, anchor, grid, head in zip(pairs, anchors, grids, heads, strict=True)
+    ]
+    _check_together(problems)
+    return problems
+
+
+def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
+    """Return the lattice of each problem, by the fit of its recipe.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        One for each face of the photo.
+    recipes : sequence of Recipe
+        That of each face, of which `fit` is used.
+
+    Returns
+    -------
+    tuple of Lattice
+        In the order of `problems`, their control points on the `QUANTUM_PX` grid.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import problems_of, solve
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> recipe = kogao.Recipe(percent=6)
+    >>> problems = problems_of([aim(face, recipe)], [face.anchor], [recipe])
+    >>> (lattice,) = solve(problems, [recipe])
+    >>> missed = lattice.at(problems[0].target_px) - problems[0].displacement_px
+    >>> bool(abs(missed).max() < 0.01)
+    True
+    """
+    if not any(problem.displacement_px.any() or problem.above for problem in problems):
+        return tuple(problem.support.empty for problem in problems)
+    above = [problem.above for problem in problems]
+    asked = [_left_by(above, problem) for problem in problems]
+    fitted: dict[int, Lattice] = {}
+    for one in FITS:
+        mine = [k for k, recipe in enumerate(recipes) if recipe.fit == one.name]
+        solved = _solver(one.name).solve([asked[k] for k in mine])
+        fitted |= zip(mine, solved, strict=True)
+    return tuple(
+        on_quanta(fitted[k] if head is None else summed(fitted[k], head))
+        for k, head in enumerate(above)
+    )
+
+
+def _left_by(above: Sequence[Lattice | None], problem: Problem) -> Problem:
+    """Return what a problem still asks for once heads have what they ask for."""
+    left = problem.displacement_px
+    for lattice in (one for one in above if one is not None):
+        near = lattice.reaches(problem.target_px)
+        if near.any():
+            left = left.copy()
+            left[near] -= lattice.at(problem.target_px[near])
+    if left is problem.displacement_px:
+        return problem
+    return dataclasses.replace(problem, displacement_px=left)
+
+
+def summed(lattice: Lattice, other: Lattice) -> Lattice:
+    """Return the sum of a lattice and another of the same grid or of one halved since.
+
+    Parameters
+    ----------
+    lattice, other : Lattice
+        The first is the finer one.
+
+    Returns
+    -------
+    Lattice
+        On the grid of the first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.warp.fit import summed
+    >>> from kogao_core.warp.lattice import Grid, Lattice
+    >>> one = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.ones((4, 4, 2)))
+    >>> both = summed(one.refined(), one)
+    >>> both.grid.spacing_px, np.allclose(both.at([[30.0, 30.0]]), 2.0 * one.at([[30.0, 30.0]]))
+    (10.0, True)
+    """
+    while other.grid.spacing_px > lattice.grid.spacing_px:
+        other = other.refined()
+    return lattice.plus(other)
+
+
+def _check_control_points(
+    pairs: Sequence[Pairs],
+    anchors: Sequence[Anchor],
+    recipes: Sequence[Recipe],
+    grids: Sequence[Grid],
+    protection: Protection,
+    heads: Sequence[Head | None],
+) -> None:
+    total = 0.0
+    for pair, anchor, recipe, grid, head in zip(pairs, anchors, recipes, grids, heads, strict=True):
+        finest = grid.spacing_px / 2.0 ** _solver(recipe.fit).halvings
+        finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
+        if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
+            finest /= _FINER_PROOF
+        columns, rows = (np.ptp(_ends(pair.target_px, head), axis=0) / finest + ORDER).tolist()
+        total += columns * rows
+    if not total <= MOST_CONTROL_POINTS:
+        raise OutOfBounds(
+            Text(
+                "these faces take {total:.3g} control points at this lattice, and at "
+                "most {most_control_points} are worked on; make the lattice coarser "
+                "(a larger R), choose fewer faces, or correct landmarks far from "
+                "their face",
+                total=total,
+                most_control_points=MOST_CONTROL_POINTS,
+            )
+        )
+
+
+def _check_together(problems: Sequence[Problem]) -> None:
+    empty = [problem.support.empty for problem in problems]
+    for group in groups(empty):
+        points = sum(len(problems[k].target_px) for k in group)
+        nodes = sum(min(ORDER**2 * problems[k].movers, empty[k].phi[..., 0].size) for k in group)
+        if points * min(points, nodes) > MOST_TOGETHER**2:
+            raise OutOfBounds(
+                Text(
+                    "faces that touch each other have {points} landmarks and "
+                    "protected places together, more than can be solved at once "
+                    "(about {most_together}); choose fewer faces or protect less",
+                    points=points,
+                    most_together=MOST_TOGETHER,
+                )
+            )
+
+
+def on_quanta(lattice: Lattice) -> Lattice:
+    """Return the lattice with control points that are multiples of `QUANTUM_PX`.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        Any.
+
+    Returns
+    -------
+    Lattice
+        The same with each control point rounded to the nearest multiple.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.warp.fit import QUANTUM_PX, on_quanta
+    >>> from kogao_core.warp.lattice import Grid, Lattice
+    >>> lattice = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.full((1, 1, 2), 1.7 * QUANTUM_PX))
+    >>> (on_quanta(lattice).phi / QUANTUM_PX).tolist()
+    [[[2.0, 2.0]]]
+    """
+    phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
+    return Lattice(lattice.grid, lattice.first, phi)
+
+
+def _ends(target_px: Array, head: Head | None) -> Array:
+    return target_px if head is None else np.vstack([target_px, head.corners_px])
+
+
+def _problem(
+    pairs: Pairs, grid: Grid, least_px: float, protection: Protection, head: Head | None
+) -> Problem:
+    reach, ends = 2.0 * grid.spacing_px, _ends(pairs.target_px, head)
+    low, high = ends.min(axis=0) - reach, ends.max(axis=0) + reach
+    still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
+    target = np.vstack([pairs.target_px, still])
+    displacement = np.vstack([pairs.displacement_px, np.zeros_like(still)])
+    above = None if head is None else _above(head, grid)
+    return Problem(grid, target, displacement, len(pairs.target_px), least_px, above)
+
+
+def _above(head: Head, grid: Grid) -> Lattice | None:
+    """Return the control points that a head moves, if there are any."""
+    corners = head.corners_px
+    columns, rows = (
+        np.arange(ends.min() - 1, ends.max() + ORDER - 1)
+        for ends in (grid.locate(corners[:, axis], axis)[0] for axis in (0, 1))
+    )
+    x, y = (
+        origin + at * grid.spacing_px
+        for origin, at in zip(grid.origin_px, (columns, rows), strict=True)
+    )
+    phi = head.at(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    moving = phi.any(axis=1).reshape(len(rows), len(columns))
+    if not moving.any():
+        return None
+    i, j = np.flatnonzero(moving.any(axis=0)), np.flatnonzero(moving.any(axis=1))
+    phi = phi.reshape(*moving.shape, 2)[j[0] : j[-1] + 1, i[0] : i[-1] + 1]
+    return Lattice(grid, (int(columns[i[0]]), int(rows[j[0]])), phi)
+
+
+class _Support:
+    """The 4 x 4 control points of each of a problem's points, eq. (1), and the array they fill."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.grid = problem.grid
+        column, s = self.grid.locate(problem.target_px[:, 0], 0)
+        row, t = self.grid.locate(problem.target_px[:, 1], 1)
+        self.first = (int(column.min()) - 1, int(row.min()) - 1)
+        self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
+        if problem.above is not None:
+            alone = Lattice(self.grid, self.first, np.zeros((*self.shape, 2)))
+            whole = alone.plus(problem.above)
+            self.first, self.shape = whole.first, whole.shape
+        reach = np.arange(ORDER) - 1
+        rows = row[:, None, None] + reach[:, None] - self.first[1]
+        columns = column[:, None, None] + reach - self.first[0]
+        self.weights = basis(t)[:, :, None] * basis(s)[:, None, :]
+        self.nodes: npt.NDArray[np.int64] = rows * self.shape[1] + columns
+
+    @property
+    def size(self) -> int:
+        """Number of control points in the array."""
+        return self.shape[0] * self.shape[1]
+
+    @cached_property
+    def empty(self) -> Lattice:
+        """The lattice that moves nothing."""
+        return self.lattice(np.zeros((self.size, 2)))
+
+    def lattice(self, phi: Array) -> Lattice:
+        """Return the lattice with these control points, shape (size, 2)."""
+        return Lattice(self.grid, self.first, phi.reshape(*self.shape, 2))
+
+    def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
+        """Return the weight of each of `nodes` at each of the points that they reach."""
+        (design,) = _designs([self], points_px, [nodes])
+        return design
+
+
+def _designs(
+    supports: Sequence[_Support], points_px: Array, nodes: Sequence[npt.NDArray[np.int64]]
+) -> list[_Design]:
+    """Return the `_Support.design` of each, which is quicker for all together."""
+    rows = [np.flatnonzero(one.empty.reaches(points_px)) for one in supports]
+    weights = matrices(
+        [one.empty.window_at(*points_px[at].T) for one, at in zip(supports, rows, strict=True)]
+    )
+    return [
+        _Design(at, by[:, mine // one.shape[1]] * bx[:, mine % one.shape[1]])
+        for one, at, mine, ((bx, by),) in zip(supports, rows, nodes, weights, strict=True)
+    ]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Design:
+    """The part of A that belongs to one lattice: weights (M, nodes) at points number `rows` (M,).
+
+    Other points are out of its reach: among many faces that is nearly all of them.
+    """
+
+    rows: npt.NDArray[np.int64]
+    weights: Array
+
+
+def approximate(problem: Problem) -> Lattice:
+    """B-spline approximation, eqs. (3) and (4).
+
+    Eq. (3) as printed sums k and l away. Lee, Wolberg and Shin (1997), its source, give every
+    landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
+    ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4).
+
+    Parameters
+    ----------
+    problem : Problem
+        One face.
+
+    Returns
+    -------
+    Lattice
+        Near the displacements, which it doesn't meet where landmarks share control points.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import Problem, approximate
+    >>> from kogao_core.warp.lattice import Grid
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=6))
+    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
+    >>> lattice = approximate(problem)
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
+    >>> bool(0.1 < abs(missed).max() < 3.0)
+    True
+    """
+    support = problem.support
+    w2 = support.weights**2
+    own = support.weights / w2.sum(axis=(1, 2), keepdims=True)
+    total = np.bincount(support.nodes.ravel(), w2.ravel(), support.size)
+    phi = np.zeros((support.size, 2))
+    for c in (0, 1):
+        shares = w2 * own * problem.displacement_px[:, c, None, None]
+        phi[:, c] = np.bincount(support.nodes.ravel(), shares.ravel(), support.size)
+    return support.lattice(phi / np.where(total > 0.0, total, 1.0)[:, None])
+
+
+def multilevel(problem: Problem) -> Lattice:
+    """Approximate, then approximate what is left on ever finer lattices (refs [8], [12]).
+
+    Parameters
+    ----------
+    problem : Problem
+        One face.
+
+    Returns
+    -------
+    Lattice
+        The sum of all levels, on the finest.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import Problem, multilevel
+    >>> from kogao_core.warp.lattice import Grid
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=6))
+    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
+    >>> lattice = multilevel(problem)
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
+    >>> round(grid.spacing_px / lattice.grid.spacing_px), bool(abs(missed).max() < 0.5)
+    (4, True)
+    """
+    lattice = approximate(problem)
+    for _ in range(MULTILEVEL_STEPS):
+        left = problem.displacement_px - lattice.at(problem.target_px)
+        if np.abs(left).max() < LOSSLESS_PX or lattice.grid.spacing_px < 2.0 * problem.least_px:
+            break
+        lattice = lattice.refined()
+        detail = approximate(dataclasses.replace(problem, grid=lattice.grid, displacement_px=left))
+        lattice = lattice.plus(detail)
+    return lattice
+
+
+def exact(problems: Sequence[Problem]) -> list[Lattice]:
+    """Interpolate every landmark of every face with the smallest control points that do.
+
+    The same control points as `approximate`, ``phi = A' (A A' + r I)^-1 z``. Faces that reach into
+    each other are solved together, so landmarks stay exact where neighbours overlap. The ridge r
+    is all but zero unless landmarks, neighbours and protected places ask for more than the lattice
+    can give; then it grows, and all of them give way a little.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        One for each face of the photo.
+
+    Returns
+    -------
+    list of Lattice
+        In the order of `problems`.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.fit import Problem, exact
+    >>> from kogao_core.warp.lattice import Grid
+    >>> from kogao_core.faces.targets import aim
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> pairs = aim(face, kogao.Recipe(percent=6))
+    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
+    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
+    >>> (lattice,) = exact([problem])
+    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
+    >>> bool(abs(missed).max() < 0.01)
+    True
+    """
+    lattices = [problem.support.empty for problem in problems]
+    for group in groups(lattices):
+        solved = _solve_together([problems[k] for k in group])
+        for k, lattice in zip(group, solved, strict=True):
+            lattices[k] = lattice
+    return lattices
+
+
+def _solve_together(problems: list[Problem]) -> list[Lattice]:
+    targets = np.vstack([problem.target_px for problem in problems])
+    displacements = np.vstack([problem.displacement_px for problem in problems])
+    supports = [problem.support for problem in problems]
+    own_nodes = [problem.own_nodes for problem in problems]
+    designs = _designs(supports, targets, own_nodes)
+    effort = np.sqrt(sum((approximate(problem).phi ** 2).sum() for problem in problems))
+    solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)
+    ends = np.cumsum([len(nodes) for nodes in own_nodes])
+    lattices = []
+    for support, nodes, part in zip(
+        supports, own_nodes, np.split(solution, ends[:-1]), strict=True
+    ):
+        phi = np.zeros((support.size, 2))
+        phi[nodes] = part
+        lattices.append(support.lattice(phi))
+    return lattices
+
+
+def _ridge_solution(designs: Sequence[_Design], displacements: Array, longest: float) -> Array:
+    """Return the smallest phi with ``A phi = displacements``, or the best one so long."""
+    # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: the smaller matrix is the quicker one.
+    many = len(displacements) > sum(part.weights.shape[1] for part in designs)
+    matrix = (_inner if many else _outer)(designs, len(displacements))
+    wanted = _transposed(designs, displacements) if many else displacements
+    least = _LEAST_RIDGE * np.linalg.eigvalsh(matrix)[-1]
+    solved = np.asarray(np.linalg.solve(matrix + least * np.eye(len(matrix)), wanted), np.float64)
+    phi = solved if many else _transposed(designs, solved)
+    if (phi**2).sum() <= longest**2:
+        return np.asarray(phi)
+    solved = _short_solution(matrix, wanted, longest, many)
+    return np.asarray(solved if many else _transposed(designs, solved))
+
+
+def _short_solution(matrix: Array, wanted: Array, longest: float, many: bool) -> Array:
+    """Solve with the smallest ridge whose phi are together at most so long."""
+    values, vectors = np.linalg.eigh(matrix)
+    values, wanted = np.maximum(values, 0.0), vectors.T @ wanted
+    energy = (1.0 if many else values) * (wanted**2).sum(axis=1)
+    low, high = np.log(_LEAST_RIDGE * values[-1]), np.log(10.0 * values[-1])
+    for _ in range(_BISECTIONS):
+        ridge = np.exp((low + high) / 2.0)
+        if (energy / (values + ridge) ** 2).sum() > longest**2:
+            low = np.log(ridge)
+        else:
+            high = np.log(ridge)
+    return np.asarray(vectors @ (wanted / (values + ridge)[:, None]))
+
+
+def _outer(designs: Sequence[_Design], points: int) -> Array:
+    """Return A A', shape (points, points)."""
+    total: Array = np.zeros((points, points))
+    for part in designs:
+        total[np.ix_(part.rows, part.rows)] += part.weights @ part.weights.T
+    return total
+
+
+def _inner(designs: Sequence[_Design], points: int) -> Array:
+    """Return A' A, shape (nodes, nodes)."""
+    whole: Array = np.zeros((points, sum(part.weights.shape[1] for part in designs)))
+    start = 0
+    for part in designs:
+        end = start + part.weights.shape[1]
+        whole[part.rows, start:end] = part.weights
+        start = end
+    return np.asarray(whole.T @ whole)
+
+
+def _transposed(designs: Sequence[_Design], values: Array) -> Array:
+    """Return A' z for values z at the points, shape (nodes, 2)."""
+    return np.vstack([part.weights.T @ values[part.rows] for part in designs])
+
+
+def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], list[Lattice]]:
+    return lambda problems: [one(problem) for problem in problems]
+
+
+@dataclass(frozen=True, slots=True)
+class _Solver:
+    """What fits the lattices of a photo's faces, and how often it halves their spacing at most."""
+
+    solve: Callable[[Sequence[Problem]], list[Lattice]]
+    halvings: int = 0
+
+
+def _solver(name: Fit) -> _Solver:
+    match name:
+        case "approximation":
+            return _Solver(_each(approximate))
+        case "exact":
+            return _Solver(exact)
+        case "multilevel":
+            return _Solver(_each(multilevel), MULTILEVEL_STEPS)
+        case unknown:
+            assert_never(unknown)

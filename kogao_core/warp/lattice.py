@@ -1,0 +1,636 @@
+"""Sections 2.1, 2.2 and 3.3: the control lattice of a uniform cubic B-spline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Array, Box
+from kogao_core.warp.bezier import cells_along
+
+ORDER = 4  # control points per axis that reach a point: cubic
+
+
+def basis(s: npt.ArrayLike) -> Array:
+    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4).
+
+    Parameters
+    ----------
+    s : array_like
+        Places in a cell, 0 to 1.
+
+    Returns
+    -------
+    array of shape (..., 4)
+        They sum to 1.
+
+    Examples
+    --------
+    >>> from kogao_core.warp.lattice import basis
+    >>> basis([0.0, 0.5]).round(4)
+    array([[0.1667, 0.6667, 0.1667, 0.    ],
+           [0.0208, 0.4792, 0.4792, 0.0208]])
+    """
+    s = np.asarray(s, np.float64)
+    r = 1.0 - s
+    weights: Array = np.empty((*s.shape, ORDER))
+    weights[..., 0] = r * r * r
+    weights[..., 1] = (3 * s - 6) * s * s + 4
+    weights[..., 2] = (3 * r - 6) * r * r + 4
+    weights[..., 3] = s * s * s
+    weights /= 6.0
+    return weights
+
+
+def basis_slope(s: npt.ArrayLike) -> Array:
+    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4).
+
+    Parameters
+    ----------
+    s : array_like
+        Places in a cell, 0 to 1.
+
+    Returns
+    -------
+    array of shape (..., 4)
+        They sum to 0.
+
+    Examples
+    --------
+    >>> from kogao_core.warp.lattice import basis_slope
+    >>> basis_slope([0.0, 0.5]).round(4)
+    array([[-0.5  ,  0.   ,  0.5  ,  0.   ],
+           [-0.125, -0.625,  0.625,  0.125]])
+    """
+    s = np.asarray(s, np.float64)
+    slopes: Array = np.empty((*s.shape, ORDER))
+    slopes[..., 0] = -((1.0 - s) ** 2)
+    slopes[..., 1] = 3 * s**2 - 4 * s
+    slopes[..., 2] = -3 * s**2 + 2 * s + 1
+    slopes[..., 3] = s**2
+    slopes /= 2.0
+    return slopes
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Where lattice nodes lie: node (i, j) at ``origin + spacing * (i, j)``, in px.
+
+    Parameters
+    ----------
+    origin_px : tuple of float
+        Position (x, y) of node (0, 0).
+    spacing_px : float
+        Distance h between neighbouring nodes.
+
+    Examples
+    --------
+    >>> from kogao_core.warp.lattice import Grid
+    >>> grid = Grid((100.0, 50.0), 20.0)
+    >>> cell, place = grid.locate([100.0, 130.0], axis=0)
+    >>> cell.tolist(), place.tolist()
+    ([0, 1], [0.0, 0.5])
+    """
+
+    origin_px: tuple[float, float]
+    spacing_px: float
+
+    def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
+        """Return the cell [u] of each coordinate and its place s = u - [u] in it; axis 0 is x.
+
+        Parameters
+        ----------
+        coords_px : array-like of shape (N,)
+            Px.
+        axis : {0, 1}
+            0 is x.
+
+        Returns
+        -------
+        tuple of int64 array and array of shape (N,)
+            Cells, and places from 0 up to 1.
+        """
+        u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
+        cell = np.floor(u)
+        return cell.astype(np.int64), np.asarray(u - cell, np.float64)
+
+    def nodes_px(self, first: int, count: int, axis: int) -> Array:
+        """Return the coordinates of `count` nodes from index `first`; axis 0 is x.
+
+        Parameters
+        ----------
+        first, count : int
+            Index of the first node, and how many.
+        axis : {0, 1}
+            0 is x.
+
+        Returns
+        -------
+        array of shape (count,)
+            Px.
+        """
+        return self.node_px(np.arange(first, first + count), axis)
+
+    def node_px(self, index: npt.NDArray[np.int64], axis: int) -> Array:
+        """Return the coordinate of each node; axis 0 is x.
+
+        Parameters
+        ----------
+        index : int64 array
+            Of the nodes, of any shape.
+        axis : {0, 1}
+            0 is x.
+
+        Returns
+        -------
+        array
+            Px, in the shape of `index`.
+        """
+        return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
+
+    def weights(
+        self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
+    ) -> tuple[npt.NDArray[np.int64], Array]:
+        """Return the nodes that reach the pixels of equal pieces of an axis, and their weights.
+
+        Parameters
+        ----------
+        starts_px : int array of shape (N,)
+            First pixel of each piece.
+        size_px : int
+            Pixels of a piece.
+        axis : int
+            0 for x, 1 for y.
+
+        Returns
+        -------
+        first : int array of shape (N,)
+            The first of the nodes that reach each piece.
+        weights : array of shape (N, nodes, size_px)
+            Eq. (2); as many nodes for every piece as any can need.
+        """
+        cell, s = self.locate(starts_px[:, None] + np.arange(size_px), axis)
+        first = cell[:, 0] - 1
+        count = int((size_px - 1) / self.spacing_px) + 1 + ORDER
+        weights: Array = np.zeros((len(cell), count, size_px))
+        pieces, nodes = np.arange(len(cell))[:, None], cell - 1 - first[:, None]
+        starts = (pieces * count + nodes) * size_px + np.arange(size_px)
+        weights.ravel()[starts[:, :, None] + np.arange(0, ORDER * size_px, size_px)] = basis(s)
+        return first, weights
+
+
+class NodeWindow(NamedTuple):
+    """Coordinates along x (X,) and along y (Y,), px, and a window of a grid's nodes there.
+
+    `first` is the column and row of its first node, `shape` its rows and columns.
+    """
+
+    grid: Grid
+    coords_px: tuple[Array, Array]
+    first: tuple[int, int]
+    shape: tuple[int, int]
+
+
+def matrices(
+    windows: Sequence[NodeWindow], kinds: Sequence[Callable[[Array], Array]] = (basis,)
+) -> list[list[tuple[Array, Array]]]:
+    """Return the weights of nodes at coordinates; many windows are quicker together.
+
+    Parameters
+    ----------
+    windows : sequence of NodeWindow
+        Nodes outside them are left out.
+    kinds : sequence of callable
+        `basis`, or `basis_slope`, which is per spacing.
+
+    Returns
+    -------
+    list of list of tuple of arrays
+        For each window, and for each kind, those along x, shape (X, columns), and along y,
+        shape (Y, rows).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.warp.lattice import Grid, NodeWindow, matrices
+    >>> coords = np.array([100.0]), np.array([50.0])
+    >>> (((bx, by),),) = matrices([NodeWindow(Grid((100.0, 50.0), 20.0), coords, (-1, 0), (2, 3))])
+    >>> bx.round(3), by.round(3)
+    (array([[0.167, 0.667, 0.167]]), array([[0.667, 0.167]]))
+    """
+    if not windows:
+        return []
+    coords = [each for one in windows for each in one.coords_px]
+    sizes, counts = [len(each) for each in coords], [n for one in windows for n in one.shape[::-1]]
+    terms = [
+        (one.grid.spacing_px, one.grid.origin_px[axis], one.first[axis], one.shape[1 - axis])
+        for one in windows
+        for axis in (0, 1)
+    ]
+    h, origin, first, count = np.array(terms).T.repeat(sizes, axis=1)
+    u = (np.concatenate(coords) - origin) / h
+    cell = np.floor(u)
+    s = u - cell
+    # Nodes outside the window have columns, too, which are cut off.
+    width = count + 2 * ORDER
+    column = np.minimum(np.maximum(cell - (first + 1), -ORDER), count) + ORDER
+    at = (width.cumsum() - width + column).astype(np.int64)[:, None] + np.arange(ORDER)
+    ends = np.cumsum([size * (n + 2 * ORDER) for size, n in zip(sizes, counts, strict=True)])
+    found: list[list[Array]] = []
+    for weigh in kinds:
+        flat: Array = np.zeros(ends[-1])
+        flat[at] = weigh(s)
+        parts = (
+            flat[end - size * (n + 2 * ORDER) : end].reshape(size, n + 2 * ORDER)
+            for end, size, n in zip(ends.tolist(), sizes, counts, strict=True)
+        )
+        found.append([wide[:, ORDER:-ORDER] for wide in parts])
+    return [[(kind[k], kind[k + 1]) for kind in found] for k in range(0, len(sizes), 2)]
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Control points of one face's displacement field; nodes that aren't stored are zero.
+
+    Parameters
+    ----------
+    grid : Grid
+        Node positions.
+    first : tuple of int
+        Node index (i, j) of ``phi[0, 0]``; i runs along x, j along y.
+    phi : array of shape (J, I, 2)
+        Displacement (x, y) of each control point, px.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.warp.lattice import Grid, Lattice
+    >>> phi = np.zeros((1, 1, 2))
+    >>> phi[0, 0] = 9.0, 0.0
+    >>> lattice = Lattice(Grid((100.0, 50.0), 20.0), (0, 0), phi)
+    >>> lattice.at([(100.0, 50.0), (120.0, 50.0), (140.0, 50.0)]).round(3)
+    array([[4., 0.],
+           [1., 0.],
+           [0., 0.]])
+    >>> lattice.reach_px
+    (60.0, 10.0, 140.0, 90.0)
+    """
+
+    grid: Grid
+    first: tuple[int, int]
+    phi: Array
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Stored control points (rows, columns)."""
+        return self.phi.shape[0], self.phi.shape[1]
+
+    def at(self, points_px: npt.ArrayLike) -> Array:
+        """Evaluate eq. (1) at points of shape (N, 2); return the displacements, (N, 2), px.
+
+        Parameters
+        ----------
+        points_px : array-like of shape (N, 2)
+            Px of the image.
+
+        Returns
+        -------
+        array of shape (N, 2)
+            Displacements, px.
+        """
+        points = np.asarray(points_px, np.float64)
+        (((bx, by),),) = matrices([self.window_at(points[:, 0], points[:, 1])])
+        return self.mixed_at(bx, by)
+
+    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Evaluate eq. (1) on the tensor grid ``ys x xs``.
+
+        Parameters
+        ----------
+        xs_px, ys_px : array-like of shape (N,) and (M,)
+            Px.
+
+        Returns
+        -------
+        array of shape (2, M, N)
+            x and y component of the displacement, px.
+        """
+        axes = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+        (((bx, by),),) = matrices([self.window_at(*axes)])
+        return self.mixed(bx, by)
+
+    def window_at(self, xs_px: Array, ys_px: Array) -> NodeWindow:
+        """Return the window of all stored nodes at coordinates along x and along y, px."""
+        return NodeWindow(self.grid, (xs_px, ys_px), self.first, self.shape)
+
+    def mixed_at(self, bx: Array, by: Array) -> Array:
+        """Return the mixture (N, 2) of control points at N points, by their `matrices` there."""
+        rows = by @ self.phi.reshape(len(self.phi), -1)
+        return np.asarray((bx[:, None] @ rows.reshape(len(by), *self.phi.shape[1:]))[:, 0])
+
+    def mixed(self, bx: Array, by: Array) -> Array:
+        """Return the mixtures (2, M, N) of control points on a tensor grid, by its `matrices`."""
+        return np.asarray(by @ self.components @ bx.T)
+
+    @cached_property
+    def components(self) -> Array:
+        """`phi` of shape (2, J, I)."""
+        return np.ascontiguousarray(self.phi.transpose(2, 0, 1))
+
+    def window(self, first: tuple[int, int], shape: tuple[int, int]) -> Array:
+        """Cut `shape` (rows, columns) control points from node `first`; zeros outside.
+
+        Parameters
+        ----------
+        first : tuple of int
+            Column and row of the first node.
+        shape : tuple of int
+            Rows and columns.
+
+        Returns
+        -------
+        array of shape (rows, columns, 2)
+            Px.
+        """
+        cut = np.zeros((*shape, 2))
+        j0, i0 = first[1] - self.first[1], first[0] - self.first[0]
+        rows = slice(max(0, j0), max(0, min(self.shape[0], j0 + shape[0])))
+        columns = slice(max(0, i0), max(0, min(self.shape[1], i0 + shape[1])))
+        if rows.start < rows.stop and columns.start < columns.stop:
+            cut[rows.start - j0 : rows.stop - j0, columns.start - i0 : columns.stop - i0] = (
+                self.phi[rows, columns]
+            )
+        return cut
+
+    def within(self, image: Box) -> Lattice:
+        """Return the same field on `image` without control points that don't reach it.
+
+        Parameters
+        ----------
+        image : Box
+            Where the field is asked for.
+
+        Returns
+        -------
+        Lattice
+            This one where all of it reaches.
+        """
+        columns = self._reaching(image.left, image.right, 0)
+        rows = self._reaching(image.top, image.bottom, 1)
+        first, shape = (columns.start, rows.start), (len(rows), len(columns))
+        if (first, shape) == (self.first, self.shape):
+            return self
+        return Lattice(self.grid, first, self.window(first, shape))
+
+    def _reaching(self, start_px: int, stop_px: int, axis: int) -> range:
+        """Return the stored nodes along an axis, at least one, that reach a span of pixels."""
+        cells, _ = self.grid.locate([start_px, stop_px - 1], axis)
+        first, end = int(cells[0]) - 1, int(cells[1]) + ORDER - 1
+        mine = range(self.first[axis], self.first[axis] + self.shape[1 - axis])
+        first = max(first, mine.start)
+        return range(first, max(first + 1, min(end, mine.stop)))
+
+    def plus(self, other: Lattice) -> Lattice:
+        """Return the sum of two fields on the same grid.
+
+        Parameters
+        ----------
+        other : Lattice
+            On the same grid; it may lie elsewhere.
+
+        Returns
+        -------
+        Lattice
+            Over the nodes of both.
+        """
+        first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
+        last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
+        last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
+        shape = (last_j - first[1], last_i - first[0])
+        return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
+
+    def minus(self, other: Lattice) -> Lattice:
+        """Return the difference of two fields on the same grid.
+
+        Parameters
+        ----------
+        other : Lattice
+            On the same grid; it may lie elsewhere.
+
+        Returns
+        -------
+        Lattice
+            Over the nodes of both.
+        """
+        return self.plus(other.scaled(-1.0))
+
+    def scaled(self, factor: float) -> Lattice:
+        """Return the field with every displacement multiplied by `factor`.
+
+        Parameters
+        ----------
+        factor : float
+            Any.
+
+        Returns
+        -------
+        Lattice
+        """
+        return Lattice(self.grid, self.first, factor * self.phi)
+
+    @cached_property
+    def magnitude_px(self) -> Array:
+        """Length of each control point's displacement, shape (J, I), px."""
+        return np.asarray(np.hypot(self.phi[..., 0], self.phi[..., 1]))
+
+    @cached_property
+    def bezier(self) -> Array:
+        """Bezier points of the displacement in each cell that a stored node reaches, px.
+
+        Shape (J + 3, I + 3, 2, 4, 4): cells, component, rows along y; entry [0, 0] is `first_cell`.
+        """
+        # In memory points come first: what is bounded for all cells at once is four times as fast.
+        points = cells_along(cells_along(self.phi).transpose(2, 0, 1, 3)).transpose(2, 0, 4, 3, 1)
+        return np.ascontiguousarray(points).transpose(3, 4, 2, 0, 1)
+
+    @cached_property
+    def bound_px(self) -> Array:
+        """Upper bound of each cell's displacement, (J + 3, I + 3), px (convex hull property)."""
+        x, y = self.bezier[:, :, 0], self.bezier[:, :, 1]
+        return np.asarray(np.sqrt((x * x + y * y).max(axis=(2, 3))))
+
+    @cached_property
+    def least_px(self) -> Array:
+        """Lower bound of each cell's displacement, (J + 3, I + 3), px; 0 where directions part."""
+        # All control points go at least so far one common way, and so does every mixture of them.
+        x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
+        toward_x, toward_y = x.mean(axis=2), y.mean(axis=2)
+        length = np.maximum(np.hypot(toward_x, toward_y), 1e-12)
+        toward_x, toward_y = (toward_x / length)[..., None], (toward_y / length)[..., None]
+        return np.asarray(np.maximum(0.0, (x * toward_x + y * toward_y).min(axis=2)))
+
+    @property
+    def slopes(self) -> tuple[Array, Array]:
+        """Bezier points of the derivatives along x and y in each cell, px per px."""
+        per_px = (ORDER - 1) / self.grid.spacing_px
+        return per_px * np.diff(self.bezier, axis=4), per_px * np.diff(self.bezier, axis=3)
+
+    @cached_property
+    def steepest(self) -> Array:
+        """Upper bound of the slope of each cell's displacement, (J + 3, I + 3), px per px."""
+        per_px = (ORDER - 1) / self.grid.spacing_px
+        along_x, along_y = (
+            per_px * np.abs(np.diff(self.bezier, axis=axis)).max(axis=(3, 4)) for axis in (4, 3)
+        )
+        return np.asarray(np.sqrt((along_x**2 + along_y**2).sum(axis=2)))
+
+    @cached_property
+    def reached(self) -> npt.NDArray[np.bool_]:
+        """The cells that a non-zero control point reaches, shape (J + 3, I + 3)."""
+        rows, columns = self.shape
+        stored = np.zeros((rows + 2 * ORDER - 2, columns + 2 * ORDER - 2), bool)
+        stored[ORDER - 1 : 1 - ORDER, ORDER - 1 : 1 - ORDER] = self.phi.any(axis=2)
+        along = stored[:-3] | stored[1:-2] | stored[2:-1] | stored[3:]
+        return np.asarray(along[:, :-3] | along[:, 1:-2] | along[:, 2:-1] | along[:, 3:])
+
+    @property
+    def first_cell(self) -> tuple[int, int]:
+        """Index (i, j) of the first cell that a stored node reaches."""
+        return self.first[0] - 2, self.first[1] - 2
+
+    @cached_property
+    def cell_spans_px(self) -> tuple[Array, Array]:
+        """Where each column of cells begins and ends along x, and each row along y, px."""
+        (i, j), (rows, columns) = self.first_cell, self.reached.shape
+        x, y = self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
+        return np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
+
+    @cached_property
+    def reach_px(self) -> tuple[float, float, float, float]:
+        """Rectangle (left, top, right, bottom) outside which the field is zero, px."""
+        (i0, j0), (rows, columns) = self.first_cell, (n + ORDER - 1 for n in self.shape)
+        h, (ox, oy) = self.grid.spacing_px, self.grid.origin_px
+        return ox + h * i0, oy + h * j0, ox + h * (i0 + columns), oy + h * (j0 + rows)
+
+    def reaches(self, points_px: Array) -> npt.NDArray[np.bool_]:
+        """Return at which points of shape (N, 2) the field may be other than zero.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Px of the image.
+
+        Returns
+        -------
+        bool array of shape (N,)
+        """
+        left, top, right, bottom = self.reach_px
+        x, y = points_px.T
+        return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
+
+    def most_in(self, values: Array, spans_px: tuple[Array, Array]) -> Array:
+        """Return the largest of the cells' values in each of some rectangles; 0 outside all cells.
+
+        Parameters
+        ----------
+        values : array of shape (..., J + 3, I + 3)
+            One for each cell.
+        spans_px : arrays of shapes (2, columns) and (2, rows)
+            Where each column of rectangles begins and ends along x, and each row along y.
+
+        Returns
+        -------
+        array of shape (..., rows, columns)
+        """
+        rows, columns = values.shape[-2:]
+        found = np.zeros((*values.shape[:-2], rows + 2, columns + 2))
+        found[..., 1:-1, 1:-1] = values
+        for axis, end in ((1, rows + 1), (0, columns + 1)):
+            cells, _ = self.grid.locate(spans_px[axis], axis)
+            low, high = np.minimum(np.maximum(cells - (self.first_cell[axis] - 1), 0), end)
+            most = found.take(low, -1 - axis)
+            for k in range(1, int((high - low).max(initial=0)) + 1):
+                np.maximum(most, found.take(np.minimum(low + k, high), -1 - axis), out=most)
+            found = most
+        return found
+
+    def refined(self) -> Lattice:
+        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4).
+
+        Returns
+        -------
+        Lattice
+        """
+        rows = _refined_axis(self.phi, 0)
+        phi = _refined_axis(rows, 1)
+        first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)
+        return Lattice(Grid(self.grid.origin_px, self.grid.spacing_px / 2.0), first, phi)
+
+
+def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
+    """Return the indices of lattices that reach into each other, directly or through others.
+
+    Parameters
+    ----------
+    lattices : sequence of Lattice
+        One for each face.
+
+    Returns
+    -------
+    list of list of int
+        Each index is in one group.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.warp.lattice import Grid, Lattice, groups
+    >>> grid, phi = Grid((0.0, 0.0), 10.0), np.ones((2, 2, 2))
+    >>> groups([Lattice(grid, first, phi) for first in ((0, 0), (20, 0), (3, 0))])
+    [[1], [0, 2]]
+    """
+    found: list[list[int]] = []
+    for k, lattice in enumerate(lattices):
+        near = [group for group in found if any(meet(lattice, lattices[i]) for i in group)]
+        merged = sorted([k, *(index for group in near for index in group)])
+        found = [group for group in found if group not in near] + [merged]
+    return found
+
+
+def meet(a: Lattice, b: Lattice) -> bool:
+    """Return whether two lattices reach into each other.
+
+    Parameters
+    ----------
+    a, b : Lattice
+        Of two faces.
+
+    Returns
+    -------
+    bool
+        False where no point is moved by both.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.warp.lattice import Grid, Lattice, meet
+    >>> grid, phi = Grid((0.0, 0.0), 10.0), np.ones((2, 2, 2))
+    >>> near, nearer, far = (Lattice(grid, first, phi) for first in ((0, 0), (3, 0), (20, 0)))
+    >>> meet(near, nearer), meet(near, far)
+    (True, False)
+    """
+    (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
+    return left < r2 and l2 < right and top < b2 and t2 < bottom
+
+
+def _refined_axis(phi: Array, axis: int) -> Array:
+    # A cubic B-spline is the sum of five half-width ones, weighted 1 4 6 4 1 over 8.
+    phi = np.moveaxis(phi, axis, 0)
+    fine = np.zeros((2 * len(phi) + 3, *phi.shape[1:]))
+    for offset, weight in enumerate((1.0, 4.0, 6.0, 4.0, 1.0)):
+        fine[offset : offset + 2 * len(phi) - 1 : 2] += weight / 8.0 * phi
+    return np.moveaxis(fine, 0, axis)

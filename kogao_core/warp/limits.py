@@ -1,0 +1,226 @@
+"""How far outside a photo anything may lie, and how much may be asked for at once.
+
+Each number alone says little: a face may be as large as the photo, a lattice may be fine, and a
+photo may hold a hundred faces. It is their product that fills the memory, so it is bounded here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from kogao_core.base.geometry import Array, Box
+from kogao_core.base.language import Text
+
+if TYPE_CHECKING:
+    from kogao_core.faces.face import Face
+    from kogao_core.warp.protection import Protection
+
+# Control points of all faces together, at the finest lattice that is looked at.
+MOST_CONTROL_POINTS: Final = 2**20
+# Landmarks and protected places that are solved for at once, where lattices reach into each other:
+# 230 faces that all touch.
+MOST_TOGETHER: Final = 5000
+# Faces whose middles lie on one another: that is nobody's photo, and solving for them takes longer
+# than for as many that merely touch.
+MOST_ON_ONE: Final = 20
+_ON_ONE: Final = 0.25  # of a face's size
+# Places along and across a protected stroke, near one face.
+MOST_SAMPLES: Final = 2**20
+# Corners of all protected lines together.
+MOST_CORNERS: Final = 10_000
+# On a photo that is smaller, a stroke may still be as wide as the editor's largest brush.
+WIDEST_PX: Final = 1024.0
+# Landmarks of all faces in one file.
+MOST_LANDMARKS: Final = 50_000
+
+
+class OutOfBounds(ValueError):
+    """Something lies far from the photo, or too much is asked for; the message names it."""
+
+
+def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> None:
+    """Check that landmarks and targets lie on a photo, or not far outside.
+
+    Parameters
+    ----------
+    faces : sequence of Face
+        px of the photo. One that is cropped by the photo's edge is fine.
+    image : Box
+        The whole photo.
+    typed : bool
+        Whether coordinates come from a table, in which a decimal point slips: then a point may lie
+        outside by the size of its face, else by the photo's longer side too.
+
+    Raises
+    ------
+    OutOfBounds
+        If one lies farther outside, or more than `MOST_ON_ONE` faces lie on one.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.base.geometry import Box
+    >>> from kogao_core.warp.limits import check_faces
+    >>> face = kogao.template_face((2400, 180), 200)
+    >>> check_faces([face], Box(0, 0, 480, 360))
+    Traceback (most recent call last):
+    kogao_core.warp.limits.OutOfBounds: landmark 1 of face 1 lies at ..., far outside the photo, ...
+    """
+    for number, face in enumerate(faces, start=1):
+        room = size_px(face) if typed else max(size_px(face), _longer(image))
+        _check_near(face.points, image, room, Text("landmark {{}} of face {number}", number=number))
+        if face.targets is not None:
+            _check_near(
+                face.targets, image, room, Text("target {{}} of face {number}", number=number)
+            )
+    _check_apart(faces)
+
+
+def _check_apart(faces: Sequence[Face]) -> None:
+    """Check that no more than `MOST_ON_ONE` faces lie in one place."""
+    middles = np.array([np.median(face.points, axis=0) for face in faces]).reshape(-1, 2)
+    for number, face in enumerate(faces, start=1):
+        off = middles - middles[number - 1]
+        on_it = int((np.hypot(*off.T) < _ON_ONE * size_px(face)).sum())
+        if on_it > MOST_ON_ONE:
+            raise OutOfBounds(
+                Text(
+                    "{count} faces lie where face {number} does, and at most {most} are worked on; "
+                    "take those away that are there twice",
+                    count=on_it,
+                    number=number,
+                    most=MOST_ON_ONE,
+                )
+            )
+
+
+def size_px(face: Face) -> float:
+    """Return about how wide a face is; a few landmarks far away don't make it larger.
+
+    Parameters
+    ----------
+    face : Face
+        px of any photo.
+
+    Returns
+    -------
+    float
+        px.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.limits import size_px
+    >>> 150 < size_px(kogao.template_face((240, 180), 200)) < 250
+    True
+    """
+    from_middle = face.points - np.median(face.points, axis=0)
+    return 2.0 * float(np.median(np.hypot(from_middle[:, 0], from_middle[:, 1])))
+
+
+def check_protection(protection: Protection, image: Box) -> None:
+    """Check that protected places lie on a photo or not far outside, and aren't too many.
+
+    Parameters
+    ----------
+    protection : Protection
+        px of the photo.
+    image : Box
+        The whole photo.
+
+    Raises
+    ------
+    OutOfBounds
+        If a corner lies farther outside than the photo is long, a stroke is wider than that and
+        than `WIDEST_PX`, or there are more than `MOST_CORNERS` corners.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.base.geometry import Box
+    >>> from kogao_core.warp.limits import check_protection
+    >>> line = kogao.Protection().with_stroke([(0, 0), (0, 90)], 2)
+    >>> check_protection(line, Box(0, 0, 480, 360))
+    """
+    check_corners(protection)
+    longer = _longer(image)
+    widest = max(longer, WIDEST_PX)
+    for number, stroke in enumerate(protection.strokes, start=1):
+        _check_near(
+            stroke.points_px,
+            image,
+            longer,
+            Text("corner {{}} of protected line {number}", number=number),
+        )
+        for name, width in (("width", 2.0 * stroke.radius_px), ("feather", stroke.feather_px)):
+            if width > widest:
+                raise OutOfBounds(
+                    Text(
+                        "protected line {number} has a {name} of {width:g} px, on a "
+                        "photo whose longer side is {longer:g} px; at most "
+                        "{widest:g} px are allowed",
+                        number=number,
+                        name=name,
+                        width=width,
+                        longer=longer,
+                        widest=widest,
+                    )
+                )
+
+
+def check_corners(protection: Protection) -> None:
+    """Check that protected lines have no more than `MOST_CORNERS` corners together.
+
+    Parameters
+    ----------
+    protection : Protection
+        Of one photo.
+
+    Raises
+    ------
+    OutOfBounds
+        If they have.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> from kogao_core.warp.limits import check_corners
+    >>> check_corners(kogao.Protection().with_stroke([(0, 0), (0, 90)], 2))
+    """
+    corners = sum(len(stroke.points_px) for stroke in protection.strokes)
+    if corners > MOST_CORNERS:
+        raise OutOfBounds(
+            Text(
+                "the protected lines have {corners} corners together; at most "
+                "{most_corners} are allowed: draw them with fewer",
+                corners=corners,
+                most_corners=MOST_CORNERS,
+            )
+        )
+
+
+def _longer(image: Box) -> float:
+    return float(max(image.width, image.height))
+
+
+def _check_near(points: Array, image: Box, room_px: float, name: str) -> None:
+    """Check points of shape (N, 2); rows of NaN lie nowhere and are left out."""
+    low = np.array([image.left, image.top]) - room_px
+    high = np.array([image.right - 1, image.bottom - 1]) + room_px
+    far = np.flatnonzero(((points < low) | (points > high)).any(axis=1))
+    if len(far):
+        x, y = points[far[0]].tolist()
+        raise OutOfBounds(
+            Text(
+                "{format} lies at {x:g}, {y:g}, far outside the photo, which ends at "
+                "{right}, {bottom}; correct it",
+                format=name.format(far[0] + 1),
+                x=x,
+                y=y,
+                right=image.right - 1,
+                bottom=image.bottom - 1,
+            )
+        )

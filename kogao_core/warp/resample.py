@@ -1,0 +1,219 @@
+"""One warp: where each pixel of a run of blocks is read, and what is found there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import cv2
+import numpy as np
+
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.threads import share_out
+from kogao_core.warp.field import Field, fade
+from kogao_core.warp.maps import Float32, Integers, LatticeMap, Runs
+
+# Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
+# own, which compete with ours.
+CALL_PX: Final = 2**16
+BLOCK_HEIGHT_PX: Final = 128
+SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
+_SMALL_IMAGE_PX: Final = 2_000_000
+_THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
+_MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
+_KERNEL_REACH_PX: Final = 8
+# `cv2.remap` rounds where it reads to so many places a pixel: there alone the bytes change.
+_PLACES: Final = np.float32(cv2.INTER_TAB_SIZE)
+_SCATTERED: Final = 16  # a pixel for itself costs about as much as this many of a whole run
+
+
+def block_height_px(image: Box) -> int:
+    """Return how high the blocks of an image are; each strip of `CALL_PX` is as high."""
+    return SMALL_BLOCK_HEIGHT_PX if image.area <= _SMALL_IMAGE_PX else BLOCK_HEIGHT_PX
+
+
+class Job:
+    """One warp: everything its runs of blocks share.
+
+    Parameters
+    ----------
+    source, result : array
+        What is read, and what is written to.
+    field : Field
+        The displacement.
+    flag : int
+        OpenCV's number for the interpolation.
+    before : Job, optional
+        An earlier warp, of which weights are taken over.
+    """
+
+    def __init__(
+        self, source: Image, result: Image, field: Field, flag: int, before: Job | None
+    ) -> None:
+        self.source, self.result, self.image = source, result, Box.of(source)
+        self.field, self.flag = field, flag
+        self.block_px = block_height_px(self.image)
+        self.strip_px = CALL_PX // self.block_px
+        known = {m.lattice.grid: m for m in before.maps} if before is not None else {}
+        # Always the first lattice: which one carries the identity decides how that is rounded.
+        self.maps: list[LatticeMap] = [
+            LatticeMap(a, self.image, self.block_px, not k and field.is_plain, known.get(a.grid))
+            for k, a in enumerate(field.lattices)
+        ]
+        self.margin_px = _MARGIN_PX
+        longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
+        while self.margin_px < longest + _KERNEL_REACH_PX:
+            self.margin_px *= 2
+
+    def resembles(self, other: Job) -> bool:
+        """Return True when equal control points give equal bytes in both jobs."""
+        return self._terms == other._terms
+
+    @property
+    def _terms(self) -> tuple[object, ...]:
+        grids = tuple(lattice.grid for lattice in self.field.lattices)
+        field = self.field
+        return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
+
+    def prepare(self, boxes: Sequence[Box]) -> int:
+        """Gather what the maps of these runs are made of; return how many pixels they hold."""
+        edges = np.array([(b.left, b.top, b.right, b.bottom) for b in boxes], np.int64)
+        edges = edges.reshape(-1, 4)
+        runs = Runs(edges, self._views(edges), self.block_px)
+        self._seen = [Box(*view) for view in runs.views.tolist()]
+        for lattice_map in self.maps:
+            lattice_map.prepare(runs)
+        return int((edges[:, 2:] - edges[:, :2]).prod(axis=1).sum())
+
+    def _views(self, edges: Integers) -> Integers:
+        """Return the part of the source that each run may read, from whose corner it is mapped."""
+        left, top, _, bottom = edges.T
+        strip = left // self.strip_px * self.strip_px
+        low = np.stack([strip, top], axis=1) - self.margin_px
+        end = self.image.right, self.image.bottom
+        high = np.minimum(np.stack([strip + self.strip_px, bottom], axis=1), end) + self.margin_px
+        return np.hstack([np.maximum(low, 0), np.minimum(high, end)])
+
+    def run(self, number: int, box: Box, total: Float32) -> None:
+        """Resample a run of blocks.
+
+        Parameters
+        ----------
+        number : int
+            Which of the prepared runs.
+        box : Box
+            Its box.
+        total : float32 array of shape (2, `block_px`, `strip_px`)
+            Room for its map.
+        """
+        self._draw(number, box, self._mapped(number, box, total))
+
+    def retouch(self, number: int, box: Box, buffers: Float32, earlier: Float32) -> None:
+        """Resample those pixels of a run that are read elsewhere than in an earlier warp.
+
+        Parameters
+        ----------
+        number, box
+            As for `run`.
+        buffers : float32 array of shape (2, 2, `block_px`, `strip_px`)
+            Room for its map and its `places`.
+        earlier : float32 array of shape (2, height, width)
+            The run's `places` then.
+        """
+        at = self._mapped(number, box, buffers[0])
+        places = _places(at, buffers[1, :, : at.shape[1], : at.shape[2]])
+        other = np.flatnonzero((places[0] != earlier[0]) | (places[1] != earlier[1]))
+        if _SCATTERED * len(other) > box.area:
+            self._draw(number, box, at)
+        elif len(other):
+            rows, columns = np.divmod(other, box.width)
+            x, y = at[:, rows, columns][:, None]
+            self.result[box.slices][rows, columns] = self._read(number, x, y)[0]
+
+    def places(self, number: int, box: Box, total: Float32) -> Float32:
+        """Return where the pixels of a run are read, in the steps in which `cv2.remap` counts.
+
+        Parameters
+        ----------
+        number, box, total
+            As for `run`.
+
+        Returns
+        -------
+        float32 array of shape (2, height, width)
+            x and y, whole numbers, in `total`'s memory.
+        """
+        at = self._mapped(number, box, total)
+        return _places(at, at)
+
+    def _draw(self, number: int, box: Box, at: Float32) -> None:
+        self._read(number, at[0], at[1], self.result[box.slices])
+
+    def _read(self, number: int, x: Float32, y: Float32, out: Image | None = None) -> Image:
+        view = self.source[self._seen[number].slices]
+        return cv2.remap(view, x, y, self.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
+
+    def _mapped(self, number: int, box: Box, total: Float32) -> Float32:
+        """Write to `total` where each pixel of a run is read in its view; return that part."""
+        plain, left = self.field.is_plain and self.maps, box.left % self.strip_px
+        part = total[:, : box.height, left : left + box.width]
+        if not plain:
+            total[:] = 0.0
+        for k, lattice_map in enumerate(self.maps):
+            lattice_map.on(number, box, total, add=bool(k or not plain))
+        if not plain:
+            xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
+            factor, _ = self.field.falloff.on_grid(xs, ys)
+            part *= factor * fade(np.hypot(part[0], part[1]), self.field.fade_px)
+            part[0] += xs - self._seen[number].left
+            part[1] += (ys - self._seen[number].top)[:, None]
+        return part
+
+
+def _places(at: Float32, out: Float32) -> Float32:
+    return np.rint(np.multiply(at, _PLACES, out=out), out=out)
+
+
+def spread(
+    job: Job,
+    boxes: Sequence[Box],
+    threads: int,
+    before: Job | None = None,
+    faint: Sequence[Box] = (),
+) -> None:
+    """Do the runs of a warp in some threads.
+
+    Parameters
+    ----------
+    job : Job
+        The warp.
+    boxes : sequence of Box
+        Runs to resample as a whole.
+    threads : int
+        How many at most.
+    before : Job, optional
+        The warp that `result` shows.
+    faint : sequence of Box
+        Runs that it shows, and of which few pixels are read elsewhere now.
+    """
+    runs = [*boxes, *faint]
+    area = job.prepare(runs)
+    if before is not None and faint:
+        before.prepare(faint)
+
+    def hand() -> Callable[[tuple[int, Box]], None]:
+        shape = (3 if faint else 1), 2, job.block_px, job.strip_px
+        buffers = np.zeros(shape, np.float32)
+
+        def do(numbered: tuple[int, Box]) -> None:
+            number, box = numbered
+            if before is None or number < len(boxes):
+                job.run(number, box, buffers[0])
+            else:
+                earlier = before.places(number - len(boxes), box, buffers[2])
+                job.retouch(number, box, buffers[:2], earlier)
+
+        return do
+
+    threads = min(threads, 1 + area // _THREAD_PX)
+    share_out(enumerate(runs), hand, threads)
