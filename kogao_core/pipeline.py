@@ -22,11 +22,12 @@ from kogao_core.warp.dose import achieved_percent
 from kogao_core.warp.falloff import falloff_of
 from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
+from kogao_core.warp.frame import cut_note, slid
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.limits import check_corners
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.whole_head import heads_of
+from kogao_core.warp.surround import surrounds_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,8 @@ class Rendering:
         Where `pixels` may differ from before this rendering.
     recipe : Recipe
         The choices.
+    note : str
+        What can't be done right at the photo's edge, in a sentence; empty where nothing is cut.
     timings_ms : dict
         Time by stage.
 
@@ -76,6 +79,7 @@ class Rendering:
     domain: domains.Domain
     changed: list[Box]
     recipe: Recipe
+    note: str = ""
     timings_ms: dict[str, float] = dataclasses.field(default_factory=dict)
 
     @cached_property
@@ -181,13 +185,15 @@ def render(
     watch = Stopwatch()
     with one_blas_thread():
         with watch.lap("targets"):
-            pairs = tuple(aim(face, recipe) for face in faces)
-            centers = [pair.center_px for pair in pairs]
+            asked = tuple(aim(face, recipe) for face in faces)
+            edges = whole or Box.of(photo)
+            pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            heads = heads_of(faces, centers, recipes, whole or Box.of(photo), protection)
+            surrounds = surrounds_of(faces, pairs, recipes, edges, protection)
         with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
-            problems = problems_of(pairs, anchors, recipes, protection, heads)
+            inside = edges if recipe.guard else None
+            problems = problems_of(pairs, anchors, recipes, protection, surrounds, inside)
             field = Field(solve(problems, recipes), domains.fade_of(recipe), falloff_of(protection))
         with watch.lap("guard"):
             field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(faces))
@@ -202,5 +208,7 @@ def render(
         with watch.lap("warp"):
             changed = canvas.warp(field, area, recipe.interpolation, threads)
     return Rendering(
-        canvas.pixels, pairs, field, shares, unheld, area, changed, recipe, watch.laps_ms
+        *(canvas.pixels, pairs, field, shares, unheld, area, changed, recipe),
+        cut_note(pairs, asked),
+        watch.laps_ms,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -60,6 +60,21 @@ def smoothstep(t: Array) -> Array:
     array([0.     , 0.15625, 0.5    , 1.     ])
     """
     return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+_ROUND: Final = 0.3  # of the way of a ramp are its round ends, each
+
+
+def ramp(share: Array) -> Array:
+    """Return a step from 0 at 0 and below to 1 at 1 and above, straight but for round ends.
+
+    Its steepest slope is 1.43; that of a smoothstep is 1.5, of a quintic one 1.88.
+    """
+    t = np.clip(share, 0.0, 1.0)
+    slope = 1.0 / (1.0 - _ROUND)
+    low, high = slope * t**2 / (2.0 * _ROUND), 1.0 - slope * (1.0 - t) ** 2 / (2.0 * _ROUND)
+    middle = slope * (t - _ROUND / 2.0)
+    return np.asarray(np.where(t < _ROUND, low, np.where(t > 1.0 - _ROUND, high, middle)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -150,7 +150,6 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     from kogao_core.photo import bits_of, read, write
     from kogao_core.photo.disclosure.disclosing import disclose, signing, undisclosed
     from kogao_core.pipeline import render
-    from kogao_core.warp.whole_head import unfollowed
 
     output = Path(task.output)
     bits = bits_of(output)
@@ -167,8 +166,7 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     output.parent.mkdir(parents=True, exist_ok=True)
     note = write(photo, pixels, output, force=True, sign=signing(task.disclosure, done.what))
     achieved = tuple(round(percent, 3) for percent in rendering.achieved)
-    heads = unfollowed(done.faces, done.recipe)
-    return achieved, Text.joined("; ", [done.note, heads, note, left_out])
+    return achieved, Text.joined("; ", [done.note, rendering.note, note, left_out])
 
 
 def _found(task: Task, photo: Photo) -> Applied:

@@ -139,7 +139,6 @@ def command(
     from kogao_core.photo import read_ahead
     from kogao_core.pipeline import render
     from kogao_core.projects.sidecar import Applied
-    from kogao_core.warp.whole_head import unfollowed
 
     with beside(lambda: read_ahead(photo, to)) as ahead:
         sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
@@ -164,8 +163,7 @@ def command(
             )
             note = _write(photo, rendering, done.what, disclosure, partial(write, ahead=ahead))
     bends = measured()
-    heads = unfollowed(done.faces, done.recipe)
-    notes = list(filter(None, [done.note, heads, note, bends.note]))
+    notes = list(filter(None, [done.note, rendering.note, note, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))

@@ -19,7 +19,7 @@ from kogao_core.recipe.settings import (
     LatticeUnit,
 )
 
-VERSION: Final = 2
+VERSION: Final = 3
 # cv2.remap rounds its map to 1/32 px, so a smaller move than half of that changes no byte.
 LOSSLESS_PX: Final = 1.0 / 64.0
 
@@ -27,6 +27,12 @@ LOSSLESS_PX: Final = 1.0 / 64.0
 _UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
     # What was made before lines could be held looks as it did.
     1: lambda fields: {"hold_background": False, **fields},
+    # Nor what was made before anything but forehead and hair could follow.
+    2: lambda fields: {
+        "head_follows": 100.0 if fields.get("whole_head") is True else 0.0,
+        "keep_features": False,
+        **{name: value for name, value in fields.items() if name != "whole_head"},
+    },
 }
 
 
@@ -58,9 +64,12 @@ class Recipe:
     hold_background : bool
         Hold straight lines of the background and other people where they are, if it is known
         where those are (`holding.Held`).
-    whole_head : bool
-        Let forehead, hairline and hair follow the face (`whole_head`); only where the source of the
-        landmarks sees the forehead.
+    head_follows : float
+        How far what surrounds the face goes along, 0 to 100 %: 0 the face alone, as in the paper;
+        50 ears, temples and forehead; 100 the whole head with its hair (`surround`).
+    keep_features : bool
+        Let each eye and the mouth shift without changing their shape, and a line from temple to
+        temple stay straight.
     zones : bool
         Let the fields below count.
     cheeks, jaw, chin : float
@@ -95,7 +104,8 @@ class Recipe:
     interpolation: Interpolation = "cubic"
     guard: bool = True
     hold_background: bool = True
-    whole_head: bool = False
+    head_follows: float = 50.0
+    keep_features: bool = True
     zones: bool = True
     cheeks: float = 100.0
     jaw: float = 100.0
@@ -124,8 +134,10 @@ class Recipe:
         said = [
             Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
         ]
-        if self.whole_head:
-            said.append(Text("whole head"))
+        if self.head_follows != _DEFAULTS["head_follows"]:
+            said.append(Text("head follows {value:g} %", value=self.head_follows))
+        if not self.keep_features:
+            said.append(Text("features not kept"))
         for name, zone in ZONES.items() if self.zones else ():
             value = getattr(self, name)
             if value != _DEFAULTS[name]:
@@ -236,5 +248,10 @@ def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
 
 _DEFAULTS: Final = dataclasses.asdict(Recipe())
 PAPER: Final = Recipe(
-    fit="approximation", interpolation="bilinear", guard=False, hold_background=False
+    fit="approximation",
+    interpolation="bilinear",
+    guard=False,
+    hold_background=False,
+    head_follows=0.0,
+    keep_features=False,
 )

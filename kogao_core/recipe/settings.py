@@ -359,16 +359,31 @@ _ALL: Final = (
         Text("How a pixel is read between pixels"),
         alternatives=INTERPOLATIONS,
     ),
-    Setting("guard", Text("Guard"), Text("Hold back what would fold")),
+    Setting(
+        "guard",
+        Text("Guard"),
+        Text("Hold back what would fold, or read from outside the photo"),
+    ),
     Setting(
         "hold_background",
         Text("Hold background"),
         Text("Keep straight lines of the background straight, and other people where they are"),
     ),
     Setting(
-        "whole_head",
-        Text("Whole head"),
-        Text("Let forehead, hairline and hair follow, less and less above the face"),
+        "head_follows",
+        Text("Head follows"),
+        Text(
+            "How far what surrounds the face goes along: 0 % the face alone, 50 % ears and "
+            "temples, 100 % the whole head with its hair"
+        ),
+        within=(0.0, 100.0),
+        unit=Text("%"),
+        per_face=True,
+    ),
+    Setting(
+        "keep_features",
+        Text("Keep features"),
+        Text("Let eyes and mouth keep their shape, and a line from temple to temple stay straight"),
         per_face=True,
     ),
     Setting(

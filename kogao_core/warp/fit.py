@@ -16,16 +16,17 @@ from typing import Final, assert_never
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import FITS, Fit
+from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.whole_head import Head
+from kogao_core.warp.surround import Surround
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
 MIN_SPACING_PX: Final = 1.0
@@ -40,6 +41,9 @@ _FINER_PROOF: Final = 4.0
 MOST_EFFORT: Final = 1.6
 _LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks can't feel
 _BISECTIONS: Final = 40
+# The edges' part and the landmarks' are solved for in turns.
+_ROUNDS: Final = 2
+_NO_FEATURES: Final = (np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
 # Protected lines are sampled this densely, in lattice spacings.
 STILL_STEP: Final = 0.5
 # A change of more control points than this takes seconds: those of a lattice below R = 0.4.
@@ -53,10 +57,11 @@ QUANTUM_PX: Final = 2.0**-12
 class Problem:
     """What one face asks of its lattice: displacements (N, 2) at targets (N, 2), both px.
 
-    The first `movers` points are landmarks; the others are protected places, which ask for no
-    displacement and bring no control points of their own: protecting a place moves no other.
-    A lattice finer than `least_px` isn't tried. Control points `above` the face have what they hold
-    before the landmarks are fitted.
+    The first `movers` points are landmarks, `features` more lie round eyes and mouth; the others
+    are protected places, which ask for no displacement and bring no control points of their own:
+    protecting a place moves no other. Points give way as far as their `slack` says; those without
+    any are met. A lattice finer than `least_px` isn't tried. Control points have what `surround`
+    holds before the points are fitted, and move nothing across the edges of `photo`.
     """
 
     grid: Grid
@@ -64,7 +69,11 @@ class Problem:
     displacement_px: Array
     movers: int
     least_px: float = 0.0
-    above: Lattice | None = None
+    features: int = 0
+    slack: Array | None = None
+    surround: Lattice | None = None
+    photo: Box | None = None
+    effort: float | None = None
 
     @cached_property
     def support(self) -> _Support:
@@ -72,17 +81,28 @@ class Problem:
         return _Support(self)
 
     @cached_property
+    def asked_effort(self) -> float:
+        """The length of the control points that approximate what is asked for in all."""
+        return float(np.linalg.norm(approximate(self).phi)) if self.effort is None else self.effort
+
+    @property
+    def slacks(self) -> Array:
+        """The `slack` of each point, shape (N,)."""
+        return np.zeros(len(self.target_px)) if self.slack is None else self.slack
+
+    @cached_property
     def own_nodes(self) -> npt.NDArray[np.int64]:
         """The control points of its support that its landmarks reach, as numbers."""
         # What `np.unique` returns, which loads numpy's masked arrays for it.
-        return np.flatnonzero(np.bincount(self.support.nodes[: self.movers].ravel()))
+        moving = self.movers + self.features
+        return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
 
     @cached_property
     def moving_nodes(self) -> npt.NDArray[np.int64]:
-        """Those and the ones above the face, unless they are too many to be solved for at once."""
-        if self.above is None:
+        """Those and the ones round the face, unless they are too many to be solved for at once."""
+        if self.surround is None:
             return self.own_nodes
-        moving = self.above.window(self.support.first, self.support.shape).any(axis=2).ravel()
+        moving = self.surround.window(self.support.first, self.support.shape).any(axis=2).ravel()
         moving[self.own_nodes] = True
         nodes = np.flatnonzero(moving)
         return nodes if len(nodes) <= _MOST_MOVING else self.own_nodes
@@ -171,7 +191,8 @@ def problems_of(
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     protection: Protection = NOTHING,
-    heads: Sequence[Head | None] = (),
+    surrounds: Sequence[Surround | None] = (),
+    photo: Box | None = None,
 ) -> list[Problem]:
     """Return what each face asks of its lattice.
 
@@ -181,8 +202,10 @@ def problems_of(
         See `fit`.
     protection : Protection
         Places whose displacement is to be zero.
-    heads : sequence of Head or None
-        What follows above each face; nothing anywhere, if there are none.
+    surrounds : sequence of Surround or None
+        What goes along with each face; nothing anywhere, if there are none.
+    photo : Box, optional
+        Across whose edges nothing is to move.
 
     Returns
     -------
@@ -209,11 +232,13 @@ def problems_of(
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
     ]
-    heads = heads or (None,) * len(grids)
-    _check_control_points(pairs, anchors, recipes, grids, protection, heads)
+    surrounds = surrounds or (None,) * len(grids)
+    _check_control_points(pairs, anchors, recipes, grids, protection, surrounds)
     problems = [
-        _problem(pair, grid, LEAST_SPACINGS * anchor.spacing_px, protection, head)
-        for pair, anchor, grid, head in zip(pairs, anchors, grids, heads, strict=True)
+        _problem(pair, anchor, grid, recipe.fit, protection, surround, photo)
+        for pair, anchor, grid, recipe, surround in zip(
+            pairs, anchors, grids, recipes, surrounds, strict=True
+        )
     ]
     _check_together(problems)
     return problems
@@ -247,32 +272,42 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
     >>> bool(abs(missed).max() < 0.01)
     True
     """
-    if not any(problem.displacement_px.any() or problem.above for problem in problems):
+    if not any(problem.displacement_px.any() or problem.surround for problem in problems):
         return tuple(problem.support.empty for problem in problems)
-    above = [problem.above for problem in problems]
-    asked = [_left_by(above, problem) for problem in problems]
+    total = [problem.surround for problem in problems]
+    for _ in range(1 if all(problem.photo is None for problem in problems) else _ROUNDS):
+        fitted = _fitted([_left_by(total, problem) for problem in problems], recipes)
+        total = [
+            _within(problem, lattice if done is None else summed(lattice, done))
+            for problem, lattice, done in zip(problems, fitted, total, strict=True)
+        ]
+    return tuple(on_quanta(lattice) for lattice in total if lattice is not None)
+
+
+def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Lattice]:
     fitted: dict[int, Lattice] = {}
     for one in FITS:
         mine = [k for k, recipe in enumerate(recipes) if recipe.fit == one.name]
-        solved = _solver(one.name).solve([asked[k] for k in mine])
+        solved = _solver(one.name).solve([problems[k] for k in mine])
         fitted |= zip(mine, solved, strict=True)
-    return tuple(
-        on_quanta(fitted[k] if head is None else summed(fitted[k], head))
-        for k, head in enumerate(above)
-    )
+    return [fitted[k] for k in range(len(problems))]
 
 
-def _left_by(above: Sequence[Lattice | None], problem: Problem) -> Problem:
-    """Return what a problem still asks for once heads have what they ask for."""
+def _within(problem: Problem, lattice: Lattice) -> Lattice:
+    return lattice if problem.photo is None else kept_inside(lattice, problem.photo)
+
+
+def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
+    """Return what a problem still asks for once its and its neighbours' lattices are there."""
     left = problem.displacement_px
-    for lattice in (one for one in above if one is not None):
+    for lattice in (one for one in done if one is not None):
         near = lattice.reaches(problem.target_px)
         if near.any():
             left = left.copy()
             left[near] -= lattice.at(problem.target_px[near])
     if left is problem.displacement_px:
         return problem
-    return dataclasses.replace(problem, displacement_px=left)
+    return dataclasses.replace(problem, displacement_px=left, effort=problem.asked_effort)
 
 
 def summed(lattice: Lattice, other: Lattice) -> Lattice:
@@ -309,15 +344,17 @@ def _check_control_points(
     recipes: Sequence[Recipe],
     grids: Sequence[Grid],
     protection: Protection,
-    heads: Sequence[Head | None],
+    surrounds: Sequence[Surround | None],
 ) -> None:
     total = 0.0
-    for pair, anchor, recipe, grid, head in zip(pairs, anchors, recipes, grids, heads, strict=True):
+    for pair, anchor, recipe, grid, surround in zip(
+        pairs, anchors, recipes, grids, surrounds, strict=True
+    ):
         finest = grid.spacing_px / 2.0 ** _solver(recipe.fit).halvings
         finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
         if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
             finest /= _FINER_PROOF
-        columns, rows = (np.ptp(_ends(pair.target_px, head), axis=0) / finest + ORDER).tolist()
+        columns, rows = (np.ptp(_ends(pair.target_px, surround), axis=0) / finest + ORDER).tolist()
         total += columns * rows
     if not total <= MOST_CONTROL_POINTS:
         raise OutOfBounds(
@@ -375,25 +412,42 @@ def on_quanta(lattice: Lattice) -> Lattice:
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _ends(target_px: Array, head: Head | None) -> Array:
-    return target_px if head is None else np.vstack([target_px, head.corners_px])
+def _ends(target_px: Array, surround: Surround | None) -> Array:
+    return target_px if surround is None else np.vstack([target_px, surround.corners_px])
 
 
 def _problem(
-    pairs: Pairs, grid: Grid, least_px: float, protection: Protection, head: Head | None
+    pairs: Pairs,
+    anchor: Anchor,
+    grid: Grid,
+    fit: Fit,
+    protection: Protection,
+    surround: Surround | None,
+    photo: Box | None,
 ) -> Problem:
-    reach, ends = 2.0 * grid.spacing_px, _ends(pairs.target_px, head)
+    reach, ends = 2.0 * grid.spacing_px, _ends(pairs.target_px, surround)
     low, high = ends.min(axis=0) - reach, ends.max(axis=0) + reach
     still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
-    target = np.vstack([pairs.target_px, still])
-    displacement = np.vstack([pairs.displacement_px, np.zeros_like(still)])
-    above = None if head is None else _above(head, grid)
-    return Problem(grid, target, displacement, len(pairs.target_px), least_px, above)
+    source, target, slack = _NO_FEATURES
+    # An approximation shares control points out, and landmarks would lose by it.
+    if surround is not None and fit == "exact":
+        source, target, slack = surround.features
+    return Problem(
+        grid,
+        np.vstack([pairs.target_px, target, still]),
+        np.vstack([pairs.displacement_px, source - target, np.zeros_like(still)]),
+        len(pairs.target_px),
+        LEAST_SPACINGS * anchor.spacing_px,
+        len(target),
+        np.concatenate([np.zeros(len(pairs.target_px)), slack, np.zeros(len(still))]),
+        None if surround is None else _sampled(surround, grid),
+        photo,
+    )
 
 
-def _above(head: Head, grid: Grid) -> Lattice | None:
-    """Return the control points that a head moves, if there are any."""
-    corners = head.corners_px
+def _sampled(surround: Surround, grid: Grid) -> Lattice | None:
+    """Return the control points that a surround moves, if there are any."""
+    corners = surround.corners_px
     columns, rows = (
         np.arange(ends.min() - 1, ends.max() + ORDER - 1)
         for ends in (grid.locate(corners[:, axis], axis)[0] for axis in (0, 1))
@@ -402,7 +456,7 @@ def _above(head: Head, grid: Grid) -> Lattice | None:
         origin + at * grid.spacing_px
         for origin, at in zip(grid.origin_px, (columns, rows), strict=True)
     )
-    phi = head.at(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    phi = surround.at(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
     moving = phi.any(axis=1).reshape(len(rows), len(columns))
     if not moving.any():
         return None
@@ -420,9 +474,9 @@ class _Support:
         row, t = self.grid.locate(problem.target_px[:, 1], 1)
         self.first = (int(column.min()) - 1, int(row.min()) - 1)
         self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
-        if problem.above is not None:
+        if problem.surround is not None:
             alone = Lattice(self.grid, self.first, np.zeros((*self.shape, 2)))
-            whole = alone.plus(problem.above)
+            whole = alone.plus(problem.surround)
             self.first, self.shape = whole.first, whole.shape
         reach = np.arange(ORDER) - 1
         rows = row[:, None, None] + reach[:, None] - self.first[1]
@@ -604,8 +658,9 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
     supports = [problem.support for problem in problems]
     own_nodes = [problem.own_nodes for problem in problems]
     designs = _designs(supports, targets, own_nodes)
-    effort = np.sqrt(sum((approximate(problem).phi ** 2).sum() for problem in problems))
-    solution = _ridge_solution(designs, displacements, MOST_EFFORT * effort)
+    effort = np.sqrt(sum(problem.asked_effort**2 for problem in problems))
+    slack = np.concatenate([problem.slacks for problem in problems])
+    solution = _ridge_solution(designs, displacements, slack, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []
     for support, nodes, part in zip(
@@ -617,13 +672,23 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
     return lattices
 
 
-def _ridge_solution(designs: Sequence[_Design], displacements: Array, longest: float) -> Array:
-    """Return the smallest phi with ``A phi = displacements``, or the best one so long."""
+def _ridge_solution(
+    designs: Sequence[_Design], displacements: Array, slack: Array, longest: float
+) -> Array:
+    """Return the smallest phi with ``A phi = displacements``, or the best one so long.
+
+    Rows with a slack r are met as far as ``|phi|^2 + |A phi - z|^2 / r`` is least.
+    """
+    most = max(float((part.weights**2).sum(axis=1).max(initial=0.0)) for part in designs)
+    if slack.any():
+        scale = np.sqrt(_LEAST_RIDGE * most / (_LEAST_RIDGE * most + slack))
+        designs = [_Design(d.rows, d.weights * scale[d.rows, None]) for d in designs]
+        displacements = displacements * scale[:, None]
     # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: the smaller matrix is the quicker one.
     many = len(displacements) > sum(part.weights.shape[1] for part in designs)
     matrix = (_inner if many else _outer)(designs, len(displacements))
     wanted = _transposed(designs, displacements) if many else displacements
-    least = _LEAST_RIDGE * np.linalg.eigvalsh(matrix)[-1]
+    least = _LEAST_RIDGE * (most if slack.any() else np.linalg.eigvalsh(matrix)[-1])
     solved = np.asarray(np.linalg.solve(matrix + least * np.eye(len(matrix)), wanted), np.float64)
     phi = solved if many else _transposed(designs, solved)
     if (phi**2).sum() <= longest**2:

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from kogao_core.warp.whole_head import forehead_pairs, heads_of, unfollowed
 from scenes import mirrored, oval_face, textured_photo
 
 from kogao_core.background.holding import Held
@@ -17,7 +18,6 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.fit import problems_of
 from kogao_core.warp.protection import Protection
-from kogao_core.warp.whole_head import forehead_pairs, heads_of, unfollowed
 
 ON = Recipe(percent=8.0, whole_head=True)
 OFF = dataclasses.replace(ON, whole_head=False)

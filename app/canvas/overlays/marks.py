@@ -14,7 +14,7 @@ from kogao_core.base.language import Text
 from kogao_core.faces.doubt import SEEN, SURE
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
-from kogao_core.warp.whole_head import forehead_pairs
+from kogao_core.warp.surround import forehead_pairs
 
 from ...view_state import ViewState
 from ..handles import apart
@@ -97,7 +97,7 @@ class Targets(Overlay):
             pairs, size = self.shown.state.pairs[index], _size(place, face)
             _draw_ways(painter, place, pairs.source_px, pairs.target_px, size)
             recipe = self.shown.state.recipe.of_face(face.recipe)
-            follow = forehead_pairs(face, recipe, pairs.center_px)
+            follow = forehead_pairs(face, recipe, pairs)
             _draw_ways(painter, place, *follow, _FOLLOWER * size)
 
 

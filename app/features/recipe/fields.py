@@ -159,7 +159,7 @@ def help_of(one: Alternative[str]) -> str:
 
 
 # They have a fold of their own, whose letter leads to them.
-FOLDED_PARTS: Final = ("zones", *ZONES, "whole_head")
+FOLDED_PARTS: Final = ("zones", *ZONES)
 _SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
 # The keys that lead to a field's control, together with Alt.
 _LETTERS: Final = {

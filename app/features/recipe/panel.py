@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBox
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS, ZONES, Setting
-from kogao_core.warp import fit, whole_head
+from kogao_core.warp import fit
 
 from ...document import DEFAULT, State
 from ...i18n import tr, translated
@@ -56,10 +56,11 @@ class RecipePanel(QWidget):
         self.choices: dict[str, ChoiceBox] = {}
         self.switches: dict[str, QCheckBox] = {}
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
+        self.follows = self._slider("head_follows", 0)
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
         self.one_to_one, self.residual = muted_label(wraps=True), muted_label(wraps=True)
-        self.head_note = muted_label(wraps=True)
+        self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
         for label in (self.one_to_one, self.residual):
             label.setToolTip(tr("≈: until the picture is there in full"))
@@ -67,7 +68,7 @@ class RecipePanel(QWidget):
         self.zones = Fold(tr("&Jaw, chin, sides…"), zones, "zones")
         self.fold = Fold(tr("Fit, qualit&y…"), details, "fit")
         # Folds open and close without a photo, too.
-        self._settings = (self.percent, self.centre, self.lattice, zones, details)
+        self._settings = (self.percent, self.follows, self.centre, self.lattice, zones, details)
         self._plain = False
         self._fine = QWidget()
         self.more = Fold(tr("More"), self._fine, "more")
@@ -78,7 +79,16 @@ class RecipePanel(QWidget):
         readings.addWidget(self.gauge)
         readings.addWidget(self.one_to_one)
         readings.addWidget(self.residual)
-        column_of(self, self.owner, self.percent, readings, self.more, spacing=3 * GRID_PX)
+        column_of(
+            self,
+            self.owner,
+            self.percent,
+            readings,
+            self.follows,
+            self.edge_note,
+            self.more,
+            spacing=3 * GRID_PX,
+        )
         fine = self.centre, self.lattice, self.zones, self.fold
         column_of(self._fine, *fine, spacing=3 * GRID_PX)
         self.show_words(plain=False)
@@ -122,10 +132,6 @@ class RecipePanel(QWidget):
                 switch.setChecked(getattr(recipe, field))
         for field in ZONES:
             self.sliders[field].setEnabled(recipe.zones)
-        active = [face for index, face in enumerate(state.faces) if index not in state.off]
-        unfollowed = whole_head.unfollowed(active, state.recipe)
-        self.head_note.setText(translated(unfollowed))
-        self.head_note.setVisible(bool(unfollowed))
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: RenderedFrame) -> None:
@@ -137,6 +143,8 @@ class RecipePanel(QWidget):
         if self.one_to_one.property("warn") != (not sound):
             self.one_to_one.setProperty("warn", not sound)
             self.one_to_one.style().polish(self.one_to_one)
+        self.edge_note.setText(translated(frame.rendering.note))
+        self.edge_note.setVisible(bool(frame.rendering.note))
         left = frame.rendering.residual
         residual = tr(
             "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
@@ -221,7 +229,7 @@ class RecipePanel(QWidget):
         zones = QWidget()
         switch = self._switch("zones", translated(SETTINGS["zones"].title))
         sliders = [self._slider(field, compact=True) for field in ZONES]
-        column_of(zones, switch, *sliders, self._switch("whole_head"), self.head_note)
+        column_of(zones, switch, *sliders)
         return zones
 
     def _details(self) -> QWidget:

@@ -1,0 +1,99 @@
+"""The photo's edge: nothing moves across it, so no pixel is read from outside."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from kogao_core.base.geometry import Array, Box, ramp
+from kogao_core.base.language import Text
+from kogao_core.faces.targets import Pairs
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import ORDER, Lattice, basis
+
+# A landmark so many times its move inside the photo makes all of it; nearer to the edge it makes
+# less of the part across the edge, so that what lies between is stretched by a third at most.
+_ROOM: Final = 4.0
+_MISSED: Final = 0.05  # of its move: a face that loses more is said to lie at the edge
+
+
+def edges_px(photo: Box) -> Array:
+    """Return the centres of the photo's outermost pixels: least and greatest (x, y), (2, 2)."""
+    return np.array(
+        [(photo.left, photo.top), (photo.right - 1, photo.bottom - 1)], dtype=np.float64
+    )
+
+
+def slid(pairs: Pairs, photo: Box) -> Pairs:
+    """Return pairs whose targets near the photo's edge move along it, and less across it."""
+    moves = pairs.displacement_px
+    low, high = edges_px(photo)
+    room = np.where(moves < 0.0, pairs.source_px - low, high - pairs.source_px)
+    share = ramp(room / np.maximum(_ROOM * np.abs(moves), 1e-9))
+    if (share == 1.0).all():
+        return pairs
+    return dataclasses.replace(pairs, target_px=pairs.source_px - share * moves)
+
+
+def kept_inside(lattice: Lattice, photo: Box) -> Lattice:
+    """Return the lattice nearest to this one that moves nothing across the photo's edges.
+
+    A row of control points across an edge is orthogonal to the basis there, eq. (1): the spline is
+    0 all along the edge, and what is one-to-one then maps the photo onto itself.
+    """
+    phi = lattice.phi
+    for edge in edges_px(photo):
+        for axis in (0, 1):
+            phi = _orthogonal(phi, lattice, float(edge[axis]), axis)
+    return lattice if phi is lattice.phi else Lattice(lattice.grid, lattice.first, phi)
+
+
+def _orthogonal(phi: Array, lattice: Lattice, edge_px: float, axis: int) -> Array:
+    cell, part = lattice.grid.locate(np.array([edge_px]), axis)
+    start = int(cell[0]) - 1 - lattice.first[axis]
+    along = np.moveaxis(
+        phi[..., axis], 1 - axis, 0
+    )  # the control points across the edge come first
+    within = slice(max(0, start), max(0, min(len(along), start + ORDER)))
+    weights = basis(part)[0][within.start - start : within.stop - start]
+    if not len(weights) or not along[within].any():
+        return phi
+    phi = phi.copy()
+    along = np.moveaxis(phi[..., axis], 1 - axis, 0)
+    across = np.tensordot(weights, along[within], 1)
+    along[within] -= weights[:, None] * across / float(weights @ weights)
+    return phi
+
+
+def read_outside_px(field: Field, photo: Box, step_px: float = 1.0) -> float:
+    """Return how far outside the photo a one-to-one field reads at most, px: at its edges."""
+    low, high = edges_px(photo)
+    farthest = 0.0
+    for axis in (0, 1):
+        along = np.arange(low[1 - axis], high[1 - axis] + step_px, step_px)
+        for edge, sign in ((low, -1.0), (high, 1.0)):
+            places = np.empty((len(along), 2))
+            places[:, axis], places[:, 1 - axis] = edge[axis], along
+            farthest = max(farthest, float((sign * field.at(places)[:, axis]).max(initial=0.0)))
+    return farthest
+
+
+def cut_note(pairs: Sequence[Pairs], asked: Sequence[Pairs]) -> str:
+    """Return a sentence on faces that slide along the photo's edge; empty where none does.
+
+    `pairs` are those that were rendered, `asked` those that the recipe asks for.
+    """
+    count = sum(
+        bool((np.abs(a.target_px - b.target_px) > _MISSED * b.warp_distance_px).any())
+        for a, b in zip(pairs, asked, strict=True)
+    )
+    if not count:
+        return ""
+    return Text.counted(
+        count,
+        "{n} face lies at the photo's edge: there it slides along the edge and gets no smaller",
+        "{n} faces lie at the photo's edge: there they slide along the edge and get no smaller",
+    )

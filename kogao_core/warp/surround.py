@@ -1,0 +1,340 @@
+"""What surrounds a face goes along with it: ears, temples, hair, neck; eyes and mouth keep shape.
+
+The paper's lattice brings the displacement from whole to nothing within two spacings beside the
+outline, so ears and temples are stretched. Here the control points take a displacement over the
+whole head *before* the landmarks are fitted on top: it stays one spline, and each landmark goes
+exactly where it did (`docs/decisions/43`). It is given in polar form round the centre, by ``rho``,
+the distance there over the distance of the edge of the face in that direction, after the warp:
+
+- outside, whole up to `keep` (the rim of the ears travels with the cheek), then fading to nothing
+  at `out`; above the outline's ends towards a smaller share;
+- inside, with the features kept, heights shrink evenly, so a line from temple to temple stays
+  straight, and widths from the outline inwards to nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Array, Box, ramp, smoothstep
+from kogao_core.faces.face import FOREHEAD_POINTS, Face
+from kogao_core.faces.reshape import across
+from kogao_core.faces.targets import Pairs
+from kogao_core.faces.zones import directions
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.frame import edges_px
+from kogao_core.warp.protection import Protection
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """How far outside the face all goes along (`keep`) and nothing any more (`out`), in rho.
+
+    At the sides, straight up, and straight down; `top` is the share that the top of the forehead
+    goes of what the outline's ends go.
+    """
+
+    keep: float
+    out: float
+    keep_up: float
+    out_up: float
+    keep_down: float
+    out_down: float
+    top: float
+
+    def mixed(self, other: Reach, share: float) -> Reach:
+        """Return the reach a share of the way to another."""
+        ends = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return Reach(*(a + share * (b - a) for a, b in ends))
+
+
+# Chosen by looking at faces at 4 to 10 %, and by tests/benchmarks/head.py.
+NATURAL: Final = Reach(1.2, 1.95, 1.08, 1.65, 1.05, 1.65, top=0.5)
+WHOLE: Final = Reach(1.6, 2.7, 1.5, 2.4, 1.05, 2.2, top=1.0)
+NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it grows to `WHOLE`
+# Without anything outside, what the features need fades out so far beside the face.
+_SHORT: Final = 0.35
+_INNER: Final = 0.6  # within this rho widths stay
+_CROWN: Final = 1.25  # an unknown forehead's top, in radii of the outline's ends
+_EDGE: Final = (
+    0.6  # of the mean radius: so far inside the photo all goes along, at its edge nothing
+)
+# In landmark spacings: so near to other faces and protected places nothing, so much farther all.
+_APART: Final = 1.0
+_ALL: Final = 3.0
+# A ring of points round each feature, in half its width along and across it.
+_EYE: Final = np.array(
+    [(-1.15, 0), (-0.5, 0.55), (0.5, 0.55), (1.15, 0), (0.5, -0.55), (-0.5, -0.55)]
+)
+_MOUTH: Final = np.array([(-1, 0), (-0.4, 0.3), (0.4, 0.3), (1, 0), (0.4, -0.3), (-0.4, -0.3)])
+# How little a feature gives way to the outline, and from which rho on it does so more and more.
+_SLACK: Final = 0.02
+_NEAR: Final = (0.75, 1.0)
+_STEPS: Final = 8  # of the fixed point that tells where the middle of a feature goes
+
+
+@dataclass(frozen=True, eq=False)
+class Surround:
+    """The displacement that one face asks of the control points round it.
+
+    Parameters
+    ----------
+    face : Face
+        What surrounds it.
+    pairs : Pairs
+        Where its landmarks go.
+    follows : float
+        `Recipe.head_follows` as a share: 0 nothing outside the face, 1 the whole head.
+    keeps_features : bool
+        Whether eyes and mouth keep their shape.
+    photo : Box
+        Nothing moves across its edge.
+    protection : Protection
+        Places that must not move.
+    hulls : tuple of arrays of shape (K, 2)
+        Of other faces, corners in order, px.
+    """
+
+    face: Face
+    pairs: Pairs
+    follows: float
+    keeps_features: bool
+    photo: Box
+    protection: Protection
+    hulls: tuple[Array, ...] = ()
+
+    @cached_property
+    def corners_px(self) -> Array:
+        """Corners of a box, as far as it lies in the photo, outside which all is 0; (2, 2)."""
+        reach = self._reach
+        far = max(reach.out, reach.out_up, reach.out_down) * float(self._rim.radii_px.max())
+        center = self.pairs.center_px
+        return np.asarray(np.clip([center - far, center + far], *edges_px(self.photo)))
+
+    def at(self, points: npt.ArrayLike) -> Array:
+        """Return the backward displacement at points of shape (N, 2), px, same shape."""
+        points = np.asarray(points, np.float64)
+        moved = self._polar(points) * self._free(points)[:, None]
+        low, high = edges_px(self.photo)
+        inside = np.minimum(points - low, high - points)
+        return np.asarray(moved * ramp(inside / (_EDGE * float(self._rim.radii_px.mean()))))
+
+    def is_near(self, hull: Array) -> bool:
+        """Return whether some of a hull of shape (K, 2) is near what surrounds the face."""
+        far = (_APART + _ALL) * self.face.anchor.spacing_px
+        low, high = self.corners_px
+        return bool((hull.max(axis=0) > low - far).all() and (hull.min(axis=0) < high + far).all())
+
+    @cached_property
+    def features(self) -> tuple[Array, Array, Array]:
+        """Points round eyes and mouth, (M, 2), where they go, and how much they give way, (M,).
+
+        Each feature is shifted by as much as its middle; none where features aren't kept.
+        """
+        if not self.keeps_features:
+            return np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0)
+        eyes, mouth = self.face.eyes, self.face.mouth
+        rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
+        source = np.vstack(rings)
+        target = np.vstack([ring + self._shift(ring.mean(axis=0)) for ring in rings])
+        rho, _ = self._rim.at(target)
+        near = _rise((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
+        return source, target, _SLACK / np.maximum(1.0 - near, 1e-6)
+
+    def _shift(self, middle: Array) -> Array:
+        """Return how far the middle of a feature is moved, forwards, px."""
+        shown = middle
+        for _ in range(_STEPS):
+            shown = middle - self.at(shown[None])[0]
+        return shown - middle
+
+    @cached_property
+    def _reach(self) -> Reach:
+        beyond = max(0.0, 100.0 * self.follows / NATURAL_PERCENT - 1.0)
+        return NATURAL.mixed(WHOLE, beyond / (100.0 / NATURAL_PERCENT - 1.0))
+
+    @cached_property
+    def _rim(self) -> _Rim:
+        return _Rim.of(self.face, self.pairs, self._reach.top)
+
+    def _polar(self, points: Array) -> Array:
+        rim, reach = self._rim, self._reach
+        rho, angles = rim.at(points)
+        up, down = _rise(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
+        keep = reach.keep + (reach.keep_up - reach.keep) * up
+        keep = keep + (reach.keep_down - reach.keep) * down
+        out = reach.out + (reach.out_up - reach.out) * up + (reach.out_down - reach.out) * down
+        amount = min(1.0, 100.0 * self.follows / NATURAL_PERCENT)
+        outside = amount * (1.0 - ramp((rho - keep) / (out - keep)))
+        inner = _rise((rho - _INNER) / (1.0 - _INNER))
+        if self.keeps_features:
+            outside = outside + (1.0 - amount) * (1.0 - ramp((rho - 1.0) / _SHORT))
+            wide, high = inner, np.ones_like(rho)
+        else:
+            wide = high = amount * inner
+        right = across(self.face)
+        below = np.array([-right[1], right[0]])
+        moved = rim.displacement_px(angles) * rho[:, None]
+        is_inside = rho < 1.0
+        aside = (moved @ right) * np.where(is_inside, wide, outside)
+        downwards = (moved @ below) * np.where(is_inside, high, outside)
+        return np.outer(aside, right) + np.outer(downwards, below)
+
+    def _free(self, points: Array) -> Array:
+        """Return 0 near what must not move, 1 far from it."""
+        away = self.protection.away_px(points)
+        for hull in self.hulls:
+            away = np.minimum(away, _beyond(points, hull))
+        return _rise((away / self.face.anchor.spacing_px - _APART) / _ALL)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rim:
+    """The closed edge of a face after the warp, by ascending direction, and how far it moved.
+
+    Directions are from straight down, in radians; `upwards` is 0 at the outline's ends and below,
+    1 at the top of the forehead.
+    """
+
+    center_px: Array
+    across: Array
+    angles: Array
+    radii_px: Array
+    moves_px: Array
+    upwards: Array
+
+    @classmethod
+    def of(cls, face: Face, pairs: Pairs, top: float) -> _Rim:
+        center, right = pairs.center_px, across(face)
+        forehead = _forehead(face, center)
+        ahead = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
+        share = _end_shares(pairs) * (1.0 - (1.0 - top) * _rise(ahead))
+        moves = share[:, None] * (forehead - center)
+        rim = np.vstack([pairs.target_px, forehead - moves])
+        angles, radii = _seen_from(rim, center, right)
+        order = np.argsort(angles, kind="stable")
+        moves = np.vstack([pairs.displacement_px, moves])[order]
+        upwards = np.concatenate([np.zeros(len(pairs.target_px)), ahead])[order]
+        radii = np.maximum(radii[order], 1e-3 * max(1e-9, float(radii.max())))
+        return cls(center, right, angles[order], radii, moves, upwards)
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Return rho and direction, radians, of points of shape (N, 2)."""
+        angles, far = _seen_from(points, self.center_px, self.across)
+        return far / self._round(angles, self.radii_px), angles
+
+    def displacement_px(self, angles: Array) -> Array:
+        """Return the backward displacement of the rim in directions of shape (N,); (N, 2), px."""
+        return np.stack([self._round(angles, move) for move in self.moves_px.T], axis=-1)
+
+    def up(self, angles: Array) -> Array:
+        """Return `upwards` in directions of shape (N,)."""
+        return self._round(angles, self.upwards)
+
+    def _round(self, angles: Array, values: Array) -> Array:
+        return np.interp(angles, self.angles, values, period=2.0 * np.pi)
+
+
+def surrounds_of(
+    faces: Sequence[Face],
+    pairs: Sequence[Pairs],
+    recipes: Sequence[Recipe],
+    photo: Box,
+    protection: Protection,
+) -> tuple[Surround | None, ...]:
+    """Return what surrounds each face; None where its recipe asks for the paper's field."""
+    hulls = [_hull(face) for face in faces] if len(faces) > 1 else []
+    found: list[Surround | None] = []
+    for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
+        follows, keeps = recipe.head_follows / 100.0, recipe.keep_features
+        if not (follows or keeps) or not pair.displacement_px.any():
+            found.append(None)
+            continue
+        surround = Surround(face, pair, follows, keeps, photo, protection)
+        others = (hull for other, hull in enumerate(hulls) if other != k)
+        near = tuple(hull for hull in others if surround.is_near(hull))
+        found.append(dataclasses.replace(surround, hulls=near))
+    return tuple(found)
+
+
+def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Array]:
+    """Return the rim of the forehead and where it goes if nothing is in its way, (13, 2), px.
+
+    Of shape (0, 2) where nothing follows, or nobody saw the forehead.
+    """
+    if face.forehead is None or recipe.head_follows <= 0.0:
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    photo = Box(-(2**30), -(2**30), 2**30, 2**30)
+    surround = Surround(face, pairs, recipe.head_follows / 100.0, False, photo, Protection())
+    shown = face.forehead
+    for _ in range(_STEPS):
+        shown = face.forehead - surround.at(shown)
+    return face.forehead, shown
+
+
+def _end_shares(pairs: Pairs) -> Array:
+    """Return which share of the way to the centre points of the forehead go, from end to end."""
+    away = pairs.source_px[[0, -1]] - pairs.center_px
+    moves = pairs.displacement_px[[0, -1]]
+    first, last = (moves * away).sum(axis=1) / np.maximum((away**2).sum(axis=1), 1e-12)
+    between = _rise(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
+    return np.asarray(first + (last - first) * between)
+
+
+def _forehead(face: Face, center: Array) -> Array:
+    """Return the rim of the forehead, (13, 2), px: as it was seen, or an arch over the ends."""
+    if face.forehead is not None:
+        return face.forehead
+    right = across(face)
+    (first, last), radii = _seen_from(face.outline[[0, -1]], center, right)
+    along = np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1]
+    # From the left end, whose direction is negative, over the top at -pi = pi to the right end.
+    first, last = first % (2.0 * np.pi), last % (2.0 * np.pi)
+    turn = first + along * (last - first)
+    far = radii[0] + along * (radii[1] - radii[0])
+    far = far + _rise(1.0 - np.abs(2.0 * along - 1.0)) * (_CROWN * float(radii.mean()) - far)
+    below = np.array([-right[1], right[0]])
+    way = np.outer(np.sin(turn), right) + np.outer(np.cos(turn), below)
+    return np.asarray(center + far[:, None] * way)
+
+
+def _ring(corners: Array, shape: Array) -> Array:
+    """Return points round a feature whose two corners are given, px."""
+    half = (corners[1] - corners[0]) / 2.0
+    aside = np.array([-half[1], half[0]])
+    return np.asarray(corners.mean(axis=0) + shape @ np.stack([half, aside]))
+
+
+def _seen_from(points: Array, center: Array, right: Array) -> tuple[Array, Array]:
+    """Return directions from straight down, radians, and distances, px, of points (N, 2)."""
+    degrees, far = directions(points, center, right)
+    return np.radians(degrees), far
+
+
+def _hull(face: Face) -> Array:
+    ring = face.points if face.forehead is None else np.vstack([face.points, face.forehead])
+    corners: Array = cv2.convexHull(ring.astype(np.float32))[:, 0].astype(np.float64)
+    return corners
+
+
+def _beyond(points: Array, hull: Array) -> Array:
+    """Return about how far points are outside a hull, px; 0 or less within."""
+    along = np.roll(hull, -1, axis=0) - hull
+    outward = np.column_stack([along[:, 1], -along[:, 0]])
+    outward /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]
+    if (outward * (hull - hull.mean(axis=0))).sum() < 0.0:
+        outward = -outward
+    return np.asarray((points @ outward.T - (hull * outward).sum(axis=1)).max(axis=1))
+
+
+def _rise(share: Array) -> Array:
+    """Return a smooth step from 0 at 0 and below to 1 at 1 and above."""
+    return smoothstep(np.clip(share, 0.0, 1.0))
