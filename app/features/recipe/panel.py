@@ -25,7 +25,7 @@ from .fields import CenterChoice, OwnerLine
 from .gauge import NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
-_ALWAYS_SHOWN: Final = ("percent", "center", "lattice")  # the others fold away
+_ALWAYS_SHOWN: Final = ("percent", "head_follows", "center", "lattice")  # the others fold away
 
 
 class RecipePanel(QWidget):
