@@ -22,7 +22,7 @@ from kogao_core.background.lines import (
 )
 from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
-from kogao_core.base.geometry import Array, Box, Image, Line
+from kogao_core.base.geometry import Array, Box, Image, Line, ramp
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
@@ -34,6 +34,7 @@ from kogao_core.projects.sidecar import Applied
 _APART: Final = 0.03
 _CUTS: Final = 256  # steps along a line at which it can be cut
 _HALF: Final = 0.5
+_WHOLE: Final = 0.5  # so much longer than the shortest a line counts in full
 _HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
 # Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
 # shortest line that counts.
@@ -75,7 +76,10 @@ class Background:
         if not self.told:
             return NOTHING_HELD
         free = [self.is_loose(line, loose) for line in self.lines]
-        return Held(self.lines[~np.array(free, bool)], self.neighbours)
+        lines = self.lines[~np.array(free, bool)]
+        lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+        weights = ramp((lengths / self.shortest_px - 1.0) / _WHOLE)
+        return Held(lines, self.neighbours, weights)
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
         """Return the lines let go, with one more, or without it where it is one of them.

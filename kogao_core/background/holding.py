@@ -2,54 +2,60 @@
 
 A line may slide along itself, so only what the displacement does across it is asked to vanish: a
 row ``n . d = 0`` for each sample, in which x and y meet. At the edge of somebody else both vanish.
-The change keeps to the control points of the fit and is nothing at every landmark and protected
-place, so the field stays one spline that does to the face what the fit does. Of all such changes it
-is the one whose neighbouring control points differ least.
+The change c keeps to the control points of the fit and is nothing at every landmark and protected
+place, so the field stays one spline that does to the face what the fit does. Among all such changes
+it makes least ``c' L c + sum w (n . (d + c))^2``, L being the (screened) Laplacian of neighbouring
+control points: what is moved for a line's sake is in proportion to the bend that it saves, and
+weights, not decisions, say how much each line counts.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.background.held_rows import HeldRows, away, face_places, rows_of, still_places
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, on_quanta, summed
+from kogao_core.warp.fit import STILL_STEP, Problem, on_quanta, summed
+from kogao_core.warp.frame import edges_px, kept_inside
 from kogao_core.warp.guard import is_safe
-from kogao_core.warp.lattice import Lattice, groups
+from kogao_core.warp.lattice import Grid, Lattice, groups, matrices
 from kogao_core.warp.one_to_one import least_det
 
-# Before it comes to a fold rows are softened, the nearer to a landmark the more, by this power.
-_NEARNESS: Final = 3.0
+# In lattice spacings: so near to a landmark a line's ends are free, and so far from it all counts.
+_FREE: Final = 0.5
+_ALL: Final = 3.0
+# A neighbour nearer to a landmark than this touches the face, and moves with it.
+_TOUCHING: Final = 1.0
+# Lines whose ends lie so near to a longer one, in lattice spacings, are pieces of it.
+_ASIDE: Final = 0.15
+# Pieces that a gap of more than this share of the face's longer side parts count as lines of their
+# own: somebody stands between them, and where they would part nobody sees.
+_BEHIND: Final = 0.5
+# The face goes on above the ends of its outline, by this share of their distance: brows, glasses.
+_ABOVE: Final = 0.25
+_LINE: Final = 300.0  # weight of a line's row, 1 being that of a control point's
+_NEIGHBOUR: Final = 300.0
+_WITHIN: Final = 30.0  # of a place within the face, which is to go where it went
+_HARD: Final = 1e8  # of a landmark, a protected place, and the photo's edge
+_RIGID: Final = 3.0  # of a line's shift and turn as a whole: that soft, it costs nothing
+_SCREEN: Final = 0.06  # in L beside neighbours' differences: a change dies out over four spacings
+_PINNED: Final = 4.0  # a line is followed so far beyond the lattice's reach, in spacings
+_MOST_NODES: Final = 4000  # of a change; of more it takes a lattice twice as coarse
+_MOST_ROWS: Final = (
+    300  # for lines, and for each other purpose; of more, samples stand farther apart
+)
 # A change leaves det J at least so large, and at least this share of what it was without.
 _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
-# Between landmarks the outline may drift by this share of the largest move; the face beside it by
-# the next, and by the one after it where it lies so many lattice spacings from every landmark.
-# Corners of eyes and mouth are bounded by the last wherever they lie.
-_MOST_DRIFT: Final = 0.1
-_MOST_BESIDE: Final = 1.0
-_MOST_WITHIN: Final = 0.2
-_BESIDE: Final = 1.5
-# No place comes to move farther than this many times the most that any did.
-_MOST_MOVE: Final = 1.25
-# A line that bends by so much more for being held, in lattice spacings, is let go.
-_WORSE: Final = 0.01
-_ROUNDS: Final = 3
-_SAMPLES: Final = 24  # along a line, to see how far it bends
-_FIRM, _SOFT = 1e-6, 10.0  # of rows, weight 1 being that of a control point's
-_RIGID: Final = 1.0  # of a line's shift and turn as a whole: that soft, it costs nothing
-_WITHIN: Final = 10.0  # of a place within the face, on the same scale
-_BISECTIONS: Final = 7
-_LEAST_RIDGE: Final = 1e-9
+_BISECTIONS: Final = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,15 +69,19 @@ class Held:
     neighbours : tuple of arrays of shape (M, 2)
         For each face, points on the edge of other people, whom it isn't to drag along, px; empty
         where there are none.
+    weights : array of shape (N,), optional
+        How much each line counts, 0 to 1; all of them in full, if not given.
     """
 
     lines: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
     neighbours: tuple[Array, ...] = ()
+    weights: Array | None = None
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
         lines = transform(self.lines.reshape(-1, 2)).reshape(-1, 2, 2)
-        return Held(lines, tuple(transform(points) for points in self.neighbours))
+        neighbours = tuple(transform(points) for points in self.neighbours)
+        return dataclasses.replace(self, lines=lines, neighbours=neighbours)
 
 
 NOTHING_HELD: Final = Held()
@@ -80,145 +90,48 @@ NOTHING_HELD: Final = Held()
 def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held: Held) -> Field:
     """Change a field so that lines stay straight and neighbours where they are.
 
-    Where that would squeeze the photo too much, lines and neighbours give way, as little as it
-    takes; faces never do.
-
-    Parameters
-    ----------
-    field : Field
-        The fit, held back by the guard or not.
-    problems : sequence of Problem
-        What its lattices were fitted to.
-    faces : sequence of Face
-        Whose they are: eyes and mouth stay as they are, or nearly.
-    held : Held
-        What is to be left as it is.
-
-    Returns
-    -------
-    Field
-        One-to-one where `field` is.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.background.lines import bends
-    >>> from kogao_core.background.holding import Held
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> door = Held(np.array([[(360.0, 40.0), (360.0, 320.0)]]))
-    >>> photo, recipe = np.zeros((360, 480), np.uint8), kogao.Recipe(percent=6)
-    >>> for kept in (Held(), door):
-    ...     rendering = kogao.render(photo, [face], recipe, held=kept)
-    ...     print(round(bends(rendering.field, door.lines)[0].bend_px, 1))
-    1.8
-    0.0
+    Where that would squeeze the photo too much, all of the change gives way, as little as it takes;
+    faces never do. `problems` are what its lattices were fitted to, `faces` whose they are. What
+    comes back is one-to-one where `field` is.
     """
     if not len(held.lines) and not any(len(points) for points in held.neighbours):
         return field
     lattices = list(field.lattices)
     for group in groups([problem.support.empty for problem in problems]):
-        among = _Faces([problems[k] for k in group], [faces[k] for k in group])
+        among = [problems[k] for k in group]
+        landmarks = np.vstack([problem.target_px[: problem.movers] for problem in among])
+        changed = []
         for k in group:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
             if field.lattices[k].phi.any():
-                before = dataclasses.replace(field, lattices=(field.lattices[k],))
-                one = Held(held.lines, (near,))
-                lattices[k] = _held_by(problems[k], among, before, one)
-        if len(group) > 1 and any(lattices[k] is not field.lattices[k] for k in group):
-            _give_way_together(field, lattices, group)
+                rows = _rows(problems[k], faces[k], landmarks, field.lattices[k], held, near)
+                after = _changed(field.lattices[k], problems[k], rows)
+                lattices[k] = _allowed(field, [k], [after])[0]
+                changed.append(k)
+        if len(changed) > 1:
+            after = [lattices[k] for k in changed]
+            for k, lattice in zip(changed, _allowed(field, changed, after), strict=True):
+                lattices[k] = lattice
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-@dataclass(frozen=True, eq=False)
-class _Faces:
-    """Those whose lattices reach into each other."""
+def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Sequence[Lattice]:
+    """Return as much of some lattices' change as leaves the photo in shape."""
+    before = [field.lattices[k] for k in which]
+    limits = _Limits(dataclasses.replace(field, lattices=tuple(before)))
 
-    problems: Sequence[Problem]
-    faces: Sequence[Face]
+    def mixed(share: float) -> list[Lattice]:
+        return [
+            on_quanta(a.plus(b.minus(a).scaled(share))) for a, b in zip(before, after, strict=True)
+        ]
 
-    @cached_property
-    def landmarks(self) -> Array:
-        """All their landmarks, px."""
-        return np.vstack([problem.target_px[: problem.movers] for problem in self.problems])
-
-    @cached_property
-    def inside(self) -> Array:
-        """Places all over them, px."""
-        return np.vstack([face_places(problem) for problem in self.problems])
-
-    @cached_property
-    def corners(self) -> Array:
-        """Those of eyes and mouths, px."""
-        return np.vstack([points for face in self.faces for points in (face.eyes, face.mouth)])
-
-
-def _held_by(problem: Problem, faces: _Faces, before: Field, held: Held) -> Lattice:
-    """Return a face's lattice with all lines held but those that bend more for it."""
-    (unheld,), (near,), lines = before.lattices, held.neighbours, held.lines
-    for _ in range(_ROUNDS):
-        rows = rows_of(problem, faces.landmarks, lines, near)
-        if rows is None:
-            break
-        (lattice,) = _Change(problem, faces, before, rows).firmest().lattices
-        worse_px = _bends_px(lattice, lines) - _bends_px(unheld, lines)
-        fine = worse_px <= _WORSE * problem.grid.spacing_px
-        if fine.all():
-            return lattice
-        lines = lines[fine]
-    return unheld
-
-
-def _bends_px(lattice: Lattice, lines: Array) -> Array:
-    """Return about how far a lattice bends each line, shape (N,), px."""
-    t = np.linspace(-1.0, 1.0, _SAMPLES)
-    along = lines[:, 1] - lines[:, 0]
-    unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    points = lines.mean(axis=1)[:, None] + 0.5 * t[:, None] * along[:, None]
-    moved = Field((lattice,)).at(points.reshape(-1, 2))
-    across = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)[:, None]
-    aside = (moved.reshape(points.shape) * across).sum(axis=2)
-    # What a shift and a turn leave of it.
-    aside = aside - aside.mean(axis=1, keepdims=True) - np.outer(aside @ t / (t @ t), t)
-    return np.asarray(np.abs(aside).max(axis=1, initial=0.0))
-
-
-def _give_way_together(field: Field, lattices: list[Lattice], group: Sequence[int]) -> None:
-    """Take changes of faces that reach into each other back as far as they fold together."""
-    before = dataclasses.replace(field, lattices=tuple(field.lattices[k] for k in group))
-    after = dataclasses.replace(field, lattices=tuple(lattices[k] for k in group))
-    limits = _Limits(before)
-    if limits.allow(after):
-        return
-
-    def mixed(share: float) -> Field:
-        parts = (
-            on_quanta(a.plus(b.minus(a).scaled(share)))
-            for a, b in zip(before.lattices, after.lattices, strict=True)
-        )
-        return dataclasses.replace(field, lattices=tuple(parts))
-
-    kept = _as_near_as_allowed(before, mixed, limits.allow, 0.0, 1.0)
-    for k, lattice in zip(group, kept.lattices, strict=True):
-        lattices[k] = lattice
-
-
-def _as_near_as_allowed(
-    kept: Field,
-    changed: Callable[[float], Field],
-    allows: Callable[[Field], bool],
-    allowed: float,
-    refused: float,
-) -> Field:
-    """Return the changed field nearest to the refused one that is allowed, or else `kept`."""
+    if all(a is b for a, b in zip(before, after, strict=True)) or limits.allow(after):
+        return after
+    low, high = 0.0, 1.0
     for _ in range(_BISECTIONS):
-        middle = (allowed + refused) / 2.0
-        field = changed(middle)
-        if allows(field):
-            kept, allowed = field, middle
-        else:
-            refused = middle
-    return kept
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if limits.allow(mixed(middle)) else (low, middle)
+    return mixed(low)
 
 
 class _Limits:
@@ -226,107 +139,252 @@ class _Limits:
 
     def __init__(self, before: Field) -> None:
         self._before = before
+        self._least_det = min(_LEAST_DET, _LEAST_SHARE * least_det(before))
+        self._was_safe = is_safe(before)
 
-    @cached_property
-    def _least_det(self) -> float:
-        return min(_LEAST_DET, _LEAST_SHARE * least_det(self._before))
-
-    @cached_property
-    def _was_safe(self) -> bool:
-        return is_safe(self._before)
-
-    def allow(self, field: Field) -> bool:
-        """Return whether a changed field squeezes and folds no more than it may."""
-        det = least_det(field, _LEAST_DET)
-        if det < _LEAST_DET and det < self._least_det:
-            return False
-        return is_safe(field, det) or not self._was_safe
+    def allow(self, lattices: Sequence[Lattice]) -> bool:
+        """Return whether changed lattices squeeze and fold no more than they may."""
+        field = dataclasses.replace(self._before, lattices=tuple(lattices))
+        det = least_det(field, self._least_det)
+        return det >= self._least_det and (is_safe(field, det) or not self._was_safe)
 
 
-class _Change:
-    """The change of a face's lattice that rows ask for, as firm or as soft as is wanted."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rows:
+    """What is asked of a change, a row for each place and direction.
 
-    def __init__(self, problem: Problem, faces: _Faces, before: Field, rows: HeldRows) -> None:
-        self._problem, self._before, self._rows = problem, before, rows
-        support, nodes = problem.support, problem.moving_nodes
-        fixed = support.design(still_places(problem, faces.landmarks), nodes).weights
-        # All rows are in reach: `rows_of` has seen to that.
-        asking = support.design(rows.places_px, nodes).weights
-        reaches = support.empty.reaches
-        all_over, corners = faces.inside[reaches(faces.inside)], faces.corners
-        inside = np.vstack([all_over, corners[reaches(corners)]])
-        felt_inside = support.design(inside, nodes).weights
-        cost = _roughness(nodes, support.shape[1]) + _WITHIN * felt_inside.T @ felt_inside
-        smooth = np.linalg.solve(cost, np.vstack([fixed, asking]).T)
-        smooth_fixed, smooth_asking = smooth[:, : len(fixed)], smooth[:, len(fixed) :]
-        outer, mixed = fixed @ smooth_fixed, fixed @ smooth_asking
-        ridge = _LEAST_RIDGE * float(np.trace(outer))
-        felt = np.linalg.solve(outer + ridge * np.eye(len(outer)), mixed)
-        # What each row changes, once landmarks are let feel nothing of it.
-        self._changes = smooth_asking - smooth_fixed @ felt
-        self._gram = (asking @ self._changes) * (rows.across @ rows.across.T)
-        self._gram += _RIGID * rows.rigid @ rows.rigid.T
-        (lattice,) = before.lattices
-        self._wanted = -(lattice.at(rows.places_px) * rows.across).sum(axis=1)
-        outline = problem.target_px[: problem.movers]
-        between = (outline[1:] + outline[:-1]) / 2.0
-        self._places = np.vstack([between, inside])
-        self._moves_px = lattice.at(self._places)
-        within = np.ones(len(inside))
-        apart = away(problem, faces.landmarks, all_over)
-        within[: len(all_over)] = np.clip(apart / _BESIDE, 0.0, 1.0)
-        within = (1.0 - within) * _MOST_BESIDE + within * _MOST_WITHIN
-        shares = np.concatenate([np.full(len(between), _MOST_DRIFT), within])
-        self._most_drift_px = shares * float(np.abs(lattice.at(outline)).max())
-        self._most_px = _MOST_MOVE * _farthest_px(lattice)
+    `places_px` and `across` are of shape (S, 2), `wanted_px` and `weight` of shape (S,): the change
+    along `across`, and how much it counts. `line` says whose shift and turn a row leaves free, by
+    number; -1 for none's.
+    """
 
-    def firmest(self) -> Field:
-        """Return the field with the firmest change that leaves photo and outline in shape."""
-        limits = _Limits(self._before)
+    places_px: Array
+    across: Array
+    wanted_px: Array
+    weight: Array
+    line: npt.NDArray[np.int64]
 
-        def allows(field: Field) -> bool:
-            return self._spares_face(field) and limits.allow(field)
+    @classmethod
+    def of(cls, places: Array, across: Array, wanted: Array, weight: Array | float) -> _Rows:
+        count = len(places)
+        weights = np.broadcast_to(np.asarray(weight, np.float64), (count,))
+        return cls(places, across, wanted, weights, np.full(count, -1))
 
-        changed = self._by(_FIRM)
-        if allows(changed):
-            return changed
-        return _as_near_as_allowed(
-            self._before,
-            lambda softness: self._by(float(np.exp(softness))),
-            allows,
-            float(np.log(_SOFT)),
-            float(np.log(_FIRM)),
+    @classmethod
+    def both_ways(cls, places: Array, wanted: Array, weight: Array | float) -> _Rows:
+        """Return rows for x and for y; `wanted` is of shape (N, 2)."""
+        weights = np.broadcast_to(np.asarray(weight, np.float64), (len(places),))
+        ways = (np.array([(1.0, 0.0)]), np.array([(0.0, 1.0)]))
+        parts = [
+            cls.of(places, np.repeat(way, len(places), axis=0), wanted[:, axis], weights)
+            for axis, way in enumerate(ways)
+        ]
+        return cls.joined(parts)
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Rows]) -> _Rows:
+        return cls(
+            *(
+                np.concatenate([getattr(part, field.name) for part in parts])
+                for field in dataclasses.fields(cls)
+            )
         )
 
-    def _spares_face(self, field: Field) -> bool:
-        (after,) = field.lattices
-        drifts = np.abs(after.at(self._places) - self._moves_px).max(axis=1)
-        return bool((drifts <= self._most_drift_px).all()) and _farthest_px(after) <= self._most_px
-
-    def _by(self, softness: float) -> Field:
-        soft = np.diag(softness * self._rows.away**-_NEARNESS)
-        strength = np.linalg.solve(self._gram + soft, self._wanted)[:, None] * self._rows.across
-        support, (lattice,) = self._problem.support, self._before.lattices
-        phi = np.zeros((support.size, 2))
-        phi[self._problem.moving_nodes] = self._changes @ strength
-        changed = summed(lattice, on_quanta(support.lattice(phi)))
-        return dataclasses.replace(self._before, lattices=(changed,))
-
-
-def _farthest_px(lattice: Lattice) -> float:
-    """Return how far the lattice moves what lies on its control points at most, px."""
-    rows = np.pad(lattice.phi, ((1, 1), (0, 0), (0, 0)))
-    rows = (rows[:-2] + 4.0 * rows[1:-1] + rows[2:]) / 6.0
-    both = np.pad(rows, ((0, 0), (1, 1), (0, 0)))
-    both = (both[:, :-2] + 4.0 * both[:, 1:-1] + both[:, 2:]) / 6.0
-    return float(np.hypot(both[..., 0], both[..., 1]).max())
+    @property
+    def rigid(self) -> Array:
+        """What each line's shift and turn do to the rows, shape (S, two for each line)."""
+        columns = []
+        for line in np.unique(self.line[self.line >= 0]):
+            own = self.line == line
+            places, across = self.places_px[own], self.across[own]
+            along = np.array([across[0, 1], -across[0, 0]])
+            t = (places - places.mean(axis=0)) @ along
+            same_side = across @ across[0]
+            for share in (np.ones_like(t), t / max(1e-12, float(np.abs(t).max()))):
+                column = np.zeros(len(self.line))
+                column[own] = same_side * share
+                columns.append(column)
+        return np.array(columns).reshape(-1, len(self.line)).T
 
 
-def _roughness(nodes: npt.NDArray[np.int64], columns: int) -> Array:
-    """Return the matrix R of ``phi' R phi``: how much neighbouring control points differ.
+def _rows(
+    problem: Problem, face: Face, landmarks: Array, lattice: Lattice, held: Held, near: Array
+) -> _Rows:
+    """Return what lines and neighbours ask of a face's lattice, and what must not feel it."""
+    step, reaches = STILL_STEP * problem.grid.spacing_px, problem.support.empty.reaches
+    parts = list(_line_rows(problem, landmarks, lattice, held))
+    near = near[reaches(near)]
+    apart = _away(problem, landmarks, near)
+    near = _thinned(near[apart > _TOUCHING], step)
+    apart = _away(problem, landmarks, near)
+    weight = _NEIGHBOUR * np.clip((apart - _TOUCHING) / _TOUCHING, 0.0, 1.0) ** 2
+    parts.append(_Rows.both_ways(near, -lattice.at(near), weight))
+    if not any(len(part.weight) for part in parts):
+        return _Rows.joined(parts)
+    still = np.vstack(
+        [landmarks, _thinned(problem.target_px[problem.movers + problem.features :], step)]
+    )
+    still = still[reaches(still)]
+    inside = np.vstack([_face_places(problem), face.eyes, face.mouth])
+    inside = inside[reaches(inside)]
+    parts.append(_Rows.both_ways(still, np.zeros_like(still), _HARD))
+    parts.append(_Rows.both_ways(inside, np.zeros_like(inside), _WITHIN))
+    parts.extend(_edge_rows(problem))
+    return _Rows.joined(parts)
 
-    Those beyond `nodes` are zero.
+
+def _changed(lattice: Lattice, problem: Problem, rows: _Rows) -> Lattice:
+    """Return a lattice with the change that rows ask for."""
+    if not rows.wanted_px.any():
+        return lattice
+    grid, first, shape = _nodes_of(problem)
+    empty = Lattice(grid, first, np.zeros((*shape, 2)))
+    (((bx, by),),) = matrices([empty.window_at(*rows.places_px.T)])
+    waves_x, waves_y = _waves(shape[1]), _waves(shape[0])
+    costs = waves_y[1][:, None] + waves_x[1] + _SCREEN
+    x, y = bx @ waves_x[0], by @ waves_y[0]
+    felt = (y[:, :, None] * x[:, None, :] / np.sqrt(costs)).reshape(len(x), -1)
+    gram = (felt @ felt.T) * (rows.across @ rows.across.T)
+    rigid = rows.rigid
+    gram += _RIGID * rigid @ rigid.T + np.diag(1.0 / np.maximum(rows.weight, 1e-9))
+    strength = np.linalg.solve(gram, rows.wanted_px)[:, None] * rows.across
+    phi = np.stack(
+        [waves_y[0] @ ((y.T @ (one[:, None] * x)) / costs) @ waves_x[0] for one in strength.T], -1
+    )
+    change = Lattice(grid, first, phi)
+    whole = summed(lattice, change)
+    return on_quanta(whole if problem.photo is None else kept_inside(whole, problem.photo))
+
+
+def _waves(count: int) -> tuple[Array, Array]:
+    """Return the eigenvectors of the second difference of `count` values, and its eigenvalues."""
+    turns = np.pi * np.arange(1, count + 1) / (count + 1)
+    waves = np.sqrt(2.0 / (count + 1)) * np.sin(np.outer(turns, np.arange(1, count + 1)))
+    return waves, 2.0 - 2.0 * np.cos(turns)
+
+
+def _nodes_of(problem: Problem) -> tuple[Grid, tuple[int, int], tuple[int, int]]:
+    """Return the control points of a change: the fit's, or fewer on a coarser lattice."""
+    support = problem.support
+    if support.size <= _MOST_NODES:
+        return support.grid, support.first, support.shape
+    spacing, reach = support.grid.spacing_px, np.array(support.empty.reach_px).reshape(2, 2)
+    while np.prod((reach[1] - reach[0]) / spacing) > _MOST_NODES:
+        spacing *= 2.0
+    low, high = (reach - support.grid.origin_px) / spacing
+    first, last = np.ceil(low).astype(int) + 2, np.floor(high).astype(int) - 2
+    columns, rows = np.maximum(last - first + 1, 1).tolist()
+    return Grid(support.grid.origin_px, spacing), (int(first[0]), int(first[1])), (rows, columns)
+
+
+def _edge_rows(problem: Problem) -> Iterator[_Rows]:
+    """Yield rows along the photo's edges, across which nothing moves."""
+    if problem.photo is None:
+        return
+    reach = np.array(problem.support.empty.reach_px).reshape(2, 2)
+    edges = edges_px(problem.photo)
+    for axis, way in enumerate(np.eye(2)):
+        other = 1 - axis
+        low, high = np.clip(reach[:, other], *edges[:, other])
+        for edge in edges[:, axis]:
+            if reach[0, axis] < edge < reach[1, axis] and low < high:
+                along = np.arange(low, high, problem.grid.spacing_px)
+                places = np.empty((len(along), 2))
+                places[:, axis], places[:, other] = edge, along
+                ways = np.repeat(way[None], len(along), axis=0)
+                yield _Rows.of(places, ways, np.zeros(len(along)), _HARD)
+
+
+def _line_rows(problem: Problem, landmarks: Array, lattice: Lattice, held: Held) -> Iterator[_Rows]:
+    """Yield the rows of each line that comes near: samples all along it.
+
+    Beyond the lattice's reach nothing can change: what lies there pins a line's shift and turn.
     """
-    row, column = np.divmod(nodes, columns)
-    apart = np.abs(row[:, None] - row) + np.abs(column[:, None] - column)
-    return np.asarray(4.0 * np.eye(len(nodes)) - (apart == 1))
+    box = np.array(problem.support.empty.reach_px).reshape(2, 2)
+    box = box + np.array([[-1.0], [1.0]]) * _PINNED * problem.grid.spacing_px
+    lines, weights = held.lines, np.ones(len(held.lines)) if held.weights is None else held.weights
+    along = lines[:, 1] - lines[:, 0]
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    low, high = lines.min(axis=1), lines.max(axis=1)
+    kept = ((low < box[1]) & (high > box[0])).all(axis=1) & (lengths > 0.0) & (weights > 0.0)
+    lines, lengths, weights = lines[kept], lengths[kept], weights[kept]
+    if not len(lines):
+        return
+    units = along[kept] / lengths[:, None]
+    aside_px = _ASIDE * problem.grid.spacing_px
+    most_px = _BEHIND * float(np.ptp(problem.target_px[: problem.movers], axis=0).max())
+    wholes = _wholes(lines, units, lengths, aside_px, most_px)
+    spans = [_span_in(*one, box) for one in zip(lines[:, 0], units, lengths, strict=True)]
+    total = sum(max(0.0, end - start) for start, end in spans)
+    step = max(STILL_STEP * problem.grid.spacing_px, total / _MOST_ROWS)
+    for (start, end), line, unit, weight, whole in zip(
+        spans, lines, units, weights, wholes, strict=True
+    ):
+        if end <= start:
+            continue
+        count = int(np.ceil((end - start) / step)) + 1
+        places = line[0] + np.linspace(start, end, count)[:, None] * unit
+        ways = np.tile([-unit[1], unit[0]], (count, 1))
+        apart = (_away(problem, landmarks, places) - _FREE) / (_ALL - _FREE)
+        near = np.clip(apart, 0.0, 1.0) ** 2
+        share = (end - start) / (step * count)  # of the weight of a sample of full length
+        wanted = -(lattice.at(places) * ways).sum(axis=1)
+        rows = _Rows.of(places, ways, wanted, _LINE * weight * share * near)
+        yield dataclasses.replace(rows, line=np.full(count, whole))
+
+
+def _span_in(start: Array, unit: Array, length: float, box: Array) -> tuple[float, float]:
+    """Return from where to where along a line it lies in a box, px; empty where it doesn't."""
+    low, high = 0.0, length
+    for axis in (0, 1):
+        if abs(unit[axis]) > 1e-9:
+            ends = np.sort((box[:, axis] - start[axis]) / unit[axis])
+            low, high = max(low, float(ends[0])), min(high, float(ends[1]))
+    return low, high
+
+
+def _wholes(
+    lines: Array, units: Array, lengths: Array, aside_px: float, most_px: float
+) -> npt.NDArray[np.int64]:
+    """Return the longest line that each is a piece of: a shelf is found between what is on it."""
+    normals = np.stack([-units[:, 1], units[:, 0]], axis=-1)
+    mine = np.einsum("knec,kc->kne", lines - lines[:, None, :1], normals)
+    others = np.einsum("knec,nc->kne", lines[:, None] - lines[:, :1], normals)
+    ahead = np.einsum("knec,kc->kne", lines - lines[:, None, :1], units)
+    gaps = np.maximum(ahead.min(axis=2) - lengths[:, None], -ahead.max(axis=2))
+    longer = lengths[:, None] >= lengths
+    pieces = np.where(longer, np.abs(mine).max(axis=2), np.abs(others).max(axis=2)) <= aside_px
+    pieces &= gaps <= most_px
+    return np.where(pieces, lengths, -1.0).argmax(axis=1)
+
+
+def _away(problem: Problem, landmarks: Array, places: Array) -> Array:
+    """Return how far places are from the nearest landmark, in lattice spacings, shape (N,)."""
+    apart = places[:, None] - landmarks
+    nearest = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf)
+    return np.asarray(nearest / problem.grid.spacing_px)
+
+
+def _face_places(problem: Problem) -> Array:
+    """Return places all over a face, from the chin to the brows, (N, 2), px."""
+    outline = problem.target_px[: problem.movers]
+    first, last = outline[0], outline[-1]
+    up = _ABOVE * np.array([last[1] - first[1], first[0] - last[0]])
+    up = up if (outline.mean(axis=0) - first) @ up < 0.0 else -up
+    hull = cv2.convexHull(np.vstack([outline, last + up, first + up]).astype(np.float32))[:, 0]
+    low, high = hull.min(axis=0).astype(np.float64), hull.max(axis=0).astype(np.float64)
+    step = max(problem.grid.spacing_px, float(np.sqrt(np.prod(high - low) / _MOST_ROWS)))
+    x, y = np.meshgrid(np.arange(low[0], high[0], step), np.arange(low[1], high[1], step))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    within = [cv2.pointPolygonTest(hull, place, measureDist=False) > 0 for place in places.tolist()]
+    return np.asarray(places[np.array(within, bool)])
+
+
+def _thinned(places: Array, step_px: float) -> Array:
+    """Return one place for each small square, of squares so large that few are left."""
+    while len(places):
+        _, first = np.unique(np.floor(places / step_px), axis=0, return_index=True)
+        if len(first) <= _MOST_ROWS:
+            return np.asarray(places[np.sort(first)])
+        step_px *= 2.0
+    return places

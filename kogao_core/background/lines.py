@@ -8,6 +8,7 @@ from typing import Any, Final, Literal
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.background.people import PersonMask
 from kogao_core.base.geometry import Affine, Array, Image
@@ -81,12 +82,43 @@ def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
     >>> len(straight_lines(photo)) > 0
     True
     """
-    small, halved = Pyramid.of(photo).at_most(_DETECTOR_PX)
+    sharp = _lines(photo, people, _SHARP)
+    rough = _lines(photo, people, _ROUGH)
+    return np.concatenate([sharp, rough[~_covered(rough, sharp, _SAME * max(photo.shape[:2]))]])
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """How a photo is looked at for lines: size and blur, thresholds of edges, a line's width."""
+
+    longest_px: int
+    blur_px: float
+    weak: float
+    strong: float
+    width_px: float
+
+
+# What OpenCV's detector asks for by itself; and what sees mortar, fences and blinds as lines, and
+# edges of little contrast.
+_SHARP: Final = _Look(_DETECTOR_PX, 0.0, 50.0, 50.0, 1.414)
+_ROUGH: Final = _Look(_DETECTOR_PX // 2, 1.5, 15.0, 30.0, 2.0)
+_SAME: Final = 0.008  # of the longer side: so near to another a line is the same one
+_PARALLEL: Final = 0.985  # cosine of 10 degrees
+_COVERED: Final = 0.9  # of a rough line, then it isn't needed
+
+
+def _lines(photo: Image, people: PersonMask | None, look: _Look) -> Array:
+    """Return the lines that one look finds, (N, 2, 2), px of the photo."""
+    small, halved = Pyramid.of(photo).at_most(look.longest_px)
     if min(small.shape[:2]) < _LEAST_PX:
         return np.zeros((0, 2, 2))
     shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))
-    detector = cv2.ximgproc.createFastLineDetector(length_threshold=shortest, do_merge=True)
+    detector = cv2.ximgproc.createFastLineDetector(
+        shortest, look.width_px, look.weak, look.strong, do_merge=True
+    )
     grey, to_small = cv2.transform(small, _MEAN), Affine.resize(0.5**halved, 0.5**halved)
+    if look.blur_px:
+        grey = cv2.GaussianBlur(grey, (0, 0), look.blur_px)
     if people is not None:
         free = people.mapped(to_small).free(*grey.shape[::-1])
         # The edge of what is painted over lies beyond a look's, where no line counts.
@@ -94,6 +126,26 @@ def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
         grey = cv2.copyTo(grey, shown, np.full_like(grey, _PLAIN))
     found: Any = detector.detect(grey)  # None when there is no line
     return np.zeros((0, 2, 2)) if found is None else to_small.inverse(found.reshape(-1, 2, 2))
+
+
+def _covered(lines: Array, others: Array, reach_px: float) -> npt.NDArray[np.bool_]:
+    """Return which of some lines lie on others, nearly all along."""
+    if not len(lines) or not len(others):
+        return np.zeros(len(lines), bool)
+    t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+    along = others[:, 1] - others[:, 0]
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    units = along / np.maximum(lengths, 1e-12)[:, None]
+    found = np.zeros(len(lines), bool)
+    for number, (start, end) in enumerate(lines):
+        way = (end - start) / max(1e-12, float(np.hypot(*(end - start))))
+        offsets = (start + t * (end - start))[:, None] - others[:, 0]
+        ahead = (offsets * units).sum(axis=2)
+        aside = np.abs(offsets[..., 0] * units[:, 1] - offsets[..., 1] * units[:, 0])
+        on = (ahead > -reach_px) & (ahead < lengths + reach_px) & (aside < reach_px)
+        on &= np.abs(units @ way) > _PARALLEL
+        found[number] = on.any(axis=1).mean() >= _COVERED
+    return found
 
 
 def shortest_px(photo: Image) -> float:

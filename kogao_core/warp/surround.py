@@ -36,18 +36,19 @@ from kogao_core.warp.protection import Protection
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """How far outside the face all goes along (`keep`) and nothing any more (`out`), in rho.
+    """How far outside the face all goes along (`keep`), in rho, and how softly that ends (`fade`).
 
-    At the sides, straight up, and straight down; `top` is the share that the top of the forehead
-    goes of what the outline's ends go.
+    At the sides, straight up, and straight down. A fade is multiplied by the softness that the
+    warp distance needs. `top` is the share that the top of the forehead goes of what the outline's
+    ends go.
     """
 
     keep: float
-    out: float
+    fade: float
     keep_up: float
-    out_up: float
+    fade_up: float
     keep_down: float
-    out_down: float
+    fade_down: float
     top: float
 
     def mixed(self, other: Reach, share: float) -> Reach:
@@ -57,8 +58,11 @@ class Reach:
 
 
 # Chosen by looking at faces at 4 to 10 %, and by tests/benchmarks/head.py.
-NATURAL: Final = Reach(1.2, 1.95, 1.08, 1.65, 1.05, 1.65, top=0.5)
-WHOLE: Final = Reach(1.6, 2.7, 1.5, 2.4, 1.05, 2.2, top=1.0)
+NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
+WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
+# In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
+# things move. So a small warp reaches no farther than it must, and a large one is no steeper.
+_FADE: Final = (0.35, 4.0)
 NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it grows to `WHOLE`
 # Without anything outside, what the features need fades out so far beside the face.
 _SHORT: Final = 0.35
@@ -115,7 +119,9 @@ class Surround:
     def corners_px(self) -> Array:
         """Corners of a box, as far as it lies in the photo, outside which all is 0; (2, 2)."""
         reach = self._reach
-        far = max(reach.out, reach.out_up, reach.out_down) * float(self._rim.radii_px.max())
+        fade = max(reach.fade, reach.fade_up, reach.fade_down) * self._softness
+        keep = max(reach.keep, reach.keep_up, reach.keep_down)
+        far = (keep + fade) * float(self._rim.radii_px.max())
         center = self.pairs.center_px
         return np.asarray(np.clip([center - far, center + far], *edges_px(self.photo)))
 
@@ -162,6 +168,13 @@ class Surround:
         return NATURAL.mixed(WHOLE, beyond / (100.0 / NATURAL_PERCENT - 1.0))
 
     @cached_property
+    def _softness(self) -> float:
+        """Width of a fade in mean radii of the face."""
+        rim = self._rim
+        moved = np.hypot(*rim.moves_px.T).max() / float(rim.radii_px.mean())
+        return float(_FADE[0] + _FADE[1] * moved)
+
+    @cached_property
     def _rim(self) -> _Rim:
         return _Rim.of(self.face, self.pairs, self._reach.top)
 
@@ -171,9 +184,10 @@ class Surround:
         up, down = _rise(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
         keep = reach.keep + (reach.keep_up - reach.keep) * up
         keep = keep + (reach.keep_down - reach.keep) * down
-        out = reach.out + (reach.out_up - reach.out) * up + (reach.out_down - reach.out) * down
+        fade = reach.fade + (reach.fade_up - reach.fade) * up
+        fade = (fade + (reach.fade_down - reach.fade) * down) * self._softness
         amount = min(1.0, 100.0 * self.follows / NATURAL_PERCENT)
-        outside = amount * (1.0 - ramp((rho - keep) / (out - keep)))
+        outside = amount * (1.0 - ramp((rho - keep) / fade))
         inner = _rise((rho - _INNER) / (1.0 - _INNER))
         if self.keeps_features:
             outside = outside + (1.0 - amount) * (1.0 - ramp((rho - 1.0) / _SHORT))
