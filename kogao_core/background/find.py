@@ -34,7 +34,10 @@ from kogao_core.projects.sidecar import Applied
 _APART: Final = 0.03
 _CUTS: Final = 256  # steps along a line at which it can be cut
 _HALF: Final = 0.5
-_WHOLE: Final = 0.5  # so much longer than the shortest a line counts in full
+# Lines come and go with noise, the shorter the more: from the shortest to so many lengths more they
+# count from nothing to all, the weight of a row being felt over several powers of ten.
+_LONGER: Final = 4.0
+_SLOWLY: Final = 4
 _HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
 # Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
 # shortest line that counts.
@@ -78,7 +81,7 @@ class Background:
         free = [self.is_loose(line, loose) for line in self.lines]
         lines = self.lines[~np.array(free, bool)]
         lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
-        weights = ramp((lengths / self.shortest_px - 1.0) / _WHOLE)
+        weights = ramp((lengths / self.shortest_px - 1.0) / _LONGER) ** _SLOWLY
         return Held(lines, self.neighbours, weights)
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:

@@ -31,7 +31,7 @@ from kogao_core.warp.one_to_one import least_det
 
 # In lattice spacings: so near to a landmark a line's ends are free, and so far from it all counts.
 _FREE: Final = 0.5
-_ALL: Final = 3.0
+_ALL: Final = 1.5
 # A neighbour nearer to a landmark than this touches the face, and moves with it.
 _TOUCHING: Final = 1.0
 # Lines whose ends lie so near to a longer one, in lattice spacings, are pieces of it.
@@ -41,17 +41,16 @@ _ASIDE: Final = 0.15
 _BEHIND: Final = 0.5
 # The face goes on above the ends of its outline, by this share of their distance: brows, glasses.
 _ABOVE: Final = 0.25
-_LINE: Final = 300.0  # weight of a line's row, 1 being that of a control point's
-_NEIGHBOUR: Final = 300.0
+_LINE: Final = 3e4  # weight of a line's row, 1 being that of a control point's
+_NEIGHBOUR: Final = 3e4
 _WITHIN: Final = 30.0  # of a place within the face, which is to go where it went
 _HARD: Final = 1e8  # of a landmark, a protected place, and the photo's edge
 _RIGID: Final = 3.0  # of a line's shift and turn as a whole: that soft, it costs nothing
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change dies out over four spacings
 _PINNED: Final = 4.0  # a line is followed so far beyond the lattice's reach, in spacings
 _MOST_NODES: Final = 4000  # of a change; of more it takes a lattice twice as coarse
-_MOST_ROWS: Final = (
-    300  # for lines, and for each other purpose; of more, samples stand farther apart
-)
+# For lines, and for each other purpose; of more, samples stand farther apart.
+_MOST_ROWS: Final = 500
 # A change leaves det J at least so large, and at least this share of what it was without.
 _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
@@ -105,8 +104,8 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
             if field.lattices[k].phi.any():
                 rows = _rows(problems[k], faces[k], landmarks, field.lattices[k], held, near)
-                after = _changed(field.lattices[k], problems[k], rows)
-                lattices[k] = _allowed(field, [k], [after])[0]
+                alone = _changed(field.lattices[k], problems[k], rows)
+                lattices[k] = _allowed(field, [k], [alone])[0]
                 changed.append(k)
         if len(changed) > 1:
             after = [lattices[k] for k in changed]
@@ -355,7 +354,7 @@ def _wholes(
     longer = lengths[:, None] >= lengths
     pieces = np.where(longer, np.abs(mine).max(axis=2), np.abs(others).max(axis=2)) <= aside_px
     pieces &= gaps <= most_px
-    return np.where(pieces, lengths, -1.0).argmax(axis=1)
+    return np.asarray(np.where(pieces, lengths, -1.0).argmax(axis=1))
 
 
 def _away(problem: Problem, landmarks: Array, places: Array) -> Array:

@@ -62,7 +62,7 @@ NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
 WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
 # In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
 # things move. So a small warp reaches no farther than it must, and a large one is no steeper.
-_FADE: Final = (0.35, 4.0)
+_FADE: Final = (0.2, 4.0)
 NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it grows to `WHOLE`
 # Without anything outside, what the features need fades out so far beside the face.
 _SHORT: Final = 0.35
