@@ -110,7 +110,7 @@ class ViewState:
     brush : Brush
         The tool in hand.
     following : Following
-        What goes along with a dragged landmark.
+        What goes along with a dragged landmark or target.
     other_mode : bool
         Whether the state is that of the mode that isn't at work.
     cursor : array of shape (2,), optional

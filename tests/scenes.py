@@ -17,6 +17,9 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import fit
 
+# The face alone moves, as in the paper, by the retoucher's fit.
+ALONE = Recipe(head_follows=0.0, keep_features=False)
+
 
 def oval_face(
     width: int = 480,

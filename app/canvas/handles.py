@@ -22,6 +22,8 @@ from ..view_state import Following
 
 Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"})
+# Of these there is one for each place of the outline, whose neighbours may follow.
+ON_OUTLINE: Final[frozenset[Kind]] = frozenset({"outline", "target"})
 _ALONE: Final = Following()
 _LEAST_TURN_PX: Final = 1e-3
 # The hairline lies about as far above the eyes as the mouth lies below them.
@@ -71,7 +73,7 @@ def handles(
 
 
 def _numbered(state: State, kind: Kind, face: int) -> Iterator[tuple[Handle, Array]]:
-    for index, position in enumerate(_POINTS[kind](state, face)):
+    for index, position in enumerate(points(state, kind, face)):
         yield Handle(kind, face, index), position
 
 
@@ -87,13 +89,17 @@ def exists(state: State, handle: Handle) -> bool:
     """Return whether a face, and a point of its outline, is still there."""
     if handle.face >= len(state.faces):
         return False
-    on_outline = handle.kind in ("outline", "target")
-    return not on_outline or handle.index < len(state.faces[handle.face].outline)
+    return handle.kind not in ON_OUTLINE or handle.index < len(state.faces[handle.face].outline)
 
 
 def position(state: State, handle: Handle) -> Array:
     """Return where a handle lies, px of the photo."""
-    return np.asarray(_POINTS[handle.kind](state, handle.face)[handle.index])
+    return np.asarray(points(state, handle.kind, handle.face)[handle.index])
+
+
+def points(state: State, kind: Kind, face: int) -> Array:
+    """Return where the points of a kind lie on a face, px of the photo, shape (N, 2)."""
+    return _POINTS[kind](state, face)
 
 
 def moved(
@@ -105,19 +111,22 @@ def moved(
 ) -> State:
     """Return the state with a handle dragged from `start`, where it lay in `state`, to `to`, px.
 
-    Only on the outline does anything follow; targets set by hand stay where they are.
+    Landmarks of the outline take their neighbours along, targets theirs; nothing else does.
     """
     face = state.faces[handle.face]
+    far, symmetric = reach_px(face, following), following.symmetric
     match handle.kind:
         case "outline":
-            far, symmetric = reach_px(face, following), following.symmetric
             face = reshape.moved(face, handle.index, to, far, symmetric=symmetric)
         case "eye":
             face = face.with_eye_point(handle.index, to)
         case "mouth":
             face = face.with_mouth_point(handle.index, to)
         case "target":
-            face = face.with_target(handle.index, to)
+            targets = state.pairs[handle.face].target_px
+            face = reshape.with_target_moved(
+                face, targets, handle.index, to, far, symmetric=symmetric
+            )
         case "corner":
             face = face.mapped(_turn(corners(face).mean(axis=0), start, to))
         case "body":

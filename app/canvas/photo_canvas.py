@@ -23,7 +23,7 @@ from kogao_core.background.lines import BentLine
 
 from ..i18n import tr
 from ..view_state import ViewState
-from .handles import Handle, apart, corners, face_at, handles
+from .handles import ON_OUTLINE, Handle, apart, corners, face_at, handles
 from .overlays import glyphs
 from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds
@@ -325,9 +325,9 @@ class PhotoCanvas(Viewport):
             self.stroke_ended.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom; while a landmark is in hand that others follow, change how far they do."""
+        """Zoom; while a point is in hand that others follow, change how far they do."""
         follows = self.shown.following.soft
-        if follows and self._held is not None and self._held.kind == "outline":
+        if follows and self._held is not None and self._held.kind in ON_OUTLINE:
             self.widened.emit(notches(event))
             event.accept()
         else:

@@ -141,7 +141,7 @@ class Points(Feature):
             self.release()
 
     def follow_anew(self) -> None:
-        """Show what follows the landmark in hand, or would follow, once that is something else."""
+        """Show what follows the point in hand, or would follow, once that is something else."""
         if self._held is not None and self._to is not None:
             self._move_held()
         self.restyled.emit()
@@ -285,7 +285,7 @@ class SoftSelection(Feature):
             "soft",
             tr("Nei&ghbours follow"),
             "Q",
-            tr("Neighbours on the outline follow a landmark; turn the wheel while dragging"),
+            tr("Neighbours follow a landmark or a target; turn the wheel while dragging"),
             toggled=lambda on: self._take(soft=on),
             checked=self.view.following.soft,
         )
@@ -293,7 +293,7 @@ class SoftSelection(Feature):
             "symmetric",
             tr("&Both sides"),
             "Shift+Q",
-            tr("The landmark across the face makes the mirrored move"),
+            tr("The landmark or target across the face makes the mirrored move"),
             toggled=lambda on: self._take(symmetric=on),
             checked=self.view.following.symmetric,
         )

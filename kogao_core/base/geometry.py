@@ -69,6 +69,21 @@ def ramp(share: Array) -> Array:
     """Return a step from 0 at 0 and below to 1 at 1 and above, straight but for round ends.
 
     Its steepest slope is 1.43; that of a smoothstep is 1.5, of a quintic one 1.88.
+
+    Parameters
+    ----------
+    share : array
+
+    Returns
+    -------
+    array of the same shape
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from kogao_core.base.geometry import ramp
+    >>> ramp(np.array([-1.0, 0.0, 0.5, 1.0, 2.0])).round(6).tolist()
+    [0.0, 0.0, 0.5, 1.0, 1.0]
     """
     t = np.clip(share, 0.0, 1.0)
     slope = 1.0 / (1.0 - _ROUND)

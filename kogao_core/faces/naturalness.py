@@ -2,6 +2,8 @@
 
 25 faces, each at 5 warp distances towards 4 centres, were shown to 32 students, who answered
 "natural" or "unnatural". The paper concludes that the warp distance should stay below 6 % of D.
+The faces alone had moved, by the paper's local field: of warps where what surrounds them goes
+along, or eyes and mouth keep their shape, the table says nothing.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from kogao_core.faces.targets import Pairs
+from kogao_core.recipe.recipe import Recipe
 
 DISTANCES: Final = (2.0, 4.0, 6.0, 8.0, 10.0)  # % of D
 SUBJECTS: Final = 25
@@ -41,20 +44,29 @@ class Naturalness:
         published distances, the nearest published value beyond them.
     published : bool
         False outside the distances and centres that were asked about.
+    face_alone : bool
+        Whether the face alone moves, as those that were asked about did; if not, `unnatural` is of
+        another warp of the same distance.
     """
 
     percent: float
     unnatural: float
     published: bool
+    face_alone: bool = True
 
     @property
-    def warns(self) -> bool:
-        """True beyond the paper's limit of 6 %."""
+    def beyond_limit(self) -> bool:
+        """Whether the distance is beyond the paper's limit of 6 %."""
         # A distance measured from points may miss a round number by rounding.
         return self.percent > LARGEST_NATURAL + 1e-6
 
+    @property
+    def warns(self) -> bool:
+        """True beyond the limit, which was found for faces that move alone."""
+        return self.face_alone and self.beyond_limit
 
-def judge(percent: float, center: int) -> Naturalness:
+
+def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalness:
     """Look a warp distance in % of D up in Table 1.
 
     A centre candidate that nobody was asked about is judged by the worst row.
@@ -65,6 +77,8 @@ def judge(percent: float, center: int) -> Naturalness:
         Warp distance, % of D.
     center : int
         Centre candidate, from 1.
+    face_alone : bool
+        See `Naturalness`.
 
     Returns
     -------
@@ -80,7 +94,8 @@ def judge(percent: float, center: int) -> Naturalness:
     asked = center <= len(UNNATURAL)
     rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
     unnatural = max(float(np.interp(percent, DISTANCES, row)) for row in rows)
-    return Naturalness(percent, unnatural, asked and DISTANCES[0] <= percent <= DISTANCES[-1])
+    published = asked and DISTANCES[0] <= percent <= DISTANCES[-1]
+    return Naturalness(percent, unnatural, published, face_alone)
 
 
 def percent_of(pairs: Pairs) -> float:
@@ -110,13 +125,13 @@ def percent_of(pairs: Pairs) -> float:
     return 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
 
 
-def worst(faces: Sequence[tuple[Pairs, int]]) -> Naturalness | None:
+def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:
     """Judge the face with the largest warp distance by table 1; None without faces.
 
     Parameters
     ----------
-    faces : sequence of (Pairs, int)
-        Landmarks with their targets, and the centre candidate, of each face.
+    faces : sequence of (Pairs, Recipe)
+        Landmarks with their targets, and the choices, of each face.
 
     Returns
     -------
@@ -125,13 +140,17 @@ def worst(faces: Sequence[tuple[Pairs, int]]) -> Naturalness | None:
 
     Examples
     --------
+    >>> import dataclasses
     >>> import kogao_core as kogao
     >>> from kogao_core.faces.naturalness import worst
     >>> from kogao_core.faces.targets import aim
     >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = [(aim(face, kogao.Recipe(percent=percent)), 2) for percent in (4, 8)]
-    >>> worst(pairs).warns
+    >>> recipes = [dataclasses.replace(kogao.PAPER, percent=percent) for percent in (4, 8)]
+    >>> worst([(aim(face, recipe), recipe) for recipe in recipes]).warns
     True
     """
-    judged = [judge(percent_of(pairs), center) for pairs, center in faces]
+    judged = [
+        judge(percent_of(pairs), recipe.center, face_alone=recipe.face_alone)
+        for pairs, recipe in faces
+    ]
     return max(judged, key=lambda one: one.percent, default=None)

@@ -1,4 +1,4 @@
-"""Moves the outline of a face by hand: neighbours follow a landmark, and so may the other side."""
+"""Moves landmarks and targets by hand: neighbours follow, and so may the other side."""
 
 from __future__ import annotations
 
@@ -106,19 +106,60 @@ def moved(
         Sure of that landmark; the lattice anchor stays.
     """
     changed = face.with_outline_point(index, to)
-    mirror = opposite(face, index) if symmetric else None
-    if reach_px <= 0.0 and mirror is None:
-        return changed
-    by = np.asarray(to, np.float64) - face.outline[index]
-    here = influence(face.outline, index, reach_px)
-    if mirror is None:
-        move = here[:, None] * by
-    else:
-        there = influence(face.outline, mirror, reach_px)
-        move = _blended(here, by, there, reflection(face).matrix @ by)
-    outline = face.outline + move
+    moves = _moves(
+        face, index, np.asarray(to, np.float64) - face.outline[index], reach_px, symmetric
+    )
+    outline = face.outline + moves
     outline[index] = changed.outline[index]
     return dataclasses.replace(changed, outline=outline)
+
+
+def with_target_moved(
+    face: Face,
+    target_px: Array,
+    index: int,
+    to: npt.ArrayLike,
+    reach_px: float = 0.0,
+    *,
+    symmetric: bool = False,
+) -> Face:
+    """Return the face with a target moved by hand, and those that follow it as landmarks would.
+
+    Parameters
+    ----------
+    face : Face
+        Its landmarks stay.
+    target_px : array of shape (N, 2)
+        Where each landmark goes now (`targets.Pairs.target_px`), px of the photo.
+    index : int
+        Of the landmark whose target is moved.
+    to : array of shape (2,)
+        Where that lies now, px of the photo.
+    reach_px, symmetric : float, bool
+        As for `moved`.
+
+    Returns
+    -------
+    Face
+        Targets that moved are set by hand; the others are as they were.
+    """
+    moves = _moves(face, index, np.asarray(to, np.float64) - target_px[index], reach_px, symmetric)
+    changed = face.with_target(index, to)
+    assert changed.targets is not None
+    followed = moves.any(axis=1)
+    followed[index] = False
+    targets = np.where(followed[:, None], target_px + moves, changed.targets)
+    return dataclasses.replace(changed, targets=targets)
+
+
+def _moves(face: Face, index: int, by: Array, reach_px: float, symmetric: bool) -> Array:
+    """Return how far each point of the outline goes when one is moved `by`, shape (N, 2), px."""
+    here = influence(face.outline, index, reach_px)
+    mirror = opposite(face, index) if symmetric else None
+    if mirror is None:
+        return np.asarray(here[:, None] * by)
+    there = influence(face.outline, mirror, reach_px)
+    return _blended(here, by, there, reflection(face).matrix @ by)
 
 
 def _blended(here: Array, by: Array, there: Array, mirrored_by: Array) -> Array:

@@ -123,7 +123,7 @@ class Recipe:
 
     @property
     def amount(self) -> Text:
-        """How far faces come towards which centre, whether heads follow, and zones of their own.
+        """How far faces come towards which centre, what goes along, and zones of their own.
 
         Examples
         --------
@@ -134,15 +134,22 @@ class Recipe:
         said = [
             Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
         ]
-        if self.head_follows != _DEFAULTS["head_follows"]:
+        if self.face_alone:
+            said.append(Text("the face alone"))
+        elif self.head_follows != _DEFAULTS["head_follows"]:
             said.append(Text("head follows {value:g} %", value=self.head_follows))
-        if not self.keep_features:
+        if not self.keep_features and self.head_follows:
             said.append(Text("features not kept"))
         for name, zone in ZONES.items() if self.zones else ():
             value = getattr(self, name)
             if value != _DEFAULTS[name]:
                 said.append(Text("{zone} {value:g} %", zone=zone, value=value))
         return Text.joined(", ", said)
+
+    @property
+    def face_alone(self) -> bool:
+        """Whether the face alone moves, as in the paper and its survey."""
+        return self.head_follows == 0.0 and not self.keep_features
 
     def of_face(self, own: Recipe | None) -> Recipe:
         """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).

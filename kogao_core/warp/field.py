@@ -40,7 +40,8 @@ class Field:
     >>> import kogao_core as kogao
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
+    >>> alone = kogao.Recipe(percent=6, head_follows=0, keep_features=False)
+    >>> field = kogao.render(photo, [face], alone).field
     >>> field.at(face.outline[[0, 10]]).round(1)
     array([[-5. , -4.1],
            [ 0. ,  4.7]])

@@ -274,14 +274,26 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
     """
     if not any(problem.displacement_px.any() or problem.surround for problem in problems):
         return tuple(problem.support.empty for problem in problems)
-    total = [problem.surround for problem in problems]
-    for _ in range(1 if all(problem.photo is None for problem in problems) else _ROUNDS):
-        fitted = _fitted([_left_by(total, problem) for problem in problems], recipes)
-        total = [
-            _within(problem, lattice if done is None else summed(lattice, done))
-            for problem, lattice, done in zip(problems, fitted, total, strict=True)
+    total: list[Lattice | None] = [problem.surround for problem in problems]
+    left = [_left_by(total, problem) for problem in problems]
+    for _ in range(_ROUNDS):
+        whole = [
+            lattice if done is None else summed(lattice, done)
+            for lattice, done in zip(_fitted(left, recipes), total, strict=True)
         ]
+        total = [_within(*both) for both in zip(problems, whole, strict=True)]
+        if all(kept is lattice for kept, lattice in zip(total, whole, strict=True)):
+            break
+        # What the edges took is asked for again, not what an approximation leaves.
+        left = [_left_by(total, _asking(problem, whole)) for problem in problems]
     return tuple(on_quanta(lattice) for lattice in total if lattice is not None)
+
+
+def _asking(problem: Problem, lattices: Sequence[Lattice]) -> Problem:
+    """Return a problem that asks for what lattices make of it."""
+    nothing = dataclasses.replace(problem, displacement_px=np.zeros_like(problem.displacement_px))
+    made = -_left_by(lattices, nothing).displacement_px
+    return dataclasses.replace(problem, displacement_px=made, effort=problem.asked_effort)
 
 
 def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Lattice]:
@@ -311,17 +323,16 @@ def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
 
 
 def summed(lattice: Lattice, other: Lattice) -> Lattice:
-    """Return the sum of a lattice and another of the same grid or of one halved since.
+    """Return the sum of two lattices on grids that are the same but for halvings.
 
     Parameters
     ----------
     lattice, other : Lattice
-        The first is the finer one.
 
     Returns
     -------
     Lattice
-        On the grid of the first.
+        On the finer grid of the two.
 
     Examples
     --------
@@ -335,6 +346,8 @@ def summed(lattice: Lattice, other: Lattice) -> Lattice:
     """
     while other.grid.spacing_px > lattice.grid.spacing_px:
         other = other.refined()
+    while lattice.grid.spacing_px > other.grid.spacing_px:
+        lattice = lattice.refined()
     return lattice.plus(other)
 
 

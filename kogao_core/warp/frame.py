@@ -44,28 +44,30 @@ def kept_inside(lattice: Lattice, photo: Box) -> Lattice:
     A row of control points across an edge is orthogonal to the basis there, eq. (1): the spline is
     0 all along the edge, and what is one-to-one then maps the photo onto itself.
     """
-    phi = lattice.phi
     for edge in edges_px(photo):
         for axis in (0, 1):
-            phi = _orthogonal(phi, lattice, float(edge[axis]), axis)
-    return lattice if phi is lattice.phi else Lattice(lattice.grid, lattice.first, phi)
+            lattice = _orthogonal(lattice, float(edge[axis]), axis)
+    return lattice
 
 
-def _orthogonal(phi: Array, lattice: Lattice, edge_px: float, axis: int) -> Array:
+def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     cell, part = lattice.grid.locate(np.array([edge_px]), axis)
-    start = int(cell[0]) - 1 - lattice.first[axis]
-    along = np.moveaxis(
-        phi[..., axis], 1 - axis, 0
-    )  # the control points across the edge come first
-    within = slice(max(0, start), max(0, min(len(along), start + ORDER)))
-    weights = basis(part)[0][within.start - start : within.stop - start]
-    if not len(weights) or not along[within].any():
-        return phi
-    phi = phi.copy()
+    start, first, shape = int(cell[0]) - 1, [*lattice.first], [*lattice.shape[::-1]]
+    if not first[axis] - ORDER < start < first[axis] + shape[axis]:
+        return lattice
+    # All control points that reach the edge take part, those that nothing has moved, too.
+    end = max(first[axis] + shape[axis], start + ORDER)
+    first[axis] = min(first[axis], start)
+    shape[axis] = end - first[axis]
+    phi = lattice.window((first[0], first[1]), (shape[1], shape[0]))
     along = np.moveaxis(phi[..., axis], 1 - axis, 0)
+    within = slice(start - first[axis], start - first[axis] + ORDER)
+    if not along[within].any():
+        return lattice
+    weights = basis(part)[0]
     across = np.tensordot(weights, along[within], 1)
     along[within] -= weights[:, None] * across / float(weights @ weights)
-    return phi
+    return Lattice(lattice.grid, (first[0], first[1]), phi)
 
 
 def read_outside_px(field: Field, photo: Box, step_px: float = 1.0) -> float:

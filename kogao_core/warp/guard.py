@@ -50,13 +50,14 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
 
     Examples
     --------
+    >>> import dataclasses
     >>> import numpy as np
     >>> import kogao_core as kogao
     >>> from kogao_core.warp.guard import hold_back
     >>> from kogao_core.warp.one_to_one import check_one_to_one
     >>> face = kogao.template_face((240, 180), 200)
     >>> photo = np.zeros((360, 480), np.uint8)
-    >>> rough = kogao.Recipe(percent=15, lattice=0.25, guard=False)
+    >>> rough = dataclasses.replace(kogao.PAPER, percent=15, lattice=0.25, fit="exact")
     >>> rendering = kogao.render(photo, [face], rough)
     >>> rendering.one_to_one.folds
     True

@@ -1,4 +1,4 @@
-"""Hands on the outline: neighbours that follow, both sides at once, a landmark called by click."""
+"""Points in hand: neighbours that follow, both sides at once, a landmark called by a click."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from shortly import few_of
 from kogao_core.faces.reshape import influence, moved
 
 CHEEK = Handle("outline", 0, 5)
+CHEEKS_TARGET = Handle("target", 0, 5)
 KEYS = Qt.Key
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 BY = QPoint(-24, 6)
@@ -139,6 +140,94 @@ def test_targets_set_by_hand_and_points_inside_the_face_stay(opened):
     assert (after.outline[6] != before.outline[6]).any()
     np.testing.assert_array_equal(after.targets[6], before.targets[6])
     np.testing.assert_array_equal(after.eyes, before.eyes)
+
+
+def targets(driver):
+    return driver.state.pairs[0].target_px
+
+
+def take_targets(driver):
+    """Show targets and no landmarks, so that the mouse finds the former."""
+    driver.key(KEYS.Key_L)
+
+
+def test_a_target_dragged_by_the_mouse_takes_its_neighbours_along_in_one_step(opened):
+    take_targets(opened)
+    before, face = targets(opened), opened.state.faces[0]
+    opened.key(KEYS.Key_Q)
+    at = opened.on_screen(CHEEKS_TARGET)
+    opened.press(at)
+    opened.move(at + BY)
+    narrow = targets(opened)
+    opened.turn_wheel(opened.canvas.viewport(), 4, at + BY)
+    assert np.abs(targets(opened)[10] - narrow[10]).max() > 1.0, "the wheel says how far"
+    opened.turn_wheel(opened.canvas.viewport(), -4, at + BY)
+    opened.release(at + BY)
+    opened.settle()
+    by = targets(opened)[5] - before[5]
+    assert by[0] < -15.0
+    reach_px = opened.editor.view.following.reach * face.anchor.spacing_px
+    followed = influence(face.outline, 5, reach_px)
+    assert np.count_nonzero(followed) > 5
+    np.testing.assert_allclose(targets(opened) - before, followed[:, None] * by, atol=1e-6)
+    by_hand = np.isfinite(opened.state.faces[0].targets).all(axis=1)
+    np.testing.assert_array_equal(by_hand, followed > 0.0)
+    np.testing.assert_array_equal(outline(opened), face.outline)
+    assert steps(opened) == 1
+    assert opened.editor.document.undo.undoText().startswith("target 6, left cheek")
+    opened.key(KEYS.Key_Z, CONTROL)
+    np.testing.assert_array_equal(targets(opened), before)
+    assert opened.state.faces[0].targets is None
+
+
+def test_a_target_moves_alone_while_nothing_follows(opened):
+    take_targets(opened)
+    before = targets(opened)
+    opened.drag(opened.on_screen(CHEEKS_TARGET), BY)
+    moved_alone = (targets(opened) != before).any(axis=1)
+    assert np.flatnonzero(moved_alone).tolist() == [5]
+
+
+def test_targets_of_both_sides_move_at_once_by_mouse_and_by_arrow_key(opened):
+    take_targets(opened)
+    before = targets(opened)
+    opened.key(KEYS.Key_Q, SHIFT)
+    opened.drag(opened.on_screen(CHEEKS_TARGET), BY)
+    by = targets(opened) - before
+    np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-6)
+    assert np.flatnonzero((np.abs(by) > 1e-6).any(axis=1)).tolist() == [5, 15]
+    before = targets(opened)
+    QTest.keyClick(opened.canvas, KEYS.Key_Left, SHIFT)
+    by = targets(opened) - before
+    np.testing.assert_allclose(by[[5, 15]], [(-10.0, 0.0), (10.0, 0.0)], atol=1e-6)
+
+
+def test_escape_takes_targets_back_with_those_that_follow(opened):
+    take_targets(opened)
+    before = opened.state
+    opened.key(KEYS.Key_Q)
+    at = opened.on_screen(CHEEKS_TARGET)
+    opened.press(at)
+    opened.move(at + BY)
+    assert opened.state is not before
+    opened.key(KEYS.Key_Escape)
+    opened.release(at + BY)
+    assert opened.state is before
+
+
+def test_which_targets_would_follow_is_drawn_before_and_during_a_drag(opened):
+    take_targets(opened)
+    at = opened.on_screen(CHEEKS_TARGET)
+    opened.move(at)
+    assert not band(opened)
+    opened.key(KEYS.Key_Q)
+    assert band(opened)
+    opened.press(at)
+    opened.move(at + BY)
+    assert band(opened)
+    opened.release(at + BY)
+    opened.key(KEYS.Key_T)
+    assert not band(opened), "with targets hidden"
 
 
 def test_a_click_with_control_calls_the_nearest_landmark(opened):

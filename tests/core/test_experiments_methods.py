@@ -69,7 +69,7 @@ def test_points_rows_and_pixels_agree(method):
 @pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_our_methods_are_the_pipelines(fit):
     (method,) = [one for one in METHODS if one.name == fit]
-    recipe = Recipe(fit=fit, interpolation="bilinear", guard=False)
+    recipe = replace(PAPER, fit=fit)
     rendered = render(PHOTO, [FACE], recipe).pixels
     np.testing.assert_array_equal(method.fit(TASK).pixels(PHOTO), rendered)
 

@@ -1,10 +1,11 @@
 """No fold is rendered unless asked for, and then it is reported."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import field_of, oval_face, textured_photo
+from scenes import ALONE, field_of, oval_face, textured_photo
 from shortly import few_of
 
 from kogao_core.faces.face import Face
@@ -18,7 +19,8 @@ from kogao_core.warp.lattice import groups
 from kogao_core.warp.protection import Stroke
 from kogao_core.warp.samples import Shrinking, least_dets
 
-FOLDING = Recipe(percent=12, lattice=0.25)
+# The field of a face that moves alone is the steepest.
+FOLDING = replace(ALONE, percent=12, lattice=0.25)
 
 
 def densest_det(field):
@@ -34,7 +36,7 @@ def densest_det(field):
 
 def test_a_fold_is_held_back_and_said_and_shown_without_the_guard():
     photo, face = textured_photo(), oval_face()
-    bare = render(photo, [face], Recipe(percent=12, lattice=0.25, guard=False))
+    bare = render(photo, [face], replace(FOLDING, guard=False))
     assert bare.one_to_one.folds
     assert bare.shares == (1.0,)
     guarded = render(photo, [face], FOLDING)
@@ -118,8 +120,8 @@ def test_a_fade_that_would_fold_is_refused_and_the_move_kept():
 
 def test_where_a_fade_is_refused_the_domain_is_the_lossless_one():
     photo, face = textured_photo(), oval_face()
-    refused = Recipe(percent=8, lattice=0.5, threshold_px=2.0)
-    lossless = Recipe(percent=8, lattice=0.5)
+    refused = replace(ALONE, percent=8, lattice=0.5, threshold_px=2.0)
+    lossless = replace(refused, threshold_px=LOSSLESS_PX)
     done, plain = (render(photo, [face], recipe) for recipe in (refused, lossless))
     np.testing.assert_array_equal(done.pixels, plain.pixels)
     assert done.threshold_px == LOSSLESS_PX

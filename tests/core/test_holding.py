@@ -96,9 +96,12 @@ def test_a_short_line_may_shift_and_turn_as_a_whole():
     start, end = np.array([(LEFT - 25.0, 250.0), (LEFT - 25.0, 330.0)])
     whole = np.array([[start, end]])
     for lines in (whole, pieces(start, end)):
-        made = warped(Held(lines), percent=8)
+        made = warped(Held(lines), percent=8, head_follows=0.0, keep_features=False)
         assert np.abs(made.field.at(lines.reshape(-1, 2))[:, 0]).max() > 1.0
         assert bend_px(made.field, whole) < 0.2 * bend_px(made.unheld, whole)
+        along = warped(Held(lines), percent=8, head_follows=50.0)
+        assert np.abs(along.field.at(lines.reshape(-1, 2))[:, 0]).max() > 1.0
+        assert bend_px(along.field, whole) < min(0.25, 0.6 * bend_px(along.unheld, whole))
 
 
 def test_a_line_that_is_found_in_pieces_does_not_break_between_them():
@@ -187,7 +190,10 @@ def test_a_neighbour_is_not_dragged_along():
 def test_faces_that_reach_into_each_other_keep_their_landmarks_and_the_line():
     other = oval_face(WIDTH, HEIGHT, center=(RIGHT + 175.0, 380.0), size=0.5)
     line = np.array([[(RIGHT + 18.0, 60.0), (RIGHT + 18.0, 260.0)]])
-    made = warped(Held(line), (FACE, other), percent=8)
+    # Away from the photo's edge, which holds faces, too.
+    inwards = Affine(np.eye(2), np.array([-150.0, 0.0]))
+    faces, line = [face.mapped(inwards) for face in (FACE, other)], inwards(line[0])[None]
+    made = warped(Held(line), faces, percent=8)
     assert bend_px(made.field, line) < 0.3 < bend_px(made.unheld, line)
     assert made.residual.max_px < 0.05
     assert made.one_to_one.settled

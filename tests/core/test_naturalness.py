@@ -1,12 +1,14 @@
 """Table 1 as printed, straight between its columns, and what it says about real pairs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import oval_face
 
 from kogao_core.faces.naturalness import DISTANCES, UNNATURAL, judge, percent_of, worst
 from kogao_core.faces.targets import aim
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.recipe import PAPER, Recipe
 
 
 @pytest.mark.parametrize("center", [1, 2, 3, 4])
@@ -51,6 +53,19 @@ def test_the_distance_is_read_off_the_pairs():
 
 def test_the_farthest_moved_face_counts():
     face = oval_face()
-    pairs = [(aim(face, Recipe(percent=p, center=c)), c) for p, c in ((3, 2), (8, 4))]
-    assert worst(pairs).unnatural == pytest.approx(UNNATURAL[3][3])
+    recipes = [replace(PAPER, percent=p, center=c) for p, c in ((3, 2), (8, 4))]
+    found = worst([(aim(face, recipe), recipe) for recipe in recipes])
+    assert found.unnatural == pytest.approx(UNNATURAL[3][3])
+    assert found.warns
     assert worst([]) is None
+
+
+@pytest.mark.parametrize("more", [{"head_follows": 1.0}, {"keep_features": True}])
+def test_it_speaks_for_faces_that_move_alone_and_says_so_of_others(more):
+    face, recipe = oval_face(), replace(PAPER, percent=8.0)
+    assert worst([(aim(face, recipe), recipe)]).face_alone
+    other = replace(recipe, **more)
+    found = worst([(aim(face, other), other)])
+    assert not found.face_alone
+    assert found.beyond_limit
+    assert not found.warns, "nobody was asked"

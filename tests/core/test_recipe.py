@@ -8,6 +8,7 @@ from typing import Literal, get_args, get_origin, get_type_hints
 import click
 import numpy as np
 import pytest
+from scenes import ALONE
 
 from kogao_core.cli import program
 from kogao_core.recipe import recipe as recipes
@@ -112,5 +113,7 @@ def test_a_recipe_of_an_older_version_is_read_step_by_step(monkeypatch):
 
 
 def test_a_recipe_from_before_lines_were_held_holds_none():
-    assert Recipe.from_dict({"version": 1, "percent": 6.0}) == Recipe(6.0, hold_background=False)
+    read = Recipe.from_dict({"version": 1, "percent": 6.0})
+    assert not read.hold_background
+    assert read == dataclasses.replace(ALONE, percent=6.0, hold_background=False)
     assert Recipe.from_dict({"percent": 6.0}).hold_background

@@ -6,7 +6,9 @@ from scenes import oval_face
 
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.face import Face
-from kogao_core.faces.reshape import influence, moved, opposite, reflection
+from kogao_core.faces.reshape import influence, moved, opposite, reflection, with_target_moved
+from kogao_core.faces.targets import aim
+from kogao_core.recipe.recipe import Recipe
 
 BY = np.array([-12.0, 5.0])
 
@@ -79,3 +81,44 @@ def test_opposite_is_by_place_where_the_sides_have_different_numbers(face):
     assert opposite(fewer, 0) == len(fewer.outline) - 1
     one_sided = Face(face.outline[:9], face.eyes, face.mouth)
     assert opposite(one_sided, 4) is None
+
+
+# -- targets ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def targets(face):
+    return aim(face, Recipe(percent=6.0)).target_px
+
+
+def test_a_target_moves_alone_as_it_did_where_nothing_follows(face, targets):
+    to = targets[5] + BY
+    alone = with_target_moved(face, targets, 5, to)
+    np.testing.assert_array_equal(alone.targets, face.with_target(5, to).targets)
+    assert np.isfinite(alone.targets).all(axis=1).nonzero()[0].tolist() == [5]
+
+
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_targets_take_their_neighbours_along_as_landmarks_do(face, targets, symmetric):
+    to, reach_px = targets[5] + BY, 3.5 * face.anchor.spacing_px
+    soft = with_target_moved(face, targets, 5, to, reach_px, symmetric=symmetric)
+    like = moved(face, 5, face.outline[5] + BY, reach_px, symmetric=symmetric)
+    steps = like.outline - face.outline
+    follow = steps.any(axis=1)
+    assert 5 < follow.sum() < 21
+    np.testing.assert_allclose(soft.targets[follow], (targets + steps)[follow], atol=1e-9)
+    assert np.isnan(soft.targets[~follow]).all(), "the others stay automatic"
+    np.testing.assert_array_equal(soft.targets[5], to)
+    np.testing.assert_array_equal(soft.outline, face.outline)
+    assert soft.anchor == face.anchor
+
+
+def test_targets_set_by_hand_follow_from_where_they_are_and_stay_beyond_the_reach(face):
+    near, far = (0.0, 7.0), (3.0, 3.0)
+    face = face.with_target(6, face.outline[6] + near).with_target(15, face.outline[15] + far)
+    targets = aim(face, Recipe(percent=6.0)).target_px
+    reach_px = 3.0 * face.anchor.spacing_px
+    soft = with_target_moved(face, targets, 5, targets[5] + BY, reach_px)
+    share = influence(face.outline, 5, reach_px)[6]
+    np.testing.assert_allclose(soft.targets[6], face.outline[6] + near + share * BY, atol=1e-9)
+    np.testing.assert_array_equal(soft.targets[15], face.targets[15])

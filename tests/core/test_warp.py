@@ -2,13 +2,14 @@
 
 import contextlib
 import threading
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 import threadpoolctl
 from patience import LONGEST_S
-from scenes import oval_face, textured_photo
+from scenes import ALONE, oval_face, textured_photo
 from test_lattice import literal_eq_1
 
 from kogao_core import pipeline
@@ -161,7 +162,7 @@ def failing_in(where, run):
 @pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_a_dragged_landmark_redoes_few_tiles_and_gives_the_same_bits(fit):
     photo = textured_photo(1800, 1200)
-    canvas, face, recipe = Canvas(photo), oval_face(1800, 1200, size=0.7), Recipe(fit=fit)
+    canvas, face, recipe = Canvas(photo), oval_face(1800, 1200, size=0.7), replace(ALONE, fit=fit)
     whole = render(photo, [face], recipe, canvas=canvas)
     for step in range(1, 4):
         face = face.with_outline_point(10, face.outline[10] + (3.0 * step, 2.0))
@@ -182,7 +183,7 @@ def area(boxes):
     [
         (np.uint8, Recipe()),
         (np.uint16, Recipe(interpolation="lanczos4", threshold_px=1.0)),
-        (np.float32, Recipe(lattice=0.5, fit="multilevel")),
+        (np.float32, Recipe(lattice=1.0, fit="multilevel")),
     ],
 )
 def test_a_faint_change_resamples_single_pixels_and_gives_the_same_bits(monkeypatch, dtype, recipe):
@@ -220,7 +221,7 @@ def test_a_pull_longer_than_the_margin_still_reads_the_right_place():
     cv2.circle(photo, (1700, 450), 20, 255, -1)
     face = oval_face(2400, 900)
     face = face.with_outline_point(10, (1700.0, 450.0)).with_target(10, (1100.0, 450.0))
-    rendering = render(photo, [face], Recipe(percent=0, lattice=2, guard=False))
+    rendering = render(photo, [face], replace(ALONE, percent=0, lattice=2, guard=False))
     assert rendering.field.lattices[0].magnitude_px.max() > 600
     assert rendering.pixels[450, 1100] == 255
 

@@ -60,29 +60,50 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     assert "note" not in said
 
 
-@pytest.mark.usefixtures("portrait")
-def test_the_whole_head_follows_a_face_of_the_mesh_and_a_sentence_says_where_it_cannot(
-    cli, works, tmp_path
+def test_the_head_follows_as_far_as_asked_wherever_landmarks_come_from(
+    cli, works, small_portrait, tmp_path
 ):
-    points = tmp_path / "points.json"
-    cli("detect", "--sample", "--json", points)
-    told = "whole head does nothing for 1 face,"
-    for name, extra, follows in (("mesh", (), True), ("file", ("--points", points), False)):
-        results = []
-        for switch in ("--whole-head", "--no-whole-head"):
-            out = tmp_path / f"{name}{switch}.png"
-            said = works("warp", "--sample", "-o", out, switch, *extra)
-            assert (told in said) == (not follows and switch == "--whole-head")
-            results.append(np.asarray(Image.open(out)))
-        assert (results[0] != results[1]).any() == follows
+    points, before = tmp_path / "points.json", np.asarray(Image.open(small_portrait))
+    cli("detect", small_portrait, "--json", points)
+    for name, extra in (("mesh", ()), ("file", ("--points", points))):
+        moved = []
+        for percent in (0, 50, 100):
+            out = tmp_path / f"{name}{percent}.png"
+            works("warp", small_portrait, "-o", out, "--head-follows", percent, *extra)
+            moved.append((np.asarray(Image.open(out)) != before).sum())
+        assert moved[0] < moved[1] < moved[2]
+
+
+def test_an_option_that_is_gone_and_a_share_that_is_none_are_said_in_a_line(
+    fails, small_portrait, tmp_path
+):
+    warp = "warp", small_portrait, "-o", tmp_path / "a.png"
+    fails(2, "No such option '--whole-head'", *warp, "--whole-head")
+    fails(2, "head_follows must be within 0..100", *warp, "--head-follows", 101)
+
+
+def test_a_face_at_the_photos_edge_is_told_of_in_text_and_json(works, tmp_path):
+    photo, points = tmp_path / "cut.png", tmp_path / "cut.json"
+    Image.fromarray(textured_photo()).save(photo)
+    face = oval_face(center=(40.0, 180.0), size=0.4)
+    points.write_text(json.dumps({"faces": [face.to_dict()]}))
+    told = "1 face lies at the photo's edge"
+    said = works("warp", photo, "-o", tmp_path / "a.png", "--points", points)
+    assert told in said
+    said = works("warp", photo, "-o", tmp_path / "b.png", "--points", points, "--json", "-")
+    assert any(told in note for note in json.loads(said)["notes"])
+    loose = works("warp", photo, "-o", tmp_path / "c.png", "--points", points, "--no-guard")
+    assert told not in loose
 
 
 @pytest.mark.usefixtures("portrait")
 def test_warp_reports_in_json(works, tmp_path):
     out = tmp_path / "out.jpg"
-    said = works("warp", "--sample", "-o", out, "--json", "-", "--fit", "approximation")
+    alone = "--head-follows", 0, "--no-keep-features"
+    said = works("warp", "--sample", "-o", out, "--json", "-", "--fit", "approximation", *alone)
     report = json.loads(said)
-    assert report["recipe"] == Recipe(fit="approximation").to_dict()
+    recipe = Recipe(fit="approximation", head_follows=0.0, keep_features=False)
+    assert report["recipe"] == recipe.to_dict()
     assert set(report["timings_ms"]) >= STAGES
     assert len(report["faces"]) == 1
     size = report["image"]["width"] * report["image"]["height"]

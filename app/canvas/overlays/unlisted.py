@@ -157,20 +157,21 @@ class Names(Overlay):
 
 
 class FollowingBand(Overlay):
-    """A band along the outline, as wide as its landmarks follow; a ring where one is mirrored."""
+    """A band along landmarks or targets, as wide as they follow; a ring where one is mirrored."""
 
     height = 105
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the outline between each two landmarks that can be seen as wide as they follow."""
+        """Draw the line between each two points that can be seen as wide as they follow."""
         led, view = self._led(), self.shown
-        if led is None or "outline" not in kinds(view.visible):
+        if led is None or led.kind not in kinds(view.visible):
             return
         # What follows is settled where the drag begins.
-        face, now = view.document.committed.faces[led.face], view.state.faces[led.face]
+        face = view.document.committed.faces[led.face]
         if not handles.apart(face, place.zoom):
             return
-        following, at = view.following, place.points(now.outline)
+        following = view.following
+        at = place.points(handles.points(view.state, led.kind, led.face))
         mirror = reshape.opposite(face, led.index) if following.symmetric else None
         for index in (led.index, mirror):
             if index is not None and following.soft:
@@ -191,11 +192,11 @@ class FollowingBand(Overlay):
                     painter.drawLine(QLineF(start, end))
 
     def _led(self) -> Handle | None:
-        """Return the landmark of the outline in hand, under the cursor, or selected."""
+        """Return the landmark or target in hand, under the cursor, or selected."""
         view = self.shown
         first = view.selected if view.document.in_gesture else view.hovered
         led = first or view.selected
-        if led is None or led.kind != "outline":
+        if led is None or led.kind not in handles.ON_OUTLINE:
             return None
         return led if handles.exists(view.document.committed, led) else None
 

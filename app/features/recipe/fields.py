@@ -104,7 +104,8 @@ def amount() -> tuple[str, str, SliderScale]:
     """Return what the warp distance is called in everyday words, what it does, and its texts."""
     words = Text("How much smaller the face gets, in % of D, the face's radius")
     scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
-    return tr("Am&ount"), translated(cited(words, SETTINGS["percent"].where)), scale
+    tip = translated(cited(words, SETTINGS["percent"].where))
+    return lettered(tr("Amount"), _LETTERS["percent"]), tip, scale
 
 
 def tip(field: str) -> str:
@@ -171,8 +172,10 @@ _LETTERS: Final = {
     "domain": "D",
     "threshold_px": "r",
     "interpolation": "n",
-    "guard": "k",
+    "guard": "Q",
     "hold_background": "b",
+    "head_follows": "o",
+    "keep_features": "K",
 }
 
 

@@ -38,7 +38,7 @@ class NaturalnessGauge(QWidget):
     def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show what Table 1 says about the chosen face, or else about the one that moves most."""
         faces = [
-            (pairs, int(state.recipe.of_face(face.recipe).center))
+            (pairs, state.recipe.of_face(face.recipe))
             for index, (face, pairs) in enumerate(zip(state.faces, state.pairs, strict=True))
             if index not in state.off and chosen in (None, index)
         ]
@@ -58,9 +58,10 @@ class NaturalnessGauge(QWidget):
         self._plain = plain
 
     def _say(self, found: Naturalness) -> None:
-        figure = _words(found)
-        self.text.setText(_word(found) if self._plain else figure)
-        self.setToolTip(f"{figure}\n\n{_source()}" if self._plain else _source())
+        figure = _of_whom(found, _words(found))
+        self.text.setText(_of_whom(found, _word(found)) if self._plain else figure)
+        source = _source() if found.face_alone else f"{_source()}\n\n{_other()}"
+        self.setToolTip(f"{figure}\n\n{source}" if self._plain else source)
 
 
 class _Blocks(QWidget):
@@ -89,12 +90,21 @@ class _Blocks(QWidget):
             before = distance
 
 
+def _of_whom(found: Naturalness, words: str) -> str:
+    """Return words of the survey, and that they are of another warp where they are."""
+    if found.face_alone or found.percent <= 0.0:
+        return words
+    return tr("the face alone: {words}", words=words)
+
+
 def _word(found: Naturalness) -> str:
     if found.percent <= 0.0:
         return tr("nothing moves")
     if found.percent > DISTANCES[-1]:
-        return tr("⚠ looks unnatural")
-    return tr("⚠ may look unnatural") if found.warns else tr("looks natural")
+        return tr("⚠ looks unnatural") if found.warns else tr("looks unnatural")
+    if found.beyond_limit:
+        return tr("⚠ may look unnatural") if found.warns else tr("may look unnatural")
+    return tr("looks natural")
 
 
 def _words(found: Naturalness) -> str:
@@ -104,8 +114,15 @@ def _words(found: Naturalness) -> str:
     if found.percent < DISTANCES[0]:
         return tr("≤ {n:.1f} % found it unnatural", n=found.unnatural)
     if found.percent > DISTANCES[-1]:
-        return tr("⚠ ≥ {n:.0f} % found it unnatural", n=found.unnatural)
+        share = tr("≥ {n:.0f} % found it unnatural", n=found.unnatural)
     return tr("⚠ {words}", words=share) if found.warns else share
+
+
+def _other() -> str:
+    return tr(
+        "The survey's faces moved alone. Here what surrounds the face goes along, or eyes and "
+        "mouth keep their shape: nobody was asked about such pictures."
+    )
 
 
 def _source() -> str:

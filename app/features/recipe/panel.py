@@ -143,8 +143,7 @@ class RecipePanel(QWidget):
         if self.one_to_one.property("warn") != (not sound):
             self.one_to_one.setProperty("warn", not sound)
             self.one_to_one.style().polish(self.one_to_one)
-        self.edge_note.setText(translated(frame.rendering.note))
-        self.edge_note.setVisible(bool(frame.rendering.note))
+        self._note_edge(frame.rendering.note)
         left = frame.rendering.residual
         residual = tr(
             "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
@@ -163,7 +162,12 @@ class RecipePanel(QWidget):
     def clear_readings(self) -> None:
         """Show none: there is no picture to read them from."""
         self._readings = "", ""
+        self._note_edge("")
         self.mark_readings(final=True)
+
+    def _note_edge(self, note: str) -> None:
+        self.edge_note.setText(translated(note))
+        self.edge_note.setVisible(bool(note))
 
     def abort(self) -> None:
         """Let go of every slider, as Escape does."""

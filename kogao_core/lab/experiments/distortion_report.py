@@ -21,6 +21,10 @@ _LEAD: Final = Text(
     "Above a warp distance of 6 % people suddenly called faces unnatural. Does "
     "anything that can be measured in the warp jump there, too?"
 )
+_OTHER: Final = Text(
+    "Table 1 was measured with the face alone moved; here what surrounds the face goes along, or "
+    "eyes and mouth keep their shape."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +130,8 @@ def report(result: DistortionResult) -> Report:
         fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
     cells = [_published(), *(_in_its_shape(result, measure) for measure in MEASURES)]
+    if not result.recipe.face_alone:
+        how = Text.joined(" ", [how, _OTHER])
     parts: list[Part] = [
         _chart(result), how, _growth(result),
         Heading(Text("Cell by cell")), Row(cells, wide=True),
@@ -142,7 +148,7 @@ def _published() -> Table:
     rows = [(str(k), *(f"{v:.3f}" for v in row)) for k, row in enumerate(UNNATURAL, start=1)]
     caption = Text("Table 1: answers that called the picture unnatural, %")
     note = Text(
-        "Published: {subjects} faces, {students} people. Columns: warp distance "
+        "Published: {subjects} faces, which moved alone; {students} people. Columns: warp distance "
         "asked for, in % of D; what the fit makes of it follows.",
         subjects=SUBJECTS,
         students=STUDENTS,
@@ -269,6 +275,7 @@ def _document(result: DistortionResult) -> dict[str, object]:
         "experiment": "distortion",
         "recipe": result.recipe.to_dict(),
         "published_unnatural_percent": [list(row) for row in UNNATURAL],
+        "face_alone": result.recipe.face_alone,
         "units": {measure.name: measure.title for measure in MEASURES},
         "distortions": _records(result),
     }

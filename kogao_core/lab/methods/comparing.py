@@ -95,11 +95,16 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class MethodsResult:
-    """Methods side by side on some photos, made after one recipe."""
+    """Methods side by side on some photos, made after one recipe of which landmarks alone count."""
 
     photos: tuple[Comparison, ...]
     recipe: Recipe
     repeats: int
+
+    def __post_init__(self) -> None:
+        """Tell of faces that move alone: only landmarks and targets are alike for all methods."""
+        alone = dataclasses.replace(self.recipe, head_follows=0.0, keep_features=False)
+        object.__setattr__(self, "recipe", alone)
 
 
 def missing(methods: Sequence[Method] = METHODS) -> list[str]:
@@ -136,7 +141,8 @@ def measure(
     subject : Subject
         Photo with faces.
     recipe : Recipe
-        Says where landmarks go, and the size of the lattice; all methods resample bilinearly.
+        Says where landmarks go, and the size of the lattice; the face alone moves, and all methods
+        resample bilinearly.
     methods : sequence of Method
         Which.
     repeats, warm_up : int
