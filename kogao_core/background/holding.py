@@ -30,8 +30,8 @@ from kogao_core.warp.lattice import Grid, Lattice, groups, matrices
 from kogao_core.warp.one_to_one import least_det
 
 # In lattice spacings: so near to a landmark a line's ends are free, and so far from it all counts.
-_FREE: Final = 0.5
-_ALL: Final = 1.5
+_FREE: Final = 0.25
+_ALL: Final = 0.75
 # A neighbour nearer to a landmark than this touches the face, and moves with it.
 _TOUCHING: Final = 1.0
 # Lines whose ends lie so near to a longer one, in lattice spacings, are pieces of it.
@@ -44,8 +44,9 @@ _ABOVE: Final = 0.25
 _LINE: Final = 3e4  # weight of a line's row, 1 being that of a control point's
 _NEIGHBOUR: Final = 3e4
 _WITHIN: Final = 30.0  # of a place within the face, which is to go where it went
+_CORNER: Final = 1e6  # of eyes and mouth
 _HARD: Final = 1e8  # of a landmark, a protected place, and the photo's edge
-_RIGID: Final = 3.0  # of a line's shift and turn as a whole: that soft, it costs nothing
+_RIGID: Final = 0.03  # of a line's shift and turn as a whole: that soft, it costs little
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change dies out over four spacings
 _PINNED: Final = 4.0  # a line is followed so far beyond the lattice's reach, in spacings
 _MOST_NODES: Final = 4000  # of a change; of more it takes a lattice twice as coarse
@@ -224,10 +225,11 @@ def _rows(
         [landmarks, _thinned(problem.target_px[problem.movers + problem.features :], step)]
     )
     still = still[reaches(still)]
-    inside = np.vstack([_face_places(problem), face.eyes, face.mouth])
-    inside = inside[reaches(inside)]
+    inside, corners = _face_places(problem), np.vstack([face.eyes, face.mouth])
+    inside, corners = inside[reaches(inside)], corners[reaches(corners)]
     parts.append(_Rows.both_ways(still, np.zeros_like(still), _HARD))
     parts.append(_Rows.both_ways(inside, np.zeros_like(inside), _WITHIN))
+    parts.append(_Rows.both_ways(corners, np.zeros_like(corners), _CORNER))
     parts.extend(_edge_rows(problem))
     return _Rows.joined(parts)
 

@@ -80,7 +80,7 @@ _EYE: Final = np.array(
 )
 _MOUTH: Final = np.array([(-1, 0), (-0.4, 0.3), (0.4, 0.3), (1, 0), (0.4, -0.3), (-0.4, -0.3)])
 # How little a feature gives way to the outline, and from which rho on it does so more and more.
-_SLACK: Final = 0.02
+_SLACK: Final = 0.005
 _NEAR: Final = (0.75, 1.0)
 _STEPS: Final = 8  # of the fixed point that tells where the middle of a feature goes
 
@@ -130,7 +130,7 @@ class Surround:
         points = np.asarray(points, np.float64)
         moved = self._polar(points) * self._free(points)[:, None]
         low, high = edges_px(self.photo)
-        inside = np.minimum(points - low, high - points)
+        inside = np.minimum(points - low, high - points) + 0.5  # where the outermost pixels end
         return np.asarray(moved * ramp(inside / (_EDGE * float(self._rim.radii_px.mean()))))
 
     def is_near(self, hull: Array) -> bool:

@@ -132,8 +132,8 @@ def test_a_line_may_slide_along_itself():
     made = warped(Held(DOOR), percent=8)
     along = DOOR[0, 0] + np.linspace(0.2, 0.8, 50)[:, None] * (DOOR[0, 1] - DOOR[0, 0])
     moved = np.abs(made.field.at(along))
-    assert moved[:, 0].max() < 0.1
-    assert moved[:, 1].max() > 1.0
+    assert moved[:, 0].max() < 1.0 < moved[:, 1].max()
+    assert bend_px(made.field, DOOR) < 0.3
 
 
 @pytest.mark.parametrize("percent", [4, 8, 12, 15])
@@ -194,7 +194,7 @@ def test_faces_that_reach_into_each_other_keep_their_landmarks_and_the_line():
     inwards = Affine(np.eye(2), np.array([-150.0, 0.0]))
     faces, line = [face.mapped(inwards) for face in (FACE, other)], inwards(line[0])[None]
     made = warped(Held(line), faces, percent=8)
-    assert bend_px(made.field, line) < 0.3 < bend_px(made.unheld, line)
+    assert bend_px(made.field, line) < 0.3 * bend_px(made.unheld, line)
     assert made.residual.max_px < 0.05
     assert made.one_to_one.settled
 

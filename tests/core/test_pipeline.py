@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.base.geometry import Affine
+from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.timing import STAGES
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
@@ -96,8 +96,9 @@ def test_a_tilted_head_is_warped_like_an_upright_one(degrees):
     photo, face = scene()
     recipe = Recipe(percent=8)
     turn = Affine.similarity(1.0, degrees, (0, 0))
-    field = render(photo, [face], recipe).field
-    turned = render(photo, [face.mapped(turn)], recipe)
+    everywhere = Box(-2000, -2000, 2000, 2000)  # the turned face lies outside the photo
+    field = render(photo, [face], recipe, whole=everywhere).field
+    turned = render(photo, [face.mapped(turn)], recipe, whole=everywhere)
     np.testing.assert_allclose(
         turned.field.at(turned.pairs[0].target_px), turned.pairs[0].displacement_px, atol=0.05
     )
