@@ -162,7 +162,7 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     held = seen.held(upright[:1])
     assert len(seen.held().lines) == len(seen.lines)
     assert 0 < len(held.lines) < len(seen.lines)
-    wide = dataclasses.replace(RECIPE, lattice=4.0)
+    wide = dataclasses.replace(RECIPE, lattice=4.0, percent=4.0)
     done = Applied([FACE], wide, NOTHING, loose=tuple(upright))
     finder = BackgroundFinder(Finder(BODY))
     rendering = render(photo, [FACE], wide, held=held_of(photo, done, finder))
