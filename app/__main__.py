@@ -6,31 +6,24 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 from itertools import chain
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from kogao_core.base import interrupts
 from kogao_core.base.language import languages, system_languages, tr, translated, use_language
 from kogao_core.base.memory import end_at_once
 from kogao_core.base.stderr import open_standard_streams
 from kogao_core.base.threads import take_short_turns, without_blas_threads
 from kogao_core.base.wording import shown
+from kogao_core.recipe.recipe import Recipe
 
 from .workspaces import WORKSPACES
 
 if TYPE_CHECKING:
-    from PySide6.QtWidgets import QApplication
-
     from kogao_core.faces.face import LandmarkSource
-    from kogao_core.photo.originals import Originals
 
-    from .ahead import Ahead
-    from .faults import Faults
-    from .storage import Storage
-
-_DESKTOP_ID: Final = "org.kogao.Kogao"
 _OF_SCREENSHOT: Final = ("show", "percent", "protect")  # what only a picture can show
 
 
@@ -51,6 +44,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         fails, 2 for a line to protect that lies far outside the photo, 3 for a file that can't be
         read or written and 4 for no face; with ``--edit`` 6 when nothing was saved.
     """
+    if argv is None:
+        interrupts.end_when_told("kogao")
     open_standard_streams()
     without_blas_threads()
     take_short_turns()
@@ -65,96 +60,14 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         from .ahead import Ahead
 
         ahead = Ahead(options.photos[0])
-    from kogao_core.faces import landmarks
-    from kogao_core.photo.originals import Originals
+    from kogao_core.faces import landmarks  # loads OpenCV
 
     source = source or landmarks.source()
     if ahead is not None:
         ahead.seek(source)
-    from PySide6.QtCore import QTemporaryDir
-    from PySide6.QtWidgets import QApplication
+    from .start import start  # loads Qt
 
-    from .faults import Faults
-    from .i18n import speak
-    from .preferences import LANGUAGE, preferred
-    from .storage import Storage
-
-    # A picture shows the program as it comes, whatever this user has made of it.
-    aside = None if options.screenshot is None else QTemporaryDir()
-    storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
-    app = QApplication.instance() or _application(storage)
-    assert isinstance(app, QApplication)
-    speak(app, options.language or preferred(storage.settings(), LANGUAGE))
-    faults = Faults(storage.log)
-    store = Originals.for_now() if options.temporary else nullcontext()
-    with faults.heard(), store as originals:
-        return _edit(app, options, source, storage, faults, ahead, originals)
-
-
-def _application(storage: Storage) -> QApplication:
-    """Return the application at the preferred size of its text, which Qt reads but once."""
-    from PySide6.QtGui import QIcon
-    from PySide6.QtWidgets import QApplication
-
-    from kogao_core.base import assets
-
-    from .preferences import SCALE, preferred
-
-    percent = preferred(storage.settings(), SCALE)
-    if percent:
-        # Whoever has set it for this start means it.
-        os.environ.setdefault("QT_SCALE_FACTOR", str(int(percent) / 100))
-    app = QApplication(sys.argv[:1])
-    app.setApplicationName("Kogao")
-    # By this name a desktop knows whose window it is, and which icon that has.
-    app.setDesktopFileName(_DESKTOP_ID)
-    app.setWindowIcon(QIcon(str(assets.path(f"desktop/{_DESKTOP_ID}.svg"))))
-    return app
-
-
-def _edit(
-    app: QApplication,
-    options: argparse.Namespace,
-    source: LandmarkSource,
-    storage: Storage,
-    faults: Faults,
-    ahead: Ahead | None,
-    originals: Originals | None,
-) -> int:
-    from PySide6.QtCore import Qt
-
-    from .editor import Editor
-    from .features.screen import FIRST_PX
-    from .screenshot import Screenshot
-
-    editor = Editor(app, source, storage, options.theme, options.workspace)
-    if options.size is not None or options.screenshot is not None:
-        editor.window.resize(*(options.size or FIRST_PX))
-    shot = None
-    if options.screenshot is not None:
-        look = options.show, options.percent, options.protect
-        shot = Screenshot(editor, options.screenshot, *look)
-    # Queued: what has failed may be a picture in the middle of being painted.
-    report = editor.admit if shot is None else shot.admit
-    faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
-    editor.window.show()
-    if options.edit:
-        editor.errand.begin(options.photos, ahead, originals)
-    elif ahead is not None or (options.photos and shot is not None):
-        editor.files.open(options.photos[0], ahead)
-    elif options.photos:
-        editor.strip.show_places(options.photos)
-    elif options.sample:
-        editor.files.open_sample()
-    elif options.rate is not None:
-        editor.rating.open(options.rate)
-    else:
-        editor.recent.begin()
-    editor.recovery.look()
-    code = app.exec()
-    if options.edit:
-        return code or editor.errand.code
-    return code if shot is None else shot.finish()
+    return start(options, source, ahead, hears=argv is None)
 
 
 def _language(argv: Sequence[str] | None) -> str | None:
@@ -276,8 +189,6 @@ def _names(text: str) -> frozenset[str]:
 
 
 def _percent(text: str) -> float:
-    from kogao_core.recipe.recipe import Recipe
-
     try:
         return Recipe(percent=float(text)).percent
     except ValueError as error:

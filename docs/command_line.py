@@ -11,7 +11,7 @@ from typing import Final
 
 import click
 
-from kogao_core.cli import EPILOG, PROGRAM, program
+from kogao_core.cli.commands import EPILOG, PROGRAM, program
 from kogao_core.cli.words import Group
 
 PAGE: Final = Path(__file__).with_name("command-line.md")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from kogao_core.background.holding import NOTHING_HELD, Held, hold
+from kogao_core.base.display import preview
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.base.timing import Stopwatch
@@ -113,8 +114,6 @@ class Rendering:
 
     def _repr_png_(self) -> bytes:
         """Return the result as a notebook shows it."""
-        from kogao_core.base.display import preview
-
         return preview(self.pixels)
 
 

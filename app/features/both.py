@@ -17,10 +17,20 @@ from ..theme import GRID_PX
 from ..widgets.controls import action_button, column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock
 from ..workspaces import Workspace
+from .experiments import Experiments
 from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual, marking
-from .modes import MODES, FaceCompared, computing_s_of, faces_compared, seconds, summary, title_of
+from .modes import (
+    MODES,
+    FaceCompared,
+    Modes,
+    computing_s_of,
+    faces_compared,
+    seconds,
+    summary,
+    title_of,
+)
 
 
 class ComparisonPanel(QWidget):
@@ -75,7 +85,14 @@ class BothModes(Feature):
 
     name = "both"
 
-    def __init__(self, context: Context, faces: Faces, manual: Manual) -> None:
+    def __init__(
+        self,
+        context: Context,
+        faces: Faces,
+        manual: Manual,
+        modes: Modes,
+        experiments: Experiments,
+    ) -> None:
         super().__init__(context)
         self._faces, self._clock = faces, manual.clock
         self._surface: Surface | None = None
@@ -97,8 +114,9 @@ class BothModes(Feature):
         self.guide.setWordWrap(True)
         self.guide.setAccessibleName(tr("What to do next"))
         self.window.stage.show_below(self.guide)
-        more = self.actions["compare-modes"], self.actions["experiment-methods"]
-        self.panel: ComparisonPanel = ComparisonPanel(more)
+        self.panel: ComparisonPanel = ComparisonPanel(
+            (modes.comparing, experiments.starts["methods"])
+        )
         self.dock = Dock(tr("Comparison"))
         self.window.arranged.connect(self._arrange)
         self.document.opened.connect(self._open)

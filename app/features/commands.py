@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from kogao_core import __version__
+from kogao_core.cli import doctor, licences
 
 from ..actions import first_key
 from ..i18n import bare, tr
@@ -183,8 +184,6 @@ class ShortcutsDialog(Dialog):
 
 def about_box(parent: QWidget) -> QMessageBox:
     """Return the box; `open` shows it without stopping the program."""
-    from kogao_core.cli import licences  # no start waits for the command line's libraries
-
     text = tr("Kogao {version}, an exact small-face editor", version=__version__)
     box = question(parent, text, QMessageBox.Icon.NoIcon)
     box.setWindowTitle(tr("About Kogao"))
@@ -245,8 +244,6 @@ class Commands(Feature):
         Palette([*named, *presets], self.window).open()
 
     def _copy_report(self) -> None:
-        from kogao_core.cli import doctor  # no start waits for the command line's libraries
-
         system = f"{QSysInfo.prettyProductName()}, {QGuiApplication.platformName()}, {qVersion()}"
         text = f"{doctor.text(doctor.examine())}\n{tr('Window: {system}', system=system)}\n"
         QGuiApplication.clipboard().setText(text)

@@ -131,8 +131,11 @@ class Feature(QObject):
         toggled: Callable[[bool], object] | None = None,
         checked: bool | None = None,
         needs_photo: bool = False,
-    ) -> None:
-        """Add an action to the window, in all of which its key holds.
+    ) -> QAction:
+        """Add an action to the window, in all of which its key holds, and return it.
+
+        A feature that needs another's takes it from there; by names they are looked up once all
+        are built.
 
         Parameters
         ----------
@@ -164,6 +167,7 @@ class Feature(QObject):
         if needs_photo:
             self.enable_with_photo(action.setEnabled)
         self.window.addAction(action)
+        return action
 
     def enable_with_photo(self, enable: Callable[[bool], object]) -> None:
         """Disable something until a photo is open."""

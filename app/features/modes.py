@@ -74,14 +74,14 @@ class Modes(Feature):
         super().__init__(context)
         self._faces, self._clock = faces, manual.clock
         self._lane = self.lane(self._show, self._not_compared)
-        self.add_action(
+        self.comparing = self.add_action(
             "compare-modes",
             tr("&Both modes…"),
             "F4",
             tr("Manual and automatic side by side, with their times"),
             self.compare,
         )
-        manual.panel.add_button(self.actions["compare-modes"])
+        manual.panel.add_button(self.comparing)
 
     def compare(self) -> None:
         """Render both modes as they are now."""

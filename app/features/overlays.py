@@ -21,6 +21,7 @@ from ..widgets.controls import column_of, heading, muted_label
 from ..workspaces import INSPECT, Workspace
 from .feature import Context, Feature
 from .files import Files
+from .points import Points
 from .recipe import RecipeEditing
 
 # How long a setting rests before the marks come back.
@@ -80,25 +81,22 @@ class Overlays(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        for overlay in LISTED:
-            self._add_switch(overlay)
-        self.add_action(
+        self.switches = {overlay.name: self._add_switch(overlay) for overlay in LISTED}
+        hide = self.add_action(
             "hide-overlays",
             tr("Hide all o&verlays"),
             "O",
             tr("The photo without marks, or the same marks again"),
             toggled=lambda on: self.panel.hide_all(on),
         )
-        self.actions["hide-overlays"].setIconText(tr("Hide overlays"))
-        self.panel: OverlaysPanel = OverlaysPanel(
-            [self.actions[f"overlay-{overlay.name}"] for overlay in LISTED]
-        )
+        hide.setIconText(tr("Hide overlays"))
+        self.panel: OverlaysPanel = OverlaysPanel([*self.switches.values()])
 
-    def _add_switch(self, overlay: type[Overlay]) -> None:
+    def _add_switch(self, overlay: type[Overlay]) -> QAction:
         title = translated(overlay.title)
         show = partial(self.window.canvas.show_overlay, overlay.name)
         tip = tr("Show or hide: {what}", what=title)
-        self.add_action(f"overlay-{overlay.name}", title, overlay.key, tip, toggled=show)
+        return self.add_action(f"overlay-{overlay.name}", title, overlay.key, tip, toggled=show)
 
 
 class Marks(Feature):
@@ -108,7 +106,14 @@ class Marks(Feature):
     and go while a setting moves. The first start shows them all: they explain what was found.
     """
 
-    def __init__(self, context: Context, recipe: RecipeEditing, files: Files) -> None:
+    def __init__(
+        self,
+        context: Context,
+        recipe: RecipeEditing,
+        files: Files,
+        points: Points,
+        overlays: Overlays,
+    ) -> None:
         super().__init__(context)
         self._quiet = self._by_key = False
         self._under: int | None = None
@@ -120,14 +125,14 @@ class Marks(Feature):
         canvas.hovered.connect(self._point)
         canvas.nudged.connect(self._take_by_key)
         canvas.taken.connect(self._take_by_key)
-        for name in ("next-point", "previous-point"):
-            self.actions[name].triggered.connect(self._take_by_key)
+        for step in points.steps:
+            step.triggered.connect(self._take_by_key)
         files.welcomed.connect(lambda: self._explain(True))
         self.document.opened.connect(
             lambda: self._explain(bool(self.view.explained) and files.on_sample())
         )
-        for overlay in LISTED:
-            self.actions[f"overlay-{overlay.name}"].triggered.connect(lambda: self._explain(False))
+        for switch in overlays.switches.values():
+            switch.triggered.connect(lambda: self._explain(False))
         self.document.changed.connect(self._show)
 
     def show_all(self) -> None:

@@ -54,9 +54,11 @@ class Points(Feature):
         self.document.opened.connect(self._forget)
         self.document.aborted.connect(self._drop)
         tip = tr("Select a point for the arrow keys")
-        self.add_action("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1))
-        self.add_action(
-            "previous-point", tr("Pre&vious point"), "Ctrl+Shift+.", tip, lambda: self._walk(-1)
+        self.steps = (
+            self.add_action("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1)),
+            self.add_action(
+                "previous-point", tr("Pre&vious point"), "Ctrl+Shift+.", tip, lambda: self._walk(-1)
+            ),
         )
         self.add_action(
             "fetch-point",

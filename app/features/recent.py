@@ -128,7 +128,7 @@ class Recent(Feature):
     def __init__(self, context: Context, files: Files, strip: Strip) -> None:
         super().__init__(context)
         self._open, self._files = strip.open, files
-        self.empty = EmptyState([self.actions["open"], self.actions["sample"]])
+        self.empty = EmptyState([files.opening, files.sampling])
         self.empty.wanted.connect(strip.open)
         self.empty.show_recent(there(self.settings))
         self.window.stage.show_in_middle(self.empty)

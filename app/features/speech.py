@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QLabel
 
 from kogao_core.base.geometry import Array
 from kogao_core.pipeline import Rendering
@@ -17,6 +16,7 @@ from ..canvas.handles import Handle
 from ..canvas.spoken import LEAST_PX, face_name, ways
 from ..i18n import bare, tr
 from ..render.live import RenderedFrame
+from ..widgets.controls import WarningLabel
 from .faces import Faces
 from .feature import Context, Feature
 from .history import History
@@ -44,7 +44,7 @@ class Speech(Feature):
         # Where the selected point was when it was last spoken of, px of the photo.
         self._at: Array = np.zeros(2)
         # What warns while something isn't as it should be.
-        self._warning: dict[QLabel, bool] = dict.fromkeys(
+        self._warning: dict[WarningLabel, bool] = dict.fromkeys(
             (recipe.panel.gauge.text, recipe.panel.one_to_one), False
         )
         points.restyled.connect(self._tell_point)
@@ -53,6 +53,9 @@ class Speech(Feature):
         history.did.connect(self._say)
         self.live.drawn.connect(self._tell_drawn)
         self.window.bar.appeared.connect(self._tell_message)
+
+    def listen(self) -> None:
+        """Announce whatever is switched on or off, once all features have added their actions."""
         for action in self.actions.values():
             if action.isCheckable():
                 action.triggered.connect(partial(self._tell_switch, action))
@@ -108,8 +111,8 @@ class Speech(Feature):
         """Return what warns since the last change, and what no longer does."""
         said = []
         for label, before in self._warning.items():
-            self._warning[label] = warns = bool(label.property("warn"))
-            if warns != before:
+            self._warning[label] = label.warns
+            if label.warns != before:
                 said.append(label.text())
         return list(filter(None, said))
 
@@ -118,7 +121,7 @@ class Speech(Feature):
         bar = self.window.bar
         steps = [bare(button.text()) for button in bar.buttons[:-1]]
         words = [tr("Buttons: {names}", names=", ".join(steps))] if steps else []
-        wrong = bar.property("bar") == "wrong"
+        wrong = bar.shown is not None and bar.shown.wrong
         announce(self.window.canvas, " ".join([bar.text.text(), *words]), urgent=wrong)
 
     def _tell_switch(self, action: QAction) -> None:

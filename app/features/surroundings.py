@@ -20,6 +20,7 @@ from kogao_core.projects.json import as_line
 from ..i18n import reason, sentence, tr
 from ..render.live import RenderedFrame
 from .feature import Context, Feature
+from .overlays import Overlays
 
 _MASK_PX: Final = 1600  # longer side of the people's picture
 
@@ -57,7 +58,7 @@ class Surroundings(Feature):
     seen = Signal()
     not_seen = Signal(str)
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, overlays: Overlays) -> None:
         super().__init__(context)
         self._frame: RenderedFrame | None = None
         self._note = ""
@@ -80,7 +81,7 @@ class Surroundings(Feature):
         self.live.drawn.connect(self._follow)
         self.document.opened.connect(self._forget)
         for name in ("straight", "people"):
-            self.actions[f"overlay-{name}"].toggled.connect(self._look)
+            overlays.switches[name].toggled.connect(self._look)
 
     def toggle(self, line: BentLine) -> None:
         """Let a line go that is held, or hold one that was let go; it is one undo step."""

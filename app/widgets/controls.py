@@ -194,6 +194,22 @@ def muted_label(text: str = "", *, wraps: bool = False) -> QLabel:
     return label
 
 
+class WarningLabel(QLabel):
+    """A muted line that may warn; `warns` tells whether it does, for those who can't see it."""
+
+    def __init__(self, *, wraps: bool = False) -> None:
+        super().__init__(wordWrap=wraps)
+        self.warns = False
+        self.setProperty("muted", "true")
+
+    def warn(self, wanted: bool) -> None:
+        """Warn from now on, or no more."""
+        if wanted != self.warns:
+            self.warns = wanted
+            self.setProperty("warn", wanted)
+            self.style().polish(self)
+
+
 def column_of(
     widget: QWidget, *content: QWidget | QLayout | None, margin: int = 0, spacing: int = GRID_PX
 ) -> QVBoxLayout:

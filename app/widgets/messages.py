@@ -114,6 +114,11 @@ class MessageBar(QFrame):
             self._unread.start(unread_ms)
         self.refresh()
 
+    @property
+    def shown(self) -> Message | None:
+        """What it says, if anything."""
+        return self._shown
+
     def dismiss(self) -> bool:
         """Send away what is shown, as its last button does; return whether there was anything."""
         if self._shown is None:

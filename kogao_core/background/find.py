@@ -168,14 +168,12 @@ class BackgroundFinder:
         with self._lock:
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
             if self._newest is None or self._photo() is not photo or keys != self._faces:
-                halved = Pyramid.of(photo)  # for lines and people together
-                self._newest = self._look(photo, faces, others)
-                del halved
+                self._newest = self._look(Pyramid(photo), faces, others)
                 self._photo, self._faces = weakref.ref(photo), keys
             return self._newest
 
-    def _look(self, photo: Image, faces: Sequence[Face], others: Sequence[Face]) -> Background:
-        shortest = shortest_px(photo)
+    def _look(self, photo: Pyramid, faces: Sequence[Face], others: Sequence[Face]) -> Background:
+        shortest = shortest_px(photo.image)
 
         def lines(people: PersonMask | None = None) -> Array:
             found = straight_lines(photo, people)

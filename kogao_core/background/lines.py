@@ -58,12 +58,12 @@ class BentLine:
     holding: HoldingName = ""
 
 
-def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
+def straight_lines(photo: Image | Pyramid, people: PersonMask | None = None) -> Array:
     """Find straight lines of the photo.
 
     Parameters
     ----------
-    photo : array of shape (H, W) or (H, W, C)
+    photo : array of shape (H, W) or (H, W, C), or Pyramid
         The photo before the warp.
     people : PersonMask, optional
         Where to look: not at people, whose hair takes longer than a wall, nor beyond its looks.
@@ -82,9 +82,10 @@ def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
     >>> len(straight_lines(photo)) > 0
     True
     """
-    sharp = _lines(photo, people, _SHARP)
-    rough = _lines(photo, people, _ROUGH)
-    return np.concatenate([sharp, rough[~_covered(rough, sharp, _SAME * max(photo.shape[:2]))]])
+    pyramid = Pyramid.of(photo)
+    sharp, rough = (_lines(pyramid, people, look) for look in (_SHARP, _ROUGH))
+    reach_px = _SAME * max(pyramid.image.shape[:2])
+    return np.concatenate([sharp, rough[~_covered(rough, sharp, reach_px)]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,12 +108,12 @@ _PARALLEL: Final = 0.985  # cosine of 10 degrees
 _COVERED: Final = 0.9  # of a rough line, then it isn't needed
 
 
-def _lines(photo: Image, people: PersonMask | None, look: _Look) -> Array:
+def _lines(photo: Pyramid, people: PersonMask | None, look: _Look) -> Array:
     """Return the lines that one look finds, (N, 2, 2), px of the photo."""
-    small, halved = Pyramid.of(photo).at_most(look.longest_px)
+    small, halved = photo.at_most(look.longest_px)
     if min(small.shape[:2]) < _LEAST_PX:
         return np.zeros((0, 2, 2))
-    shortest = max(_LEAST_PX, int(shortest_px(photo) / 2**halved))
+    shortest = max(_LEAST_PX, int(shortest_px(photo.image) / 2**halved))
     detector = cv2.ximgproc.createFastLineDetector(
         shortest, look.width_px, look.weak, look.strong, do_merge=True
     )

@@ -240,12 +240,12 @@ class PersonFinder:
     def _network(self) -> PersonNetwork:
         return PersonNetwork(locked.network(locked.PERSON))
 
-    def find(self, photo: Image, faces: Sequence[Face]) -> PersonMask:
+    def find(self, photo: Image | Pyramid, faces: Sequence[Face]) -> PersonMask:
         """Tell people from the background round faces.
 
         Parameters
         ----------
-        photo : array of shape (H, W) or (H, W, C)
+        photo : array of shape (H, W) or (H, W, C), or Pyramid
             Grey, RGB or RGBA, upright; uint8, uint16 or float32 (0 to 1). The same array is taken
             for the same photo.
         faces : sequence of Face
@@ -266,16 +266,14 @@ class PersonFinder:
             If `photo` isn't an image.
         """
         with self._lock:
-            known = self._kept if self._photo() is photo else {}
+            image = Pyramid.of(photo)
+            known = self._kept if self._photo() is image.image else {}
             views = {_key(face): (_view(face), face) for face in faces}
-            image = None
-            if views.keys() - known.keys():
-                image = Pyramid.of(photo)
             self._kept = {
-                key: known[key] if image is None or key in known else
-                self._network.look(image, *there) for key, there in views.items()
-            }  # fmt: skip
-            self._photo = weakref.ref(photo)
+                key: known[key] if key in known else self._network.look(image, *there)
+                for key, there in views.items()
+            }
+            self._photo = weakref.ref(image.image)
             looks = [self._kept[_key(face)] for face in faces]
         sure = [index for index, look in enumerate(looks) if look.sure >= _LEAST_SURE]
         return PersonMask(

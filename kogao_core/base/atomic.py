@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from kogao_core.base import interrupts
 from kogao_core.base.language import Text
 
 if sys.platform != "win32":
@@ -29,6 +30,8 @@ _KINDS: Final = (
     (stat.S_ISSOCK, Text("a socket")),
 )
 _swept: Final[set[Path]] = set()
+_mine: Final[set[Path]] = set()  # folders of `aside` that are in use
+_TRIES: Final = 100
 
 Pieces = Sequence[bytes | memoryview]
 """What a file holds, one behind the other; not joined, for that would copy them."""
@@ -173,8 +176,23 @@ def aside(folder: Path) -> Iterator[Path]:
         yield place
     finally:
         shutil.rmtree(place, ignore_errors=True)
+        _mine.discard(place)
         if lock is not None:
             os.close(lock)
+
+
+def _clear() -> None:
+    """Remove what isn't finished; other threads may still be at it."""
+    for place in tuple(_mine):
+        for _ in range(_TRIES):
+            shutil.rmtree(place, ignore_errors=True)
+            if not place.exists():
+                break
+
+
+interrupts.leaving(_clear)
+if sys.platform != "win32":
+    os.register_at_fork(after_in_child=_mine.clear)
 
 
 def is_aside(path: Path) -> bool:
@@ -185,6 +203,7 @@ def is_aside(path: Path) -> bool:
 def _made(folder: Path) -> tuple[Path, int | None]:
     while True:
         place = folder / f"{_PREFIX}{os.urandom(8).hex()}{_SUFFIX}"
+        _mine.add(place)
         place.mkdir(mode=0o700)
         try:
             lock = _locked(place)
@@ -193,7 +212,7 @@ def _made(folder: Path) -> tuple[Path, int | None]:
             if lock is not None:
                 os.close(lock)
         except (BlockingIOError, FileNotFoundError):
-            pass  # another program was sweeping just now and took it for an old one
+            _mine.discard(place)  # another program was sweeping just now and took it for an old one
 
 
 def _locked(place: Path) -> int | None:

@@ -184,25 +184,6 @@ def take_short_turns() -> None:
     sys.setswitchinterval(_TURN_S)
 
 
-@contextmanager
-def beside(work: Callable[[], _Result]) -> Iterator[Callable[[], _Result]]:
-    """Do some work in a thread of its own beside the ``with`` block, which ends after it.
-
-    Parameters
-    ----------
-    work : callable
-        What to do; best something that gives up Python's lock, as decoders do.
-
-    Yields
-    ------
-    callable
-        Waits for the work and returns its result, or raises what it raised. Where nobody asks,
-        nobody hears of that.
-    """
-    with ThreadPoolExecutor(1, thread_name_prefix="kogao-beside") as helper:
-        yield helper.submit(work).result
-
-
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="kogao-warp")

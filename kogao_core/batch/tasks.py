@@ -9,20 +9,23 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
+from kogao_core.background.find import BackgroundFinder
+from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import LandmarkSource, select
+from kogao_core.faces.landmarks import CHOICES, source
+from kogao_core.photo import Photo, bits_of, read, write
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.model import Photo
+from kogao_core.photo.writing import Sign
+from kogao_core.pipeline import Rendering
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import retouch
 from kogao_core.warp.protection import NOTHING
-
-if TYPE_CHECKING:
-    from kogao_core.background.find import BackgroundFinder
 
 Status = Literal["done", "skipped", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -68,8 +71,6 @@ class Task:
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
-        from kogao_core.faces.landmarks import CHOICES
-
         told, model = self.disclosure, self.landmarks
         is_file = model is not None and model not in {choice.name for choice in CHOICES}
         if told.picture is not None:
@@ -145,28 +146,19 @@ def work(task: Task) -> Outcome:
 
 
 def _render(task: Task) -> tuple[tuple[float, ...], str]:
-    from kogao_core.background.find import held_of
-    from kogao_core.faces.landmarks.pixels import Pyramid
-    from kogao_core.photo import bits_of, read, write
-    from kogao_core.photo.disclosure.disclosing import disclose, signing, undisclosed
-    from kogao_core.pipeline import render
+    output, seen = Path(task.output), list[Rendering]()
 
-    output = Path(task.output)
-    bits = bits_of(output)
-    photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits)
-    halved = Pyramid.of(photo.pixels)  # for the search and the look at the background together
+    def written(photo: Photo, pixels: Image, sign: Sign | None) -> str:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        return write(photo, pixels, output, force=True, sign=sign)
+
+    photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    held = held_of(photo.pixels, done, _background())
-    del halved
-    rendering = render(
-        photo.pixels, done.faces, done.recipe, protection=done.protection, held=held, threads=1
-    )
-    left_out = undisclosed(photo, rendering.pixels, task.disclosure)
-    photo, pixels = disclose(photo, rendering.pixels, task.disclosure, what=done.what)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    note = write(photo, pixels, output, force=True, sign=signing(task.disclosure, done.what))
-    achieved = tuple(round(percent, 3) for percent in rendering.achieved)
-    return achieved, Text.joined("; ", [done.note, rendering.note, note, left_out])
+    finder, told = _background(), task.disclosure
+    made = retouch(photo, done, told, written, finder, look=seen.append, threads=1)
+    (rendering,) = seen
+    notes = [done.note, rendering.note, made.written, made.undisclosed]
+    return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
 
 
 def _found(task: Task, photo: Photo) -> Applied:
@@ -189,15 +181,11 @@ def _replayed(task: Task, photo: Photo) -> Applied:
 
 @cache
 def _source(wanted: str | None) -> LandmarkSource:
-    from kogao_core.faces.landmarks import source
-
     return source(wanted)
 
 
 @cache
 def _background() -> BackgroundFinder:
-    from kogao_core.background.find import BackgroundFinder
-
     return BackgroundFinder()
 
 

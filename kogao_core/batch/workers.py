@@ -16,6 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Literal
 
+import cv2
+
+from kogao_core.base import interrupts
 from kogao_core.base.language import Text
 from kogao_core.base.memory import keep_freed
 from kogao_core.base.stderr import open_standard_streams
@@ -217,15 +220,11 @@ def _start() -> Literal["fork", "spawn"]:
 
 def _settle() -> None:
     # Photos are spread over processes already: threads inside each would only get in the way. An
-    # interrupt is for the process that hands out tasks; running ones end in peace.
-    import cv2
-
+    # interrupt is for the process that hands out tasks, which ends this one.
     open_standard_streams()
     keep_freed()  # the next photo is often as large as the last
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for number in signal.valid_signals():  # that the command line ends in a word by
-        if signal.getsignal(number) is signal.default_int_handler:
-            signal.signal(number, signal.SIG_DFL)
+    interrupts.end_when_told(code=1)
     cv2.setNumThreads(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -235,4 +234,5 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
+        interrupts.clear()
         os._exit(1)

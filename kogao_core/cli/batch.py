@@ -6,20 +6,18 @@ import os
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 
+from kogao_core import batch
 from kogao_core.base import installed, wording
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import common, options, words
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from kogao_core.batch import Outcome, Task, Workers
-    from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.batch import NoWorkers, Outcome, Task, Workers
+from kogao_core.cli import common, ending, options, reading, words
+from kogao_core.photo.disclosure.disclosing import Disclosure
 
 
 @words.command("batch")
@@ -47,12 +45,12 @@ if TYPE_CHECKING:
 )
 @words.option(
     "--as", "suffix", default="jpg",
-    type=common.LateChoice(lambda: [ending.removeprefix(".") for ending in common.endings()]),
+    type=click.Choice([suffix.removeprefix(".") for suffix in reading.ENDINGS]),
     help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
 )  # fmt: skip
 @words.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
 @common.limits_megapixels
-@common.chooses_landmarks
+@reading.chooses_landmarks
 @words.option(
     "--dask", metavar="ADDRESS", excludes=("--jobs",),
     help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files, "
@@ -66,7 +64,7 @@ def command(
     jobs: int,
     report: Path | None,
     projects: bool,
-    disclosed: Callable[[], Disclosure],
+    disclosure: Disclosure,
     force: bool,
     suffix: str,
     again: bool,
@@ -76,25 +74,23 @@ def command(
     **choices: Any,
 ) -> int:
     """Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."""
-    from kogao_core import batch
-
     recipe = options.recipe_of(recipe_file, choices)
     report = report or folder / batch.REPORT
-    with common.stopping(batch.NothingToDo, common.USAGE):
+    with ending.stopping(batch.NothingToDo, ending.USAGE):
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
             which=which, max_megapixels=max_megapixels, landmarks=landmarks,
-            projects=projects, suffix=f".{suffix}", disclosure=disclosed(),
+            projects=projects, suffix=f".{suffix}", disclosure=disclosure,
             report=None if again else report,
         )  # fmt: skip
         if not force and not report.exists():
             _check_free(tasks)
-    common.landmark_source(landmarks)
-    common.check_networks()
-    common.mention_fallback(landmarks)
+    reading.landmark_source(landmarks)
+    reading.check_networks()
+    reading.mention_fallback(landmarks)
     workers = _workers(dask, jobs)
     progress = _Progress(len(tasks))
-    with common.refusing(
+    with ending.refusing(
         lambda reason: Text(
             "the report {report} can't be written ({reason}); make room or "
             "choose another one, and start again: what is done stays done",
@@ -104,17 +100,15 @@ def command(
     ):
         batch.record(batch.run(tasks, workers), report, progress.add)
     progress.end(report)
-    return common.SOME_FAILED if progress.bad else 0
+    return ending.SOME_FAILED if progress.bad else 0
 
 
 def _check_free(tasks: Sequence[Task]) -> None:
-    from kogao_core import batch
-
     try:
         batch.check_free(tasks)
     except batch.NothingToDo as error:
-        raise common.Stop(
-            Text("{error}, or --force to replace them", error=error), common.USAGE
+        raise ending.Stop(
+            Text("{error}, or --force to replace them", error=error), ending.USAGE
         ) from None
 
 
@@ -128,35 +122,33 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise common.Stop(Text("nothing matches {path}", path=path), common.USAGE)
+            raise ending.Stop(Text("nothing matches {path}", path=path), ending.USAGE)
         paths += found
     return paths
 
 
 def _workers(dask: str | None, jobs: int) -> Workers:
-    from kogao_core.batch import NoWorkers, Workers
-
     if dask is None:
         return Workers.processes(jobs)
     try:
         return Workers.dask(dask)
     except ImportError:
-        raise common.Stop(
+        raise ending.Stop(
             Text("--dask needs dask.distributed: {how}", how=installed.adding("cluster")),
-            common.BROKEN,
+            ending.BROKEN,
         ) from None
     except NoWorkers:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
                 dask=dask,
             ),
-            common.USAGE,
+            ending.USAGE,
         ) from None
     except (OSError, ValueError) as error:
-        raise common.Stop(
+        raise ending.Stop(
             Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error),
-            common.USAGE,
+            ending.USAGE,
         ) from error
 
 

@@ -9,8 +9,12 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Final
+
+from kogao_core.base import assets
+from kogao_core.base.atomic import put
 
 NAME: Final = "org.kogao.Kogao"
 # Where each file lies, below the folder that desktops look into.
@@ -47,9 +51,6 @@ def install(share: Path, program: Path) -> None:
     OSError
         If they can't be written.
     """
-    from kogao_core.base import assets
-    from kogao_core.base.atomic import put
-
     for name, folder in PLACES.items():
         text = assets.path(f"desktop/{name}").read_text(encoding="utf-8")
         if name.endswith(".desktop"):
@@ -79,8 +80,6 @@ def quoted(program: Path) -> str:
 
 
 def _index(share: Path) -> None:
-    import subprocess  # takes as long to load as most commands
-
     for indexer, folder in _INDEXERS.items():
         found = shutil.which(indexer)
         if found and (share / folder).is_dir():

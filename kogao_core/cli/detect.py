@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from kogao_core.background.people import PersonFinder, PersonMask
+from kogao_core.base.assets import AssetMissing
+from kogao_core.base.atomic import put
+from kogao_core.base.display import png
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import common, words
+from kogao_core.cli import common, ending, reading, words
 from kogao_core.cli import json_file as to_json
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from kogao_core.background.people import PersonMask
-    from kogao_core.faces.face import Face
-    from kogao_core.photo import Photo
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.photo import Photo
 
 
 def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
@@ -27,7 +28,7 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
 
 
 @words.command("detect")
-@common.takes_photo
+@reading.takes_photo
 @words.option(
     "--person-mask", "mask_file", type=common.FILE,
     metavar="FILE.png", callback=_png,
@@ -48,14 +49,12 @@ def command(
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
-    from kogao_core.base.threads import beside
-
     to_json.check(json_file, force)
     to_json.check(mask_file, force)
-    path = common.input_path(source, sample)
-    with beside(common.loader(landmarks)) as loaded:
-        photo = common.read_photo(path, max_megapixels)
-    faces = common.find_faces(photo, landmarks, loaded)
+    path = reading.input_path(source, sample)
+    known = reading.landmark_source(landmarks)
+    photo = reading.read_photo(path, max_megapixels)
+    faces = reading.find_faces(photo, landmarks, known)
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
         _write_mask(mask_file, photo, people)
@@ -65,14 +64,10 @@ def command(
 
 
 def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
-    from kogao_core.background.people import PersonFinder
-    from kogao_core.base.assets import AssetMissing
-    from kogao_core.faces.landmarks import ModelRefused
-
-    with common.stopping((AssetMissing, ModelRefused), common.BROKEN):
+    with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
         people = PersonFinder().find(photo.pixels, faces)
     if people.missed:
-        common.print_message(
+        ending.print_message(
             Text(
                 "{missed} of {count_of_faces} couldn't be told from the background; "
                 "the mask is black there",
@@ -84,10 +79,7 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
 
 
 def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
-    from kogao_core.base.atomic import put
-    from kogao_core.base.display import png
-
-    with common.refusing(
+    with ending.refusing(
         lambda reason: Text("{file} can't be written: {reason}", file=file, reason=reason)
     ):
         put(png(people.picture(photo.width, photo.height)), file)

@@ -7,7 +7,7 @@ import hashlib
 import platform
 import sys
 from collections.abc import Iterator
-from importlib import import_module
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +16,7 @@ import click
 import kogao_core
 from kogao_core.base import assets, installed
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import common, words
+from kogao_core.cli import common, ending, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
@@ -75,7 +75,7 @@ def command(context: click.Context, json_file: Path | None, force: bool) -> None
     to_json.check(json_file, force)
     findings = examine()
     to_json.deliver(lambda: findings, lambda: text(findings), json_file)
-    context.exit(0 if findings["ok"] else common.BROKEN)
+    context.exit(0 if findings["ok"] else ending.BROKEN)
 
 
 def examine() -> dict[str, Any]:
@@ -98,8 +98,6 @@ def examine() -> dict[str, Any]:
 
 
 def _package(name: str) -> dict[str, str]:
-    from importlib import metadata
-
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:

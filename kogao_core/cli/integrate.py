@@ -14,10 +14,11 @@ from typing import Final
 
 import click
 
-from kogao_core.base import installed
+from kogao_core.base import assets, installed
+from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import system_reason
-from kogao_core.cli import common, desktop, words
+from kogao_core.cli import common, desktop, ending, words
 
 _OURS: Final = "-- by kogao-cli integrate"
 # Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
@@ -141,29 +142,27 @@ def command(host: str, remove: bool, settings: Path | None) -> None:
 
     Other programs know it when they start next.
     """
-    from kogao_core.base import assets
-
     try:
-        with common.stopping(assets.AssetMissing, common.BROKEN):
+        with ending.stopping(assets.AssetMissing, ending.BROKEN):
             if host == _DESKTOP:
                 done = _change_desktop(settings, remove)
             else:
                 done = _change_host(host, settings, remove)
     except OSError as error:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "{place} can't be changed ({why})",
                 place=error.filename or settings or host,
                 why=system_reason(error),
             ),
-            common.UNREADABLE,
+            ending.UNREADABLE,
         ) from error
-    common.print_text("\n".join(map(translated, done)))
+    ending.print_text("\n".join(map(translated, done)))
 
 
 def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
     if sys.platform in ("win32", "darwin"):
-        raise common.Stop(Text("menus of this kind are those of Linux desktops"), common.USAGE)
+        raise ending.Stop(Text("menus of this kind are those of Linux desktops"), ending.USAGE)
     folder = share or desktop.of_user()
     if remove:
         desktop.remove(folder)
@@ -212,9 +211,9 @@ def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, 
         if remove or folder.is_dir() or not host.is_filled_once
     ]
     if not places:
-        raise common.Stop(
+        raise ending.Stop(
             Text("{host} has no settings here yet; start it once, and then this again", host=name),
-            common.UNREADABLE,
+            ending.UNREADABLE,
         )
     return places
 
@@ -233,9 +232,6 @@ def _folders(host: Host) -> list[Path]:
 
 
 def _install(host: Host, folder: Path) -> None:
-    from kogao_core.base import assets
-    from kogao_core.base.atomic import put
-
     for resource, within in host.files.items():
         text = assets.path(f"integrations/{resource}").read_text(encoding="utf-8")
         for word, program in _PROGRAMS.items():
@@ -263,8 +259,8 @@ def _remove(host: Host, folder: Path) -> None:
 def _program(name: str) -> Path:
     found = installed.program(name)
     if found is None:
-        raise common.Stop(
-            Text("{program} isn't installed here; pip install kogao", program=name), common.BROKEN
+        raise ending.Stop(
+            Text("{program} isn't installed here; pip install kogao", program=name), ending.BROKEN
         )
     return found
 
@@ -273,9 +269,9 @@ def _python() -> Path:
     """Return the Python at work; where a bundle has it within, the system's."""
     found = shutil.which("python3") if installed.is_bundle() else sys.executable
     if found is None:
-        raise common.Stop(
+        raise ending.Stop(
             Text("GIMP 2.10 starts Kogao by a Python 3, and none is on the path here"),
-            common.BROKEN,
+            ending.BROKEN,
         )
     return Path(found)
 
@@ -289,8 +285,6 @@ _PROGRAMS: Final[Mapping[str, Callable[[], Path]]] = {
 
 def _mark(file: Path, *, wanted: bool) -> None:
     """Add our line to a file of the program's settings, or take it out; the rest stays."""
-    from kogao_core.base.atomic import put
-
     before = file.read_bytes() if file.exists() else b""
     lines = [line for line in before.splitlines(keepends=True) if _OURS.encode() not in line]
     if wanted:

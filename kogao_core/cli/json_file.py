@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import click
 
+from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
-from kogao_core.cli import common, words
+from kogao_core.base.wording import system_reason
+from kogao_core.cli import common, ending, words
 
 STDOUT: Final = Path("-")
 _PLACE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
@@ -22,7 +25,8 @@ def _no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path 
     """Refuse a photo's name: with F left out, the photo that follows would be taken for it."""
     if file is None or file == STDOUT:
         return file
-    from kogao_core.photo import READABLE
+
+    from kogao_core.photo import READABLE  # of use where a file is named; loads numpy
 
     if file.suffix.lower() in READABLE:
         raise words.bad_value(
@@ -54,14 +58,14 @@ def check(file: Path | None, force: bool) -> None:
         return
     common.check_free(file, force)
     if not file.parent.is_dir():
-        raise common.Stop(
+        raise ending.Stop(
             Text("there is no folder {folder}; make it first", folder=file.parent),
-            common.UNREADABLE,
+            ending.UNREADABLE,
         )
     if not os.access(file.parent, os.W_OK | os.X_OK):
-        raise common.Stop(
+        raise ending.Stop(
             Text("the folder {folder} isn't writable; choose another one", folder=file.parent),
-            common.UNREADABLE,
+            ending.UNREADABLE,
         )
 
 
@@ -82,12 +86,28 @@ def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None
     Stop
         If the file can't be written.
     """
-    from kogao_core.base.atomic import put
-
     if file == STDOUT:
         click.echo(json.dumps(found()))
         return
-    common.print_text(text())
+    ending.print_text(text())
     if file is not None:
-        with common.writing(file):
+        with ending.writing(file):
             put((json.dumps(found()) + "\n").encode(), file)
+
+
+def tell(found: Callable[[], Any], text: Callable[[], str], file: Path | None) -> None:
+    """Deliver what is known of a photo that is written: what fails now is a note, not an error."""
+    try:
+        deliver(found, text, file)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except ending.Stop as stop:
+        ending.print_message(Text("the photo is written; {problem}", problem=stop.message))
+    except Exception as error:
+        ending.print_message(
+            Text(
+                "the photo is written, but what was done can't be told ({problem})",
+                problem=system_reason(error) if isinstance(error, OSError) else str(error),
+            )
+        )

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import click
 
 from kogao_core.base.language import Text, translated
-from kogao_core.cli import common, options, words
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from kogao_core.cli import common, ending, options, reading, words
+from kogao_core.projects import interchange
 
 _FORMATS: Final = ("tem", "pts", "csv", "json")
 _TEMPLATES: Final = ("27", "68", "189")
@@ -26,7 +25,7 @@ def command() -> None:
 
 
 @command.command("export")
-@common.takes_photos
+@reading.takes_photos
 @words.option(
     "--format", "form", type=click.Choice(_FORMATS), required=True,
     help="WebMorph, iBUG, a table, or what detect --json writes.",
@@ -53,34 +52,32 @@ def export(
     max_megapixels: float,
 ) -> int:
     """Find the faces of photos and write their landmarks."""
-    photos = common.input_paths(inputs, sample)
+    photos = reading.input_paths(inputs, sample)
     targets = [_target(photo, folder, form) for photo in photos]
     twice = {target for target in targets if targets.count(target) > 1}
     if twice:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "several photos would be written to {twice}; give those their own folder",
                 twice=min(twice),
             ),
-            common.USAGE,
+            ending.USAGE,
         )
     if template is not None and form == "json":
-        raise common.Stop(Text("JSON holds our own points; leave --template out"), common.USAGE)
+        raise ending.Stop(Text("JSON holds our own points; leave --template out"), ending.USAGE)
 
     def write(photo: Path) -> None:
-        from kogao_core.projects import interchange
-
         target = _target(photo, folder, form)
-        found = common.find_faces(common.read_photo(photo, max_megapixels), landmarks)
-        faces = common.selected(found, which)
+        found = reading.find_faces(reading.read_photo(photo, max_megapixels), landmarks)
+        faces = reading.selected(found, which)
         for file in interchange.files(target, faces):
             common.check_free(file, force)
-        with common.writing(target):
+        with ending.writing(target):
             folder.mkdir(parents=True, exist_ok=True)
             written = interchange.write(faces, target, template)
         for one in written:
             note = f" ({translated(one.note)})" if one.note else ""
-            common.print_text(f"{photo}: {one.path}{note}")
+            ending.print_text(f"{photo}: {one.path}{note}")
 
     return common.each(photos, write)
 

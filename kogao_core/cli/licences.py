@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Final
+from importlib import metadata
+from typing import Any, Final
 
 import click
 
@@ -11,9 +12,6 @@ import kogao_core
 from kogao_core.base import assets
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import words
-
-if TYPE_CHECKING:
-    from importlib import metadata
 
 OWN: Final = "Apache-2.0"
 # What pyproject.toml asks for, and what that brings along; a test compares the two.
@@ -68,8 +66,6 @@ def manifest() -> list[dict[str, Any]]:
 
 
 def _dependency(name: str) -> str:
-    from importlib import metadata
-
     try:
         about = metadata.metadata(name)
     except metadata.PackageNotFoundError:

@@ -5,15 +5,21 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
-from functools import partial, wraps
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import click
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, words
+from kogao_core.cli import common, ending, words
+from kogao_core.photo.disclosure.credentials import Signer, check_signer
+from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.disclosure.label import check_label
+from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
+from kogao_core.photo.errors import CannotDisclose, MissingExtra
+from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import (
     CORNERS,
@@ -21,12 +27,9 @@ from kogao_core.recipe.settings import (
     LABEL_PERCENT,
     LABEL_SHARE,
     SETTINGS,
+    Corner,
     Setting,
 )
-
-if TYPE_CHECKING:
-    from kogao_core.photo.disclosure.disclosing import Disclosure
-    from kogao_core.recipe.settings import Corner
 
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
@@ -172,16 +175,12 @@ _TOLD: Final = ("record", "label", "font", "picture", "corner", "share", "certif
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that disclose the retouching.
-
-    The command gets them as ``disclosed``, a function that checks them and returns a `Disclosure`:
-    it loads numpy.
-    """
+    """Add the options that disclose the retouching; the command gets a checked ``disclosure``."""
 
     @wraps(command)
     def disclosing(**given: Any) -> Any:
         told = {name: given.pop(name) for name in _TOLD}
-        return command(**given, disclosed=partial(_disclosure, **told))
+        return command(**given, disclosure=_disclosure(**told))
 
     return words.together(*_DISCLOSING)(disclosing)
 
@@ -197,18 +196,11 @@ def _disclosure(
     key: str | None,
 ) -> Disclosure:
     """Return what results disclose, after checking that they can."""
-    from kogao_core.photo.disclosure.disclosing import Disclosure
-
     laid, signer = None, None
     if label is not None or picture is not None or (certificate is not None and key is not None):
-        from kogao_core.photo.disclosure.credentials import Signer, check_signer
-        from kogao_core.photo.disclosure.label import check_label
-        from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
-        from kogao_core.photo.errors import CannotDisclose, MissingExtra
-
         with (
-            common.stopping(CannotDisclose, common.USAGE),
-            common.stopping(MissingExtra, common.BROKEN),
+            ending.stopping(CannotDisclose, ending.USAGE),
+            ending.stopping(MissingExtra, ending.BROKEN),
         ):
             if label is not None:
                 check_label(label, font)
@@ -238,11 +230,9 @@ def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
 def recipe_of(file: Path | None, choices: dict[str, Any], otherwise: Recipe = _DEFAULTS) -> Recipe:
     """Return the recipe in `file`, or another one, with the choices that were given."""
     given = {name: value for name, value in choices.items() if value is not None}
-    with common.stopping(ValueError, common.USAGE):
+    with ending.stopping(ValueError, ending.USAGE):
         return dataclasses.replace(_read(file) if file else otherwise, **given)
 
 
 def _read(file: Path) -> Recipe:
-    from kogao_core.recipe import presets
-
     return presets.read(file)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from kogao_core.cli import common, words
-
-if TYPE_CHECKING:
-    from kogao_core.faces.face import Face, LandmarkSource
-    from kogao_core.photo import Photo
+from kogao_core.base.geometry import Box
+from kogao_core.base.strict import BadFile
+from kogao_core.cli import ending, reading, words
+from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.photo import Photo
+from kogao_core.projects import interchange
 
 takes_points = words.together(
     words.option(
@@ -34,18 +33,15 @@ def faces(
     file: Path | None,
     mapping: str | None,
     landmarks: str | None,
-    source: Callable[[], LandmarkSource | None] | None,
+    known: LandmarkSource | None,
 ) -> list[Face]:
     """Return the faces of a file of points, or find them where there is none."""
     if file is None:
-        return common.find_faces(photo, landmarks, source)
-    from kogao_core.base.geometry import Box
-    from kogao_core.base.strict import BadFile
-    from kogao_core.projects import interchange
+        return reading.find_faces(photo, landmarks, known)
 
-    with common.stopping(ValueError, common.USAGE):
+    with ending.stopping(ValueError, ending.USAGE):
         template = None if mapping is None else interchange.template(mapping)
-    with common.stopping(BadFile, common.UNREADABLE):
+    with ending.stopping(BadFile, ending.UNREADABLE):
         found = interchange.read(file, template)
         interchange.check_inside(found, Box.of(photo.pixels))
     return found

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from kogao_core.base.language import Text, translated
-from kogao_core.cli import common, words
+from kogao_core.cli import common, ending, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
@@ -54,7 +54,7 @@ def export(name: str, output: Path, force: bool) -> None:
     """Write a preset as a file."""
     recipe = _named(name)
     common.check_free(output, force)
-    with common.writing(output):
+    with ending.writing(output):
         presets.write(recipe, output)
 
 
@@ -65,27 +65,27 @@ def export(name: str, output: Path, force: bool) -> None:
 def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:
     """Take recipes in files as presets of your own; none is taken unless all can be."""
     if name is not None and len(files) > 1:
-        raise common.Stop(Text("--name names one preset; import one file"), common.USAGE)
+        raise ending.Stop(Text("--name names one preset; import one file"), ending.USAGE)
     folder = presets.user_folder()
-    with common.stopping(ValueError, common.USAGE):
+    with ending.stopping(ValueError, ending.USAGE):
         named = [
             (presets.name_of(file) if name is None else name, presets.read(file)) for file in files
         ]
         targets = [presets.file_of(folder, one) for one, _ in named]
     for (one, _), target in zip(named, targets, strict=True):
         if one in presets.BUILT_IN:
-            raise common.Stop(
-                Text("{one} comes with the program; give yours a --name", one=one), common.USAGE
+            raise ending.Stop(
+                Text("{one} comes with the program; give yours a --name", one=one), ending.USAGE
             )
         if targets.count(target) > 1:
-            raise common.Stop(
-                Text("several files are called {one}; rename one", one=one), common.USAGE
+            raise ending.Stop(
+                Text("several files are called {one}; rename one", one=one), ending.USAGE
             )
         common.check_free(target, force)
     for one, recipe in named:
-        with common.writing(presets.file_of(folder, one)):
+        with ending.writing(presets.file_of(folder, one)):
             presets.add(folder, one, recipe)
-        common.print_text(one)
+        ending.print_text(one)
 
 
 def _all() -> dict[str, Recipe]:
@@ -96,10 +96,10 @@ def _all() -> dict[str, Recipe]:
 def _named(name: str) -> Recipe:
     found = _all()
     if name not in found:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "there is no preset {name}; kogao-cli presets list tells which there are", name=name
             ),
-            common.USAGE,
+            ending.USAGE,
         )
     return found[name]

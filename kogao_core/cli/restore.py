@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from kogao_core.base.language import Text, tr
-from kogao_core.cli import common, words
-
-if TYPE_CHECKING:
-    from kogao_core.photo.originals import Originals
+from kogao_core.cli import common, ending, words
+from kogao_core.photo.originals import ChangedSince, NoOriginal, Originals
 
 
 @words.command("restore")
@@ -32,18 +29,16 @@ def command(file: Path, only_list: bool, number: int | None, force: bool) -> Non
 
     The original is the file as it was before Kogao wrote there for the first time.
     """
-    from kogao_core.photo.originals import NoOriginal, Originals
-
     common.check_free(file, force=True)
     store = Originals.of_user()
     with (
-        common.stopping(NoOriginal, common.USAGE),
-        common.refusing(
+        ending.stopping(NoOriginal, ending.USAGE),
+        ending.refusing(
             lambda reason: Text("{file} can't be brought back ({reason})", file=file, reason=reason)
         ),
     ):
         said = _listed(store, file) if only_list else _restored(store, file, number, force)
-    common.print_text(said)
+    ending.print_text(said)
 
 
 def _listed(store: Originals, file: Path) -> str:
@@ -56,18 +51,16 @@ def _listed(store: Originals, file: Path) -> str:
 
 
 def _restored(store: Originals, file: Path, number: int | None, force: bool) -> str:
-    from kogao_core.photo.originals import ChangedSince
-
     try:
         there_was = store.restore(file, number, force=force)
     except ChangedSince:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "{path} has changed since it was written in place; --force "
                 "brings the original back all the same",
                 path=file,
             ),
-            common.USAGE,
+            ending.USAGE,
         ) from None
     if there_was:
         return tr("{file} is as it was again", file=file)

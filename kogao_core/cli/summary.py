@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from kogao_core.background.find import Bends
+from kogao_core.background.lines import SEEN_PX, BentLine
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.timing import STAGES
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
+from kogao_core.faces.face import Face
+from kogao_core.photo import Photo
+from kogao_core.pipeline import Rendering
 from kogao_core.recipe.settings import SETTINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from kogao_core.background.find import Bends
-    from kogao_core.background.lines import BentLine
-    from kogao_core.faces.face import Face
-    from kogao_core.photo import Photo
-    from kogao_core.pipeline import Rendering
-    from kogao_core.warp.one_to_one import OneToOne
-
+from kogao_core.warp.dose import asked_percent
+from kogao_core.warp.one_to_one import OneToOne
 
 # What the lines begin with, in a column of their own.
 DOSE, DOMAIN, RESIDUAL = Text("dose"), Text("domain"), Text("residual")
@@ -176,8 +173,6 @@ def _bent(bends: Bends) -> Text:
 
 def _held(lines: Sequence[BentLine]) -> list[str]:
     """Return how many lines were held, and of the one that gave way most, by how much."""
-    from kogao_core.background.lines import SEEN_PX
-
     meant = ("held", "gave way")
     held = [line for line in lines if line.holding in meant and line.unheld_px >= SEEN_PX]
     if not held:
@@ -202,7 +197,5 @@ def _ends(line: BentLine) -> dict[str, float]:
 
 def _doses(rendering: Rendering) -> list[tuple[float, float]]:
     """Return how far each face was asked to come towards its centre, and how far it came."""
-    from kogao_core.warp.dose import asked_percent
-
     asked = (asked_percent(pairs) for pairs in rendering.pairs)
     return list(zip(asked, rendering.achieved, strict=True))

@@ -2,39 +2,36 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager, nullcontext
-from functools import partial
-from importlib import import_module
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any
 
 import click
 
+from kogao_core.background.find import BackgroundFinder, Bends, measure
+from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, options, points, projects, summary, words
+from kogao_core.cli import common, ending, options, points, projects, reading, summary, words
 from kogao_core.cli import json_file as to_json
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from kogao_core.background.find import BackgroundFinder, Bends
-    from kogao_core.base.geometry import Image
-    from kogao_core.faces.face import Face, LandmarkSource
-    from kogao_core.photo import Photo
-    from kogao_core.photo.disclosure.disclosing import Disclosure
-    from kogao_core.pipeline import Rendering
-    from kogao_core.projects.sidecar import Applied
-    from kogao_core.warp.protection import Protection
-
-_LATER: Final = (
-    "projects.sidecar",
-    "pipeline",
-    "photo.jpeg.blocks",
-    "background.find",
-    "background.people",
+from kogao_core.faces.face import Face
+from kogao_core.photo import (
+    CannotWrite,
+    Photo,
+    RefusedOutput,
+    check_holds,
+    check_in_place,
+    check_output,
 )
+from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.originals import Originals
+from kogao_core.pipeline import Rendering
+from kogao_core.projects.sidecar import Applied
+from kogao_core.retouch import Write, over_itself, retouch, to_file
+from kogao_core.warp.limits import OutOfBounds, check_protection
+from kogao_core.warp.protection import NOTHING, Protection
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -55,10 +52,10 @@ def _corners(value: str) -> list[list[float]]:
 
 
 @words.command("warp")
-@common.takes_photo
+@reading.takes_photo
 @words.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-    help=common.output_help,
+    help=reading.OUTPUT_HELP,
 )  # fmt: skip
 @words.option(
     "--in-place", is_flag=True,
@@ -111,72 +108,50 @@ def command(
     feather_px: float,
     project_file: Path | None,
     save_project: bool,
-    disclosed: Callable[[], Disclosure],
+    disclosure: Disclosure,
     json_file: Path | None,
     force: bool,
     **choices: Any,
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."""
-    from kogao_core.base.threads import beside, take_short_turns
-
     if project_file is not None:
         projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
-    path = common.input_path(source, sample)
+    path = reading.input_path(source, sample)
     is_searched = project_file is None and points_file is None
-    load = common.loader(landmarks) if is_searched else None
-    take_short_turns()
-    with beside(lambda: _loaded(load)) as loaded:
-        disclosure = disclosed()
-        to = _checked_output(path, sample, output, in_place, save_project, force)
-        to_json.check(json_file, force)
-        if save_project:
-            projects.check_free(path, sample, force)
-        photo = common.read_photo(path, max_megapixels, to)
+    known = reading.landmark_source(landmarks) if is_searched else None
+    to = _checked_output(path, sample, output, in_place, save_project, force)
+    to_json.check(json_file, force)
+    if save_project:
+        projects.check_free(path, sample, force)
+    photo = reading.read_photo(path, max_megapixels, to)
     _check_photo(photo, to, in_place)
-    from kogao_core.background.find import BackgroundFinder, held_of
-    from kogao_core.faces.landmarks.pixels import Pyramid
-    from kogao_core.photo import read_ahead
-    from kogao_core.pipeline import render
-    from kogao_core.projects.sidecar import Applied
+    sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
+    found: list[Face] = []
+    if project_file is not None:
+        done = projects.applied(project_file, photo, sha256)
+    else:
+        protection = _protection(photo, lines, width_px, feather_px)
+        found = points.faces(photo, points_file, points_map, landmarks, known)
+        chosen = reading.selected(found, which)
+        done = Applied(chosen, recipe, protection, others=_rest(found, chosen))
+    finder = BackgroundFinder()
+    bends, note = Bends(()), ""
 
-    with beside(lambda: read_ahead(photo, to)) as ahead:
-        sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
-        halved = Pyramid.of(photo.pixels)  # for the search and the look at the background together
-        found: list[Face] = []
-        if project_file is not None:
-            done = projects.applied(project_file, photo, sha256)
-        else:
-            protection = _protection(photo, lines, width_px, feather_px)
-            found = points.faces(photo, points_file, points_map, landmarks, loaded)
-            chosen = common.selected(found, which)
-            done = Applied(chosen, recipe, protection, others=_rest(found, chosen))
-        finder = BackgroundFinder()
-        held = held_of(photo.pixels, done, finder)
-        del halved
-        rendering = render(
-            photo.pixels, done.faces, done.recipe, protection=done.protection, held=held
-        )
-        with beside(lambda: _measured(photo, rendering, done, finder)) as measured:
-            write = (
-                partial(_write_in_place, temporary) if in_place else partial(_write_to, to, force)
-            )
-            note = _write(photo, rendering, done.what, disclosure, partial(write, ahead=ahead))
-    bends = measured()
-    notes = list(filter(None, [done.note, rendering.note, note, bends.note]))
+    def look(rendering: Rendering) -> None:
+        nonlocal bends, note
+        bends, note = _measured(photo, rendering, done, finder), rendering.note
+
+    with _writing(), _write(to, force, in_place, temporary) as write:
+        made = retouch(photo, done, disclosure, write, finder, look=look)
+    written = Text.joined("; ", [made.written, made.undisclosed])
+    notes = list(filter(None, [done.note, note, written, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))
-    results = photo, to, done.faces, rendering, bends, notes
-    to_json.deliver(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
-
-
-def _loaded(load: Callable[[], LandmarkSource] | None) -> LandmarkSource | None:
-    """Load what is needed once the photo is decoded, beside that: networks, then modules."""
-    source = load() if load is not None else None
-    for name in _LATER:
-        import_module(f"kogao_core.{name}")
-    return source
+    assert made.rendering is not None
+    results = photo, to, done.faces, made.rendering, bends, notes
+    to_json.tell(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
 
 
 def _checked_output(
@@ -192,21 +167,19 @@ def _checked_output(
         _check_in_place(sample, output, save_project)
         return path
     if output is None:
-        raise common.Stop(Text("name an output with -o, or use --in-place"), common.USAGE)
+        raise ending.Stop(Text("name an output with -o, or use --in-place"), ending.USAGE)
     _check_output(path, output, force)
     return output
 
 
 def _check_output(path: Path, output: Path, force: bool) -> None:
-    from kogao_core.photo import check_output
-
     if output.exists() and path.exists() and output.samefile(path) and not force:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "{output} is the photo itself; choose another output, or --force to replace it",
                 output=output,
             ),
-            common.USAGE,
+            ending.USAGE,
         )
     with _writing():
         check_output(output, force=True)
@@ -215,24 +188,22 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
 
 def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> None:
     if sample:
-        raise common.Stop(
-            Text("the sample isn't written over; copy it to a folder first"), common.USAGE
+        raise ending.Stop(
+            Text("the sample isn't written over; copy it to a folder first"), ending.USAGE
         )
     if output is not None:
-        raise common.Stop(Text("--in-place writes over IN; leave out -o"), common.USAGE)
+        raise ending.Stop(Text("--in-place writes over IN; leave out -o"), ending.USAGE)
     if save_project:
-        raise common.Stop(
+        raise ending.Stop(
             Text(
                 "a project is about the photo as it was, which --in-place replaces; "
                 "leave out --save-project"
             ),
-            common.USAGE,
+            ending.USAGE,
         )
 
 
 def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
-    from kogao_core.photo import check_holds, check_in_place
-
     with _writing():
         if in_place:
             check_in_place(photo)
@@ -245,63 +216,41 @@ def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:
 
 
 def _measured(photo: Photo, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:
-    """Measure what the summary tells."""
-    from kogao_core.background.find import measure
-
-    _ = rendering.pixel_counts, rendering.residual, rendering.one_to_one  # kept there
-    return measure(photo.pixels, rendering, done, finder)
+    """Measure what the summary tells, while nothing is written yet."""
+    _ = rendering.pixel_counts, rendering.residual, rendering.one_to_one, rendering.achieved
+    try:
+        return measure(photo.pixels, rendering, done, finder)
+    except Exception as error:  # pixels may be any numbers; a photo isn't refused for a figure
+        why = f"{type(error).__name__}: {error}"
+        return Bends((), Text("the straight lines couldn't be measured ({why})", why=why))
 
 
 def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: float) -> Protection:
-    from kogao_core.base.geometry import Box
-    from kogao_core.warp.limits import OutOfBounds, check_protection
-    from kogao_core.warp.protection import NOTHING
-
     protection = NOTHING
     for line in lines:
         protection = protection.with_stroke(line, width_px / 2.0, feather_px)
-    with common.stopping(OutOfBounds, common.USAGE):
+    with ending.stopping(OutOfBounds, ending.USAGE):
         check_protection(protection, Box.of(photo.pixels))
     return protection
 
 
-def _write(
-    photo: Photo,
-    rendering: Rendering,
-    what: str,
-    disclosure: Disclosure,
-    write: Callable[..., str],
-) -> str:
-    from kogao_core.photo.disclosure.disclosing import disclose, signing, undisclosed
-
-    left_out = undisclosed(photo, rendering.pixels, disclosure)
-    with _writing():
-        told = disclose(photo, rendering.pixels, disclosure, what=what)
-        note = write(*told, sign=signing(disclosure, what))
-    return Text.joined("; ", [note, left_out])
-
-
-def _write_to(output: Path, force: bool, photo: Photo, pixels: Image, **more: Any) -> str:
-    from kogao_core.photo import write
-
-    return write(photo, pixels, output, force=force, **more)
-
-
-def _write_in_place(temporary: bool, photo: Photo, pixels: Image, **more: Any) -> str:
-    from kogao_core.photo import write_in_place
-    from kogao_core.photo.originals import Originals
-
-    with Originals.for_now() if temporary else nullcontext(Originals.of_user()) as originals:
-        return write_in_place(photo, pixels, originals, **more)
+@contextmanager
+def _write(to: Path, force: bool, in_place: bool, temporary: bool) -> Iterator[Write]:
+    """Lend what writes the result."""
+    if not in_place:
+        yield to_file(to, force=force)
+    elif temporary:
+        with Originals.for_now() as originals:
+            yield over_itself(originals)
+    else:
+        yield over_itself(Originals.of_user())
 
 
 @contextmanager
 def _writing() -> Iterator[None]:
     """Stop where a photo can't be written, by what is in the way."""
-    from kogao_core.photo import CannotWrite, RefusedOutput
-
     with (
-        common.stopping(CannotWrite, common.UNREADABLE),
-        common.stopping(RefusedOutput, common.USAGE),
+        ending.stopping(CannotWrite, ending.UNREADABLE),
+        ending.stopping(RefusedOutput, ending.USAGE),
     ):
         yield

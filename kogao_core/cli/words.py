@@ -14,8 +14,6 @@ from kogao_core.base.language import Text, languages, looked_up, translated, use
 from kogao_core.base.wording import shown
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-# Its text, or what makes it when it is shown, for what it comes from may load numpy.
-Help = str | Callable[[], str] | None
 
 
 class Option(click.Option):
@@ -25,7 +23,7 @@ class Option(click.Option):
     ----------
     *names : str
         As click has them.
-    help : str, Text or callable, optional
+    help : str or Text, optional
         What it does; a literal is found for the catalogues.
     needs : str, optional
         The option without which it says nothing.
@@ -38,20 +36,18 @@ class Option(click.Option):
     def __init__(
         self,
         *names: Any,
-        help: Help = None,  # noqa: A002
+        help: str | None = None,  # noqa: A002
         needs: str | None = None,
         excludes: Sequence[str] = (),
         **settings: Any,
     ) -> None:
-        settings["help"] = None if callable(help) else help
         super().__init__(*names, **settings)
-        self._words = help
+        self.help = help  # click itself would make a plain string of a `Text`
         self.needs, self.excludes = needs, excludes
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help."""
-        words = self._words() if callable(self._words) else self._words
-        with _said_by(self, words):
+        with _said_by(self, self.help):
             return super().get_help_record(ctx)
 
 
@@ -108,8 +104,9 @@ class Group(Command, click.Group):
     ----------
     *names : str
         As click has them.
-    later : mapping of str to str, optional
-        The modules of commands by their names; each is loaded when it is asked for.
+    later : mapping of str to (str, Text), optional
+        By the names of commands, their modules, which are loaded when a command is asked for, and
+        their first sentences, which a list of all shows.
     **settings : object
         As click has them.
     """
@@ -117,7 +114,7 @@ class Group(Command, click.Group):
     command_class = Command
 
     def __init__(
-        self, *names: Any, later: Mapping[str, str] | None = None, **settings: Any
+        self, *names: Any, later: Mapping[str, tuple[str, Text]] | None = None, **settings: Any
     ) -> None:
         super().__init__(*names, **settings)
         self._later = later or {}
@@ -133,6 +130,14 @@ class Group(Command, click.Group):
         """Return the names of all commands, sorted."""
         return sorted({*self._later, *super().list_commands(ctx)})
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of all commands."""
+        if not self._later:
+            super().format_commands(ctx, formatter)
+            return
+        listed = [Command(name, help=words) for name, (_, words) in self._later.items()]
+        click.Group(commands=listed).format_commands(ctx, formatter)
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command of a name."""
         self._load(cmd_name)
@@ -140,7 +145,7 @@ class Group(Command, click.Group):
 
     def _load(self, name: str) -> None:
         if name in self._later and name not in self.commands:
-            self.add_command(import_module(self._later[name]).command)
+            self.add_command(import_module(self._later[name][0]).command)
 
 
 def is_given(one: click.Parameter, ctx: click.Context) -> bool:
@@ -217,7 +222,7 @@ def _speak(_: click.Context, __: click.Parameter, code: str | None) -> None:
 
 chooses_language = option(
     "--language", metavar="CODE", is_eager=True, expose_value=False, callback=_speak,
-    help=lambda: Text(
+    help=Text(
         "Say everything in this language: {known} [the system's].", known=", ".join(languages())
     ),
 )  # fmt: skip

@@ -146,7 +146,7 @@ def with_target_moved(
     moves = _moves(face, index, np.asarray(to, np.float64) - target_px[index], reach_px, symmetric)
     changed = face.with_target(index, to)
     assert changed.targets is not None
-    followed = moves.any(axis=1)
+    followed = np.asarray(moves.any(axis=1), bool)
     followed[index] = False
     targets = np.where(followed[:, None], target_px + moves, changed.targets)
     return dataclasses.replace(changed, targets=targets)

@@ -5,7 +5,7 @@ from kogao_core.photo.formats import FORMATS, READABLE, Format
 from kogao_core.photo.in_place import check_in_place, write_in_place
 from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
-from kogao_core.photo.writing import bits_of, check_holds, check_output, read_ahead, write
+from kogao_core.photo.writing import bits_of, check_holds, check_output, write
 
 __all__ = [
     "FORMATS",
@@ -22,7 +22,6 @@ __all__ = [
     "check_in_place",
     "check_output",
     "read",
-    "read_ahead",
     "write",
     "write_in_place",
 ]

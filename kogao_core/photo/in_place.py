@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
@@ -99,7 +98,6 @@ def write_in_place(
     photo: Photo,
     pixels: Image,
     originals: Originals,
-    ahead: Callable[[], object] | None = None,
     sign: Sign | None = None,
 ) -> str:
     """Write new pixels over the photo's own file; see `write` for what stays as it was.
@@ -114,7 +112,7 @@ def write_in_place(
         Of the photo's own shape and type.
     originals : Originals
         Where the file is kept before it is written over.
-    ahead, sign : callable, optional
+    sign : callable, optional
         See `write`.
 
     Returns
@@ -150,9 +148,7 @@ def write_in_place(
                 )
             ) from error
 
-    if source is not photo:
-        ahead = None  # what lies there now is a result
-    note = write(source, pixels, photo.path, force=True, ahead=ahead, before=keep, sign=sign)
+    note = write(source, pixels, photo.path, force=True, before=keep, sign=sign)
     if source is photo and replaced_a_result:
         again = Text(
             "this photo was changed in place before, so its pixels are resampled twice; "

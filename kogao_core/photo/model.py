@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from kogao_core.base.display import preview
 from kogao_core.base.geometry import Image
 from kogao_core.photo.metadata.kinds import Extra
 
@@ -151,8 +152,6 @@ class Photo:
 
     def _repr_png_(self) -> bytes:
         """Return the photo as a notebook shows it."""
-        from kogao_core.base.display import preview
-
         return preview(self.pixels)
 
 

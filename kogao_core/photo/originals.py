@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.atomic import Pieces, is_aside, put
+from kogao_core.base.atomic import Pieces, aside, is_aside, put
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, parse
 
@@ -106,8 +106,8 @@ class Originals:
     @contextmanager
     def for_now() -> Iterator[Originals]:
         """Return a store that is gone at the end: whoever made the files has their originals."""
-        with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
-            yield Originals(Path(folder))
+        with aside(Path(tempfile.gettempdir())) as folder:
+            yield Originals(folder)
 
     def keep(self, path: Path, pieces: Pieces, read: str = "") -> bool:
         """Keep a file that is about to be written over with `pieces`, which come from one `read`.

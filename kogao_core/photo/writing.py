@@ -32,7 +32,6 @@ def write(
     path: str | os.PathLike[str],
     *,
     force: bool = False,
-    ahead: Callable[[], object] | None = None,
     before: Callable[[Pieces], object] | None = None,
     sign: Sign | None = None,
 ) -> str:
@@ -53,9 +52,6 @@ def write(
         ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff`` or ``.webp``.
     force : bool
         Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
-    ahead : callable, optional
-        Called once at most; returns what `read_ahead` returned for the same photo and format,
-        where that was called before there were new pixels.
     before : callable, optional
         Called with what the file is to hold, just before it is put in place; it keeps what is
         there, and nothing is kept beside it.
@@ -103,8 +99,7 @@ def write(
         else:
             encode = partial(_encoded, photo, pixels, path, form)
             keep = form.keep if is_same_format else None
-            ahead = ahead or partial(read_ahead, photo, path)
-            pieces, kept = keep(photo, pixels, encode, path, ahead) if keep else (encode(None), "")
+            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
             if sign is not None:
                 pieces = sign(photo, pieces, name)
             note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
@@ -132,38 +127,6 @@ def write(
                 remedy=remedy,
             )
         ) from error
-
-
-def read_ahead(photo: Photo, path: str | os.PathLike[str]) -> object:
-    """Read what `write` will need of the photo's own file, which takes as long as decoding it.
-
-    Parameters
-    ----------
-    photo : Photo
-        The photo as it was read.
-    path : path
-        Where it will be written, or may lie in part for a moment; its ending is known and its
-        folder there, see `check_output`.
-
-    Returns
-    -------
-    object
-        For `write`, one call after the other.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.photo import read_ahead
-    >>> photo = kogao.read(kogao.sample())
-    >>> known = read_ahead(photo, "small.jpg")
-    >>> pixels = photo.pixels // 2
-    >>> kogao.write(photo, pixels, "small.jpg", ahead=lambda: known)
-    "0.0 % of the JPEG's blocks are the source's own"
-    """
-    form = formats.of(path)
-    if form.ahead is None or form.name != photo.format:
-        return None
-    return form.ahead(photo, Path(path))
 
 
 def _backed_up(path: Path) -> Path:

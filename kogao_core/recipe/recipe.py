@@ -12,7 +12,6 @@ from kogao_core.base.wording import shown
 from kogao_core.recipe.settings import (
     FACE_FIELDS,
     SETTINGS,
-    ZONES,
     DomainName,
     Fit,
     Interpolation,
@@ -123,7 +122,7 @@ class Recipe:
 
     @property
     def amount(self) -> Text:
-        """How far faces come towards which centre, what goes along, and zones of their own.
+        """How far faces come towards which centre, and whatever else isn't left as it is.
 
         Examples
         --------
@@ -134,16 +133,12 @@ class Recipe:
         said = [
             Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
         ]
-        if self.face_alone:
-            said.append(Text("the face alone"))
-        elif self.head_follows != _DEFAULTS["head_follows"]:
-            said.append(Text("head follows {value:g} %", value=self.head_follows))
-        if not self.keep_features and self.head_follows:
-            said.append(Text("features not kept"))
-        for name, zone in ZONES.items() if self.zones else ():
-            value = getattr(self, name)
-            if value != _DEFAULTS[name]:
-                said.append(Text("{zone} {value:g} %", zone=zone, value=value))
+        for name, setting in SETTINGS.items():
+            if name in ("percent", "center") or setting.is_method:
+                continue
+            counts = not setting.needs or getattr(self, setting.needs)
+            if counts and getattr(self, name) != _DEFAULTS[name]:
+                said.append(setting.said(getattr(self, name)))
         return Text.joined(", ", said)
 
     @property

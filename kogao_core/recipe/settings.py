@@ -114,6 +114,12 @@ class Setting:
         What it is called on the command line; the name with hyphens, if not given.
     default_text : str
         The default in words, where it says little as it is.
+    word : Text, optional
+        The title within a sentence, where that differs.
+    needs : str
+        The field that must be on for this one to count.
+    is_method : bool
+        Whether it says how the work is done: `Recipe.amount` tells of all others.
     """
 
     name: str
@@ -127,6 +133,20 @@ class Setting:
     per_face: bool = False
     option: str = ""
     default_text: str = ""
+    word: Text | None = None
+    needs: str = ""
+    is_method: bool = False
+
+    def said(self, value: Any) -> Text:
+        """Return a value within a sentence, by the name of the field."""
+        name = self.word or self.title
+        if self.alternatives:
+            return Text("{name}: {word}", name=name, word=self.alternative(value).word)
+        if self.within is None:
+            return name if value else Text("no {name}", name=name)
+        if self.unit == "%":
+            return Text("{zone} {value:g} %", zone=name, value=value)
+        return Text("{name} {value:g} {unit}", name=name, value=value, unit=self.unit)
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -319,6 +339,7 @@ _ALL: Final = (
         Text("section 3.3"),
         within=(0.1, 8.0),
         per_face=True,
+        is_method=True,
     ),
     Setting(
         "lattice_unit",
@@ -327,6 +348,7 @@ _ALL: Final = (
         Text("section 3.3"),
         alternatives=LATTICE_UNITS,
         per_face=True,
+        is_method=True,
     ),
     Setting(
         "fit",
@@ -335,6 +357,7 @@ _ALL: Final = (
         Text("sections 2.1, 2.2"),
         alternatives=FITS,
         per_face=True,
+        is_method=True,
     ),
     Setting(
         "domain",
@@ -342,6 +365,7 @@ _ALL: Final = (
         Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
         Text("sections 4.1, 4.2"),
         alternatives=DOMAINS,
+        is_method=True,
     ),
     Setting(
         "threshold_px",
@@ -352,22 +376,26 @@ _ALL: Final = (
         unit=Text("px"),
         option="threshold",
         default_text=Text("1/64: no byte is lost"),
+        is_method=True,
     ),
     Setting(
         "interpolation",
         Text("Interpolation"),
         Text("How a pixel is read between pixels"),
         alternatives=INTERPOLATIONS,
+        is_method=True,
     ),
     Setting(
         "guard",
         Text("Guard"),
         Text("Hold back what would fold, or read from outside the photo"),
+        is_method=True,
     ),
     Setting(
         "hold_background",
         Text("Hold background"),
         Text("Keep straight lines of the background straight, and other people where they are"),
+        is_method=True,
     ),
     Setting(
         "head_follows",
@@ -379,18 +407,21 @@ _ALL: Final = (
         within=(0.0, 100.0),
         unit=Text("%"),
         per_face=True,
+        word=Text("head follows"),
     ),
     Setting(
         "keep_features",
         Text("Keep features"),
         Text("Let eyes and mouth keep their shape, and a line from temple to temple stay straight"),
         per_face=True,
+        word=Text("features kept"),
     ),
     Setting(
         "zones",
         Text("Zones"),
         Text("Let parts of the face go their own shares, and even out its sides"),
         per_face=True,
+        is_method=True,
     ),
     *(
         Setting(
@@ -400,26 +431,32 @@ _ALL: Final = (
             within=_GAIN,
             unit=Text("%"),
             per_face=True,
+            word=word,
+            needs="zones",
         )
-        for name, title, what in (
+        for name, title, word, what in (
             (
                 "cheeks",
                 Text("Cheeks"),
+                Text("cheeks"),
                 Text("How far the cheeks move, in % of the warp distance"),
             ),
             (
                 "jaw",
                 Text("Jaw"),
+                Text("jaw"),
                 Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
             ),
             (
                 "chin",
                 Text("Chin"),
+                Text("chin"),
                 Text("How far the chin moves, in % of the warp distance"),
             ),
             (
                 "left",
                 Text("Picture's left"),
+                Text("picture's left"),
                 Text(
                     "How far the side moves that is on the left in the picture, in % of the warp "
                     "distance"
@@ -428,6 +465,7 @@ _ALL: Final = (
             (
                 "right",
                 Text("Picture's right"),
+                Text("picture's right"),
                 Text(
                     "How far the side moves that is on the right in the picture, in % of the warp "
                     "distance"
@@ -444,17 +482,14 @@ _ALL: Final = (
         within=(0.0, 100.0),
         unit=Text("%"),
         per_face=True,
+        word=Text("even out"),
+        needs="zones",
     ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}
 # What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
 ZONES: Final = {
-    "cheeks": Text("cheeks"),
-    "jaw": Text("jaw"),
-    "chin": Text("chin"),
-    "left": Text("picture's left"),
-    "right": Text("picture's right"),
-    "even_out": Text("even out"),
+    setting.name: setting.word or setting.title for setting in _ALL if setting.needs == "zones"
 }
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)

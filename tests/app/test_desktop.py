@@ -76,7 +76,7 @@ def test_a_project_has_a_type_of_its_own_and_other_json_has_not(tmp_path):
 @pytest.mark.usefixtures("storage")
 def test_windows_have_the_icon_and_the_name_of_the_desktop_entry():
     code = (
-        "from kogao_app.__main__ import _application; from kogao_app.storage import Storage;"
+        "from kogao_app.start import _application; from kogao_app.storage import Storage;"
         "app = _application(Storage.of_user()); icon = app.windowIcon().pixmap(48).toImage();"
         "print(app.desktopFileName(), icon.pixelColor(24, 2).name(), icon.pixelColor(0, 0).alpha())"
     )

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLabel
 from scenes import oval_face
 from test_manual import manual, mark_face  # noqa: F401
 
-from kogao_core.cli import program
+from kogao_core.cli.commands import program
 from kogao_core.faces.face import ignored
 from kogao_core.lab.experiments import setting_times
 from kogao_core.lab.methods import METHODS

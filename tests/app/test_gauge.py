@@ -33,9 +33,9 @@ def test_it_follows_distance_and_centre_and_warns_above_six_percent(opened):
     assert gauge(opened).text.text() == "5.0 % found it unnatural"
     opened.press_key(slider(opened), KEYS.Key_Right)
     assert gauge(opened).text.text().startswith("⚠")
-    assert gauge(opened).text.property("warn")
+    assert gauge(opened).text.warns
     opened.press_key(slider(opened), KEYS.Key_Left)
-    assert not gauge(opened).text.property("warn")
+    assert not gauge(opened).text.warns
     QTest.mouseClick(opened.panel("recipe").centre.group.button(4), Qt.MouseButton.LeftButton)
     assert "6.8 %" in gauge(opened).text.text()
 
@@ -67,10 +67,10 @@ def test_it_tells_of_the_selected_face_and_of_all_faces_the_worst(two):
     assert worst.startswith("⚠")
     recipe.choose(0)
     assert gauge(two).text.text() == "0.3 % found it unnatural"
-    assert not gauge(two).text.property("warn")
+    assert not gauge(two).text.warns
     recipe.choose(None)
     assert gauge(two).text.text() == worst
-    assert gauge(two).text.property("warn")
+    assert gauge(two).text.warns
     recipe.choose(1)
     two.panel("faces").item(1).setCheckState(Qt.CheckState.Unchecked)
     assert not gauge(two).isVisible(), "it is left as it is"

@@ -98,7 +98,7 @@ def test_the_preferred_size_holds_from_the_start_unless_the_start_says_another(
     preferences.prefer(storage.settings(), preferences.SCALE, "150")
     storage.settings().sync()
     code = (
-        "from kogao_app.__main__ import _application; from kogao_app.storage import Storage;"
+        "from kogao_app.start import _application; from kogao_app.storage import Storage;"
         "print(_application(Storage.of_user()).devicePixelRatio())"
     )
     env = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}

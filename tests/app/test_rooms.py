@@ -59,3 +59,45 @@ def test_the_window_knows_no_feature_and_the_editor_all_of_them():
     }
     assert not [name for name in inside["window"] if room(name) == "features"]
     assert features <= inside["editor"] | {"features.feature"}
+
+
+def names_added(made):
+    """Return the names, or patterns of names, of the actions that a class adds."""
+    return {
+        ast.unparse(node.args[0])
+        for node in ast.walk(made)
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "add_action"
+    }
+
+
+def test_features_may_be_built_in_any_order_that_their_arguments_allow():
+    """While it is built, a feature knows other features' actions as values, not by their names."""
+    strangers = []
+    for path in sorted((APP / "features").rglob("*.py")):
+        for made in (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)):
+            for built in (one for one in made.body if getattr(one, "name", "") == "__init__"):
+                later = {
+                    inner
+                    for node in ast.walk(built)
+                    if isinstance(node, ast.Lambda)
+                    for inner in ast.walk(node)
+                }
+                looked_up = [
+                    node
+                    for node in ast.walk(built)
+                    if node not in later
+                    and isinstance(node, ast.Attribute)
+                    and ast.unparse(node) == "self.actions"
+                ]
+                if looked_up and not names_added(made):
+                    strangers.append(f"{path.name}: {made.name}")
+                strangers += [
+                    f"{path.name}: {made.name} takes {name}"
+                    for node in ast.walk(built)
+                    if node not in later
+                    and isinstance(node, ast.Subscript)
+                    and ast.unparse(node.value) == "self.actions"
+                    and isinstance(node.slice, ast.Constant | ast.JoinedStr)
+                    and (name := ast.unparse(node.slice)) not in names_added(made)
+                ]
+    assert strangers == []

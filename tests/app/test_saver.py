@@ -334,7 +334,7 @@ def test_a_picture_on_screen_is_saved_without_rendering_it_again(opened, monkeyp
     step(opened, 7.0)
     opened.settle()
     with monkeypatch.context() as patched:
-        patched.setattr(files, "render", None)
+        patched.setattr("kogao_core.retouch.render", None)
         opened.editor.files.save(tmp_path / "drawn.png")
         opened.settle()
     monkeypatch.setattr(opened.editor.live, "lent", lambda: None)

@@ -6,8 +6,6 @@ import beside
 import cv2
 import numpy as np
 import pytest
-from kogao_app.features import files
-from kogao_app.features.files import saver
 from kogao_app.features.files.options import SavingDialog
 from PIL import Image
 from PySide6.QtCore import Qt
@@ -15,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 from scenes import oval_face, textured_photo
 
-from kogao_core.photo import read, read_ahead
+from kogao_core.photo import read
 from kogao_core.photo.disclosure import label
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -61,30 +59,7 @@ def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
     assert empty.say() == "Saved copy.png. Not kept: the motion photo's video."
 
 
-@pytest.fixture
-def reads(monkeypatch):
-    """The photos whose blocks are read while somebody waits for a copy."""
-    found = []
-
-    def read_now(photo, path):
-        found.append(photo.path)
-        return read_ahead(photo, path)
-
-    monkeypatch.setattr(files, "read_ahead", read_now)
-    return found
-
-
-def test_a_copy_waits_for_no_blocks_of_a_photo_that_has_been_open(empty, jpeg, tmp_path, reads):
-    empty.open(jpeg)
-    for _ in range(2):
-        save(empty, tmp_path / "copy.jpg")
-        assert "of the JPEG" in empty.say()
-        empty.change_something()
-        empty.settle()
-    assert reads == []
-
-
-def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path, reads):
+def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path):
     other = tmp_path / "other.jpg"
     Image.fromarray(textured_photo(seed=5)).save(other, quality=70)
     empty.open(jpeg)
@@ -93,16 +68,6 @@ def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path, reads):
     source, copy = read(other), read(tmp_path / "copy.jpg")
     np.testing.assert_array_equal(copy.pixels[:16, :16], source.pixels[:16, :16])
     assert copy.jpeg.tables == source.jpeg.tables
-    assert reads == []
-
-
-def test_blocks_of_a_huge_photo_are_read_for_its_copy_alone(
-    empty, jpeg, tmp_path, reads, monkeypatch
-):
-    monkeypatch.setattr(saver, "MOST_BYTES", 1000)
-    empty.open(jpeg)
-    save(empty, tmp_path / "copy.jpg")
-    assert reads == [jpeg]
 
 
 def test_nothing_is_told_unless_it_is_wanted(empty, jpeg, tmp_path):

@@ -1,10 +1,15 @@
-"""Kill programs that are saving: ``python tests/benchmarks/kills.py [--kills N]`` (not on Windows).
+"""Kill programs, or tell them to end: ``python tests/benchmarks/kills.py`` (not on Windows).
 
 A child saves photos and their projects over and over, its own source among them and others in
 place, or works on a batch with projects, and is killed at a random moment. Afterwards every file
 must be whole: the old version or the new one, and nothing may lie in the folder for temporary
 files; what was changed in place must come back. What a program left beside its target must be gone
 when the next one has saved there. A batch that is let alone in the end must do the rest.
+
+With ``--signals N`` each of `warp`, `batch`, `detect` and the editor's `--edit` gets so many
+signals instead (SIGINT, SIGTERM, SIGHUP), a batch also as a group, at random moments between the
+first at which it has a handler and its end. It must be over in 2 s by 130 and one line, or by what
+it does of itself, and leave nothing aside. ``--load N`` keeps N processes busy meanwhile.
 """
 
 from __future__ import annotations
@@ -28,6 +33,7 @@ import cv2
 import numpy as np
 
 from kogao_core import photo
+from kogao_core.base import assets
 from kogao_core.base.atomic import is_aside, put
 from kogao_core.base.strict import BadFile
 from kogao_core.photo.originals import NoOriginal, Originals
@@ -40,6 +46,8 @@ from benchmarks import thousand
 from scenes import oval_face
 
 LONGEST_SECONDS = 0.12
+LONGEST_END_S = 2.0
+_QT_OFFSCREEN = "This plugin does not support"
 # A batch is killed between starting its workers and ending.
 BATCH_SECONDS = (0.5, 4.0)
 BATCH_SHARE = 0.1
@@ -224,13 +232,93 @@ def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter
         counts.update(thousand.judge(inputs, out, bad, {"done", "skipped"}))
 
 
+def told_to_end(
+    words: list[str], folder: Path, seconds: float, rng: np.random.Generator, of_group: bool
+) -> str:
+    """Start a program, signal it at a random moment, and return what became of it."""
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "XDG_DATA_HOME": str(folder)}
+    program = subprocess.Popen(
+        words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        text=True, env=environment, start_new_session=True,
+    )  # fmt: skip
+    while program.poll() is None and not _hears(program.pid):
+        time.sleep(0.002)
+    time.sleep(rng.uniform(0.0, seconds))
+    number = signal.Signals(rng.choice([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
+    had_ended = program.poll() is not None
+    told = time.perf_counter()
+    with contextlib.suppress(ProcessLookupError):
+        (os.killpg if of_group else os.kill)(program.pid, number)
+    try:
+        _, said = program.communicate(timeout=10.0)
+    except subprocess.TimeoutExpired:
+        os.killpg(program.pid, signal.SIGKILL)
+        program.communicate()
+        return f"never ended ({number.name})"
+    took = time.perf_counter() - told
+    lines = [line for line in said.splitlines() if _QT_OFFSCREEN not in line]
+    if took > LONGEST_END_S:
+        return "took more than 2 s"
+    if had_ended or program.returncode == 0:  # a batch says a line of its own
+        return "had ended"
+    if program.returncode != 130 or len(lines) != 1 or "interrupted" not in lines[0]:
+        return f"ended by {program.returncode} and {len(lines)} lines ({number.name}): {lines}"
+    return "ended by 130 and one line"
+
+
+def _hears(process: int) -> bool:
+    """Return whether a process has a handler for SIGTERM yet; before, Python itself is loaded."""
+    with contextlib.suppress(OSError):
+        for line in Path(f"/proc/{process}/status").read_text().splitlines():
+            if line.startswith("SigCgt:"):
+                return bool(int(line.split()[1], 16) >> (signal.SIGTERM - 1) & 1)
+    return True
+
+
+def signal_programs(count: int, photos: int, seed: int, counts: collections.Counter[str]) -> None:
+    """Signal every kind of program `count` times, and count how they ended."""
+    rng = np.random.default_rng(seed)
+    with _folders() as (folder, temporary):
+        inputs, out = folder / "in", folder / "out"
+        thousand.make(inputs, photos, rng)
+        photo_file = folder / "photo.jpg"
+        shutil.copy(assets.sample(), photo_file)
+        cli = [sys.executable, "-c", "from kogao_core.cli import main; main()"]
+        editor = "import sys; from kogao_app.__main__ import main; sys.exit(main())"
+        result = str(folder / "result.jpg")
+        programs = {
+            "warp": [*cli, "warp", str(photo_file), "-o", result, "--force"],
+            "in place": [*cli, "warp", str(photo_file), "--in-place", "--temporary"],
+            "detect": [*cli, "detect", str(photo_file), "--json", "-"],
+            "batch": [*cli, "batch", str(inputs), "-o", str(out), "-j", "2", "--force", "--again"],
+            "edit": [sys.executable, "-c", editor, "--edit", "--temporary", str(photo_file)],
+        }
+        for name, words in programs.items():
+            start = time.perf_counter()
+            if name != "edit":
+                subprocess.run(words, capture_output=True, check=False)
+            seconds = min(time.perf_counter() - start, 4.0) if name != "edit" else 4.0
+            for number in range(count):
+                of_group = name == "batch" and number % 2 == 1
+                became = told_to_end(words, folder, seconds, rng, of_group)
+                counts[f"{name}: {became}"] += 1
+                left = [path for path in folder.rglob("*") if is_aside(path)]
+                counts[f"{name}: left something aside"] += bool([*left, *temporary.iterdir()])
+                for path in (*left, *temporary.iterdir()):
+                    shutil.rmtree(path, ignore_errors=True)
+
+
 def main() -> None:
     """Run and print the counts; end with 1 if anything was harmed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=300, help="one in ten in a batch")
     parser.add_argument("--photos", type=int, default=60, help="in a batch")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--signals", type=int, default=0, help="of each program, instead of kills")
+    parser.add_argument("--load", type=int, default=0, help="processes that keep the machine busy")
     options = parser.parse_args()
+    if options.signals:
+        tell_to_end(options)
     counts: collections.Counter[str] = collections.Counter()
     in_batches = round(BATCH_SHARE * options.kills)
     kill_savers(options.kills - in_batches, options.seed, counts)
@@ -238,6 +326,22 @@ def main() -> None:
     harmed = {what: count for what, count in counts.items() if what not in EXPECTED}
     print(json.dumps({"seed": options.seed, **counts, "harmed": sum(harmed.values())}, indent=1))
     sys.exit(bool(harmed))
+
+
+def tell_to_end(options: argparse.Namespace) -> None:
+    """Signal programs and print how they ended; end with 1 if any did otherwise than it should."""
+    counts: collections.Counter[str] = collections.Counter()
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in
+            range(options.load)]  # fmt: skip
+    try:
+        signal_programs(options.signals, options.photos, options.seed, counts)
+    finally:
+        for process in busy:
+            process.kill()
+    fine = (": ended by 130 and one line", ": had ended")
+    wrong = sum(count for what, count in counts.items() if not what.endswith(fine))
+    print(json.dumps({"load": os.getloadavg(), **counts, "wrong": wrong}, indent=1))
+    sys.exit(bool(wrong))
 
 
 if __name__ == "__main__":

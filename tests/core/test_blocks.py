@@ -1,12 +1,15 @@
 """Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
 
-import dataclasses
+import ast
+import inspect
 import io
+import textwrap
 
 import cv2
 import jpeglib
 import numpy as np
 import pytest
+from jpeglib._bind import CJpegLib
 from PIL import Image
 from scenes import textured_photo
 
@@ -14,9 +17,23 @@ from kogao_core import photo
 from kogao_core.photo.encoding import encode
 from kogao_core.photo.formats import JPEG
 from kogao_core.photo.jpeg import coefficients
-from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks, read_blocks
+from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 
 SIZES = [(317, 203), (320, 208), (33, 17)]
+
+
+ARGUMENTS = {
+    "read_jpeg_dct": ["cls.cstr(srcfile)", *["Y", "Cb", "Cr", "K", "qt", "quant_tbl_no"]],
+    "write_jpeg_dct": [
+        *(
+            "cls.cstr(srcfile)",
+            "cls.cstr(dstfile)",
+            *["Y", "Cb", "Cr", "K", "image_dims", "block_dims"],
+        ),
+        *("samp_factor", "in_color_space", "in_components", "qt", "quality", "quant_tbl_no"),
+        *("num_markers", "marker_types", "marker_lengths", "markers"),
+    ],
+}
 
 
 def jpeg_file(path, pixels, **options):
@@ -91,37 +108,6 @@ def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, ki
         corner = slice(-down, None), slice(-along, None)
         np.testing.assert_array_equal(blocks[corner], expected[corner])
         assert (blocks[corner] != old[corner]).any()
-
-
-@pytest.mark.parametrize("kind", ["4:4:4", "4:2:2", "4:2:0"])
-def test_the_file_is_the_same_with_any_number_of_threads(tmp_path, monkeypatch, kind):
-    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(317, 203), subsampling=kind))
-    pixels = source.pixels.copy()
-    pixels[30:-20, 40:-30] ^= 255
-    encoded = []
-    monkeypatch.setattr(
-        "kogao_core.photo.encoding.encode", lambda *given: encoded.append(given) or encode(*given)
-    )
-    files = set()
-    for threads in (1, 2, 3, 50):
-        monkeypatch.setattr("kogao_core.photo.jpeg.blocks.default_threads", lambda n=threads: n)
-        photo.write(source, pixels, tmp_path / "out.jpg", force=True)
-        files.add((tmp_path / "out.jpg").read_bytes())
-    assert len(files) == 1
-    assert len(encoded) > 1 + 2 + 3  # as many parts as there are threads, or rows of units
-
-
-def test_blocks_that_were_read_once_serve_one_file_after_the_other(tmp_path):
-    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120, 3))
-    source = photo.read(path)
-    known = photo.read_ahead(source, tmp_path / "out.jpg")
-    first, second = source.pixels.copy(), source.pixels.copy()
-    first[:20, :30] ^= 255
-    second[-20:, -30:] ^= 255
-    for pixels in (first, second):
-        photo.write(source, pixels, tmp_path / "known.jpg", force=True, ahead=lambda: known)
-        photo.write(source, pixels, tmp_path / "fresh.jpg", force=True)
-        assert (tmp_path / "known.jpg").read_bytes() == (tmp_path / "fresh.jpg").read_bytes()
 
 
 def scan_of(path):
@@ -258,34 +244,10 @@ def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, r
             return out.getvalue()
 
     with pytest.raises(CannotKeepBlocks, match=reason):
-        keep_blocks(read_blocks(path, tmp_path), picture, 255 - picture, other, tmp_path)
+        keep_blocks(path, picture, 255 - picture, other, tmp_path)
     (tmp_path / "text.jpg").write_text("no JPEG at all")
     with pytest.raises(CannotKeepBlocks, match="read"):
-        read_blocks(tmp_path / "text.jpg", tmp_path)
-
-
-def test_what_was_read_ahead_is_read_once_and_makes_the_same_file(tmp_path, monkeypatch):
-    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120)))
-    at_once, ahead = tmp_path / "at_once.jpg", tmp_path / "ahead.jpg"
-    note = photo.write(source, edited(source), at_once)
-    known = photo.read_ahead(source, ahead)
-    with monkeypatch.context() as patched:
-        patched.setattr("kogao_core.photo.jpeg.blocks.read_blocks", None)
-        assert photo.write(source, edited(source), ahead, ahead=lambda: known) == note
-    assert ahead.read_bytes() == at_once.read_bytes()
-    # What changed meanwhile is not what was read.
-    jpeg_file(source.path, textured_photo(160, 120, seed=2))
-    assert "has changed" in photo.write(
-        source, edited(source), ahead, force=True, ahead=lambda: known
-    )
-
-
-def test_nothing_is_read_ahead_of_what_keeps_no_block(tmp_path):
-    picture = textured_photo(160, 120)
-    source = photo.read(jpeg_file(tmp_path / "in.jpg", picture))
-    assert photo.read_ahead(source, tmp_path / "out.png") is None
-    turned = dataclasses.replace(source, orientation=6)
-    assert photo.read_ahead(turned, tmp_path / "out.jpg") is None
+        keep_blocks(tmp_path / "text.jpg", picture, 255 - picture, other, tmp_path)
 
 
 @pytest.mark.parametrize("rare", [cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411,
@@ -358,3 +320,21 @@ def test_a_grey_jpeg_keeps_its_blocks_whatever_factors_it_names(tmp_path):
     assert "source's own" in said
     ((before, _),), ((after, _),) = components(path), components(tmp_path / "out.jpg")
     np.testing.assert_array_equal(after[8:], before[8:])
+
+
+@pytest.mark.parametrize("name", ["read_jpeg_dct", "write_jpeg_dct"])
+def test_the_library_is_called_as_jpeglib_itself_calls_it(name):
+    """Its functions are no promise of jpeglib's: another version may have others."""
+    source = textwrap.dedent(inspect.getsource(getattr(CJpegLib, name)))
+    (call,) = (
+        node
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == f"cls.get().{name}"
+    )
+    # The flags are two numbers: which are set, and to what.
+    given = [one for one in call.args if not isinstance(one, ast.Starred)]
+    flags = sum(2 for one in call.args if isinstance(one, ast.Starred))
+    function = getattr(coefficients._library(), name)
+    assert len(function.argtypes) == len(given) + flags
+    names = [ast.unparse(one) for one in given]
+    assert names == ARGUMENTS[name]

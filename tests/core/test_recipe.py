@@ -8,9 +8,10 @@ from typing import Literal, get_args, get_origin, get_type_hints
 import click
 import numpy as np
 import pytest
-from scenes import ALONE
+from scenes import ALONE, textured_photo
 
-from kogao_core.cli import program
+import kogao_core as kogao
+from kogao_core.cli.commands import program
 from kogao_core.recipe import recipe as recipes
 from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, VERSION, Recipe
 from kogao_core.recipe.settings import CENTERS, SETTINGS
@@ -117,3 +118,32 @@ def test_a_recipe_from_before_lines_were_held_holds_none():
     assert not read.hold_background
     assert read == dataclasses.replace(ALONE, percent=6.0, hold_background=False)
     assert Recipe.from_dict({"percent": 6.0}).hold_background
+
+
+def other_than(setting, default):
+    """Return another value of a field than its default."""
+    if setting.within is not None:
+        low, high = setting.within
+        return high if default != high else low
+    others = setting.choices or (True, False)
+    return next(value for value in others if value != default)
+
+
+@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
+def test_whatever_becomes_of_a_face_is_told_and_how_is_not(setting):
+    plain = Recipe()
+    other = dataclasses.replace(
+        plain, **{setting.name: other_than(setting, getattr(plain, setting.name))}
+    )
+    assert (other.amount == plain.amount) == setting.is_method
+
+
+def test_what_is_not_told_moves_nothing_of_itself():
+    """A signed record of 0 % is true: no field that it leaves out moves a pixel then."""
+    photo = textured_photo(320, 240, 3)
+    faces, still = [kogao.template_face((160, 120), 120)], Recipe(percent=0)
+    for setting in SETTINGS.values():
+        if setting.is_method:
+            value = other_than(setting, getattr(still, setting.name))
+            recipe = dataclasses.replace(still, **{setting.name: value})
+            np.testing.assert_array_equal(kogao.render(photo, faces, recipe).pixels, photo)

@@ -12,7 +12,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.background.holding import Held
 from kogao_core.base.geometry import Box
-from kogao_core.cli import program
+from kogao_core.cli.commands import program
 from kogao_core.faces.targets import center_candidates
 from kogao_core.lab.methods import METHODS
 from kogao_core.pipeline import render

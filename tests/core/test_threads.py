@@ -9,7 +9,7 @@ import pytest
 from patience import LONGEST_S
 
 from kogao_core.base import threads
-from kogao_core.base.threads import Spares, Stopped, beside, share_in_order, share_out, stoppable
+from kogao_core.base.threads import Spares, Stopped, share_in_order, share_out, stoppable
 
 
 @pytest.fixture
@@ -98,41 +98,6 @@ def test_nobody_shares_what_is_lent():
         assert first is not second
     with spares.one() as again:
         assert again in (first, second)
-
-
-def test_what_runs_beside_a_block_runs_while_it_does(gate):
-    started = threading.Event()
-
-    def work():
-        started.set()
-        return gate.wait(LONGEST_S)
-
-    with beside(work) as result:
-        assert started.wait(LONGEST_S)
-        gate.set()
-    assert result() is True
-
-
-def test_what_was_raised_beside_is_heard_by_whoever_asks():
-    def work():
-        raise MemoryError("too much")
-
-    with beside(work) as result, pytest.raises(MemoryError, match="too much"):
-        result()
-    with beside(work):
-        pass
-    with pytest.raises(KeyboardInterrupt), beside(work):
-        raise KeyboardInterrupt
-
-
-def test_nothing_is_at_work_any_more_after_a_block_that_fails(gate):
-    block = beside(lambda: gate.wait(LONGEST_S))
-    result = block.__enter__()
-    gate.set()
-    assert not block.__exit__(ValueError, ValueError("mine"), None)
-    assert result() is True
-    names = [thread.name for thread in threading.enumerate()]
-    assert not any(name.startswith("kogao-beside") for name in names)
 
 
 # As when a photo is searched for faces while Qt is loaded.

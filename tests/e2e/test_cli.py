@@ -20,8 +20,9 @@ from PIL import Image
 from scenes import oval_face, textured_photo
 
 from kogao_core import photo, pipeline
+from kogao_core import retouch as retouching
 from kogao_core.base import assets
-from kogao_core.cli import common, doctor, licences
+from kogao_core.cli import doctor, licences, reading
 from kogao_core.projects import interchange
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 
@@ -451,7 +452,7 @@ def breaks(monkeypatch):
         def raising(*_, **__):
             raise error
 
-        monkeypatch.setattr(pipeline, "render", raising)
+        monkeypatch.setattr(retouching, "render", raising)
 
     return arrange
 
@@ -468,9 +469,9 @@ def test_an_error_of_our_own_is_one_line_with_its_own_code(fails, marked, tmp_pa
 
 @pytest.mark.parametrize(
     "work",
-    ["kogao_core.faces.landmarks.MeshSource.load", "kogao_core.photo.jpeg.blocks.read_blocks"],
+    ["kogao_core.faces.landmarks.MeshSource.find", "kogao_core.photo.formats.jpeg.keep_blocks"],
 )
-def test_so_is_one_in_what_runs_beside_other_work(fails, portrait, tmp_path, monkeypatch, work):
+def test_so_is_one_in_searching_or_writing(fails, portrait, tmp_path, monkeypatch, work):
     monkeypatch.setattr(work, Mock(side_effect=MemoryError))
     words = "doesn't fit into memory; close"
     fails(70, words, "warp", portrait, "-o", tmp_path / "out.jpg", "--landmarks", "mesh")
@@ -494,7 +495,7 @@ def test_a_source_whose_landmarks_are_no_numbers_gives_a_sentence(
         def find(self, _):
             return [dataclasses.replace(oval_face(), eyes=np.full((4, 2), np.nan))]
 
-    monkeypatch.setattr(common, "landmark_source", lambda _: Broken())
+    monkeypatch.setattr(reading, "landmark_source", lambda _: Broken())
     words = "are no face: a face's eyes can't be used.*--landmarks"
     fails(4, words, "warp", marked[0], "-o", tmp_path / "out.png")
 
@@ -684,11 +685,11 @@ def test_a_warp_loads_only_what_it_uses(portrait, tmp_path):
     unused = {
         *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
         *(
-            "PIL.ImageDraw",
-            "kogao_core.faces.landmarks.aam",
             "kogao_core.photo.disclosure.edit_record",
+            "kogao_core.lab",
+            "kogao_core.batch",
+            "secrets",
         ),
-        *("kogao_core.lab", "kogao_core.batch", "kogao_core.recipe.presets", "secrets"),
         *("kogao_core.cli.batch", "kogao_core.cli.doctor", "kogao_core.lab.commands.experiment"),
     }
     program = (

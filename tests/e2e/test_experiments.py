@@ -14,7 +14,8 @@ import pytest
 from PIL import Image
 
 from kogao_core.base import atomic
-from kogao_core.cli import program, progress
+from kogao_core.cli import progress
+from kogao_core.cli.commands import program
 from kogao_core.lab.experiments.setting_times import SettingTime, append
 from kogao_core.lab.methods import METHODS, comparing
 

@@ -6,7 +6,8 @@ import re
 import click
 import pytest
 
-from kogao_core.cli import common, program
+from kogao_core.cli import common
+from kogao_core.cli.commands import program
 from kogao_core.cli.words import Option
 
 # Many photos into a folder, where the sample would only be in the way.

@@ -11,6 +11,7 @@ from strangely import Strange
 
 from kogao_core import cli
 from kogao_core.base import language
+from kogao_core.cli import commands as commands_of_cli
 from kogao_core.cli import words
 from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
@@ -23,7 +24,7 @@ NAMES = re.compile(
 )
 
 
-def commands(command=cli.program, way=()):
+def commands(command=commands_of_cli.program, way=()):
     yield way, command
     if isinstance(command, click.Group):
         for name, inner in command.every.items():
@@ -57,7 +58,7 @@ def test_every_option_of_every_command_is_told_in_the_users_language():
 @pytest.mark.parametrize("way", COMMANDS, ids=lambda way: way or "kogao-cli")
 def test_every_word_of_help_is_translated(way, capsys):
     with pytest.raises(SystemExit):
-        cli.program.main([*way.split(), "--help"], prog_name="kogao-cli")
+        commands_of_cli.program.main([*way.split(), "--help"], prog_name="kogao-cli")
     whole = re.sub(r"-\n +", "-", capsys.readouterr().out)  # a line may end within an option
     lines = whole.splitlines()
     assert [(line, plain(line)) for line in lines if plain(line)] == []
@@ -68,14 +69,14 @@ def test_help_is_said_in_one_language_after_another(gathered, capsys):
     for catalogue in (gettext.NullTranslations(), Strange(gathered)):
         language.use_catalogue("xx", catalogue)
         with pytest.raises(SystemExit):
-            cli.program.main(["warp", "--help"], prog_name="kogao-cli")
+            commands_of_cli.program.main(["warp", "--help"], prog_name="kogao-cli")
         assert catalogue.gettext("Show this message and exit.") in capsys.readouterr().out
 
 
 @pytest.fixture
 def said(strange, monkeypatch, capsys):  # noqa: ARG001
     """What the program prints in a language that nobody speaks, and how it ends."""
-    monkeypatch.setattr(cli, "use_language", lambda *_: None)
+    monkeypatch.setattr(commands_of_cli, "use_language", lambda *_: None)
 
     def run(*arguments):
         with pytest.raises(SystemExit) as end:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QUrl, Signal
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtGui import QAction, QDesktopServices
 
 from kogao_core.base import atomic
 from kogao_core.base.wording import system_reason
@@ -45,9 +45,10 @@ class Experiments(Feature):
         self._running = self.lane(self._show, self._fail)
         self._progressed.connect(self._show_progress)
         manual.applied.connect(self._record)
+        self.starts: dict[str, QAction] = {}
         for number, (name, (text, tip, _)) in enumerate(_words().items(), 1):
-            slot = partial(self.start, name)
-            self.add_action(f"experiment-{name}", text, f"Ctrl+{number}", tip, slot)
+            slot, key = partial(self.start, name), f"Ctrl+{number}"
+            self.starts[name] = self.add_action(f"experiment-{name}", text, key, tip, slot)
 
     def start(self, name: str) -> None:
         """Run an experiment on the photo's faces that are on."""

@@ -7,23 +7,14 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal
 
-from kogao_core.background.find import BackgroundFinder, held_of
+from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
-from kogao_core.base.threads import beside
-from kogao_core.photo import (
-    FORMATS,
-    READABLE,
-    CannotDisclose,
-    Photo,
-    read_ahead,
-    write,
-    write_in_place,
-)
-from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
+from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.originals import Originals
-from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import SUFFIX
+from kogao_core.retouch import over_itself, retouch, to_file
 
 from ... import preferences
 from ...actions import call
@@ -36,7 +27,7 @@ from ..faces import Faces
 from ..feature import Context, Feature
 from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo
 from .options import SaveOptions
-from .saver import ReadAhead, Request, Saver, Then
+from .saver import Request, Saver, Then
 
 
 class Files(Feature):
@@ -73,7 +64,6 @@ class Files(Feature):
         options: SaveOptions,
     ) -> None:
         super().__init__(context)
-        self._ahead = ReadAhead(context, faces)
         self._saver, self._faces, self._options = saver, faces, options
         self._left = self.document.state
         self._originals: Originals | None = None
@@ -87,8 +77,10 @@ class Files(Feature):
             tr("Open the sample, and what there is to try in three steps"),
             self.welcome,
         )
-        self.add_action("open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self._ask_open)
-        self.add_action(
+        self.opening = self.add_action(
+            "open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self._ask_open
+        )
+        self.sampling = self.add_action(
             "sample",
             tr("Open the sample &portrait"),
             "",
@@ -324,8 +316,7 @@ class Files(Feature):
         drawn = self.live.lent()
 
         def write_copy(photo: Photo, state: State) -> str:
-            known = self._ahead.of(photo)
-            return save_copy(photo, state, disclosure, path, finder, drawn, known, originals)
+            return save_copy(photo, state, disclosure, path, finder, drawn, originals)
 
         self._saver.save(path, write_copy, self._written, self._not_written, then)
 
@@ -352,27 +343,13 @@ def save_copy(
     path: Path,
     finder: BackgroundFinder,
     drawn: Image | None,
-    known: object | None,
     originals: Originals | None = None,
 ) -> str:
     """Write a copy and return what is worth knowing of it, in sentences.
 
-    The result may be `drawn` already, and what `read_ahead` returned of the photo `known`. With
-    `originals` the photo itself is written over, and kept there.
+    The result may be `drawn` already. With `originals` the photo itself is written over, and kept
+    there; else the dialog has asked before replacing a file.
     """
-    done = state.done
-    with beside(lambda: read_ahead(photo, path) if known is None else known) as ahead:
-        result = drawn
-        if result is None:
-            held = held_of(photo.pixels, done, finder)
-            result = render(
-                photo.pixels, done.faces, done.recipe, protection=done.protection, held=held
-            ).pixels
-        left_out = undisclosed(photo, result, disclosure)
-        copy, pixels = disclose(photo, result, disclosure, what=done.what)
-        sign = signing(disclosure, done.what)
-        if originals is not None:
-            kept = write_in_place(copy, pixels, originals, ahead, sign)
-        else:  # the dialog has asked before replacing a file
-            kept = write(copy, pixels, path, force=True, ahead=ahead, sign=sign)
-    return " ".join(sentence(note) for note in (kept, left_out) if note)
+    to = over_itself(originals) if originals is not None else to_file(path, force=True)
+    made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn)
+    return " ".join(sentence(note) for note in (made.written, made.undisclosed) if note)

@@ -13,7 +13,7 @@ from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, Naturaln
 from ...document import State
 from ...i18n import tr
 from ...theme import GRID_PX, OKABE_ITO
-from ...widgets.controls import muted_label
+from ...widgets.controls import WarningLabel
 
 _BLOCK_PX: Final = (10.0, 10.0)
 _WARNING: Final = QBrush(QColor(OKABE_ITO["vermilion"]))
@@ -27,7 +27,7 @@ class NaturalnessGauge(QWidget):
         self.setAccessibleName(tr("Naturalness"))
         self.blocks = _Blocks()
         self._plain = False
-        self.text = muted_label()
+        self.text = WarningLabel()
         self.text.setTextFormat(Qt.TextFormat.PlainText)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -49,9 +49,7 @@ class NaturalnessGauge(QWidget):
         self.blocks.show_naturalness(found)
         self._say(found)
         self.setAccessibleDescription(self.text.text())
-        if self.text.property("warn") != found.warns:
-            self.text.setProperty("warn", found.warns)
-            self.text.style().polish(self.text)
+        self.text.warn(found.warns)
 
     def show_words(self, *, plain: bool) -> None:
         """Say it in a word, with the survey's figure in the tooltip, or say the figure."""

@@ -18,7 +18,7 @@ from ...document import DEFAULT, State
 from ...i18n import tr, translated
 from ...render.live import RenderedFrame
 from ...theme import GRID_PX
-from ...widgets.controls import ChoiceBox, Fold, column_of, muted_label
+from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_label
 from ...widgets.sliders import ValueSlider
 from . import fields
 from .fields import CenterChoice, OwnerLine
@@ -59,7 +59,7 @@ class RecipePanel(QWidget):
         self.follows = self._slider("head_follows", 0)
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
-        self.one_to_one, self.residual = muted_label(wraps=True), muted_label(wraps=True)
+        self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
         for label in (self.one_to_one, self.residual):
@@ -140,9 +140,7 @@ class RecipePanel(QWidget):
             self.clear_readings()
             return
         verdict, sound = (_warning if self._plain else _verdict)(frame.rendering)
-        if self.one_to_one.property("warn") != (not sound):
-            self.one_to_one.setProperty("warn", not sound)
-            self.one_to_one.style().polish(self.one_to_one)
+        self.one_to_one.warn(not sound)
         self._note_edge(frame.rendering.note)
         left = frame.rendering.residual
         residual = tr(

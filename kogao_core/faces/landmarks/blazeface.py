@@ -127,11 +127,6 @@ class BlazeFace:
         self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
         self._anchors = _anchors()
 
-    def load(self) -> None:
-        """Read the weights now rather than at the first look."""
-        with self._nets.one():
-            pass
-
     def look(self, image: Pyramid, view: Square, least_score: float) -> Look:
         """Return what is in one view, and likely enough to be a face."""
         sampled = image.sample(view.to_image, INPUT_PX)

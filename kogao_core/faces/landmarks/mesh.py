@@ -117,11 +117,6 @@ class MeshNetwork:
     def __init__(self, weights: Path) -> None:
         self._nets = Spares(lambda: _net(weights))
 
-    def load(self) -> None:
-        """Read the weights now rather than at the first look."""
-        with self._nets.one():
-            pass
-
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
         """Return the mesh of the face in a box, None when it collapses, and the crop it is from.
 
@@ -208,22 +203,6 @@ class MeshSource:
     @cached_property
     def _network(self) -> MeshNetwork:
         return MeshNetwork(locked.network(locked.MESH))
-
-    def load(self) -> None:
-        """Read the weights now rather than at the first search.
-
-        Raises
-        ------
-        AssetMissing
-            If the networks aren't in this installation.
-        ModelRefused
-            If they are damaged.
-        """
-        with self._lock:
-            self._detector.load()
-            self._network.load()
-            if self._refined:
-                self._edges.load()
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, `in_reading_order`.

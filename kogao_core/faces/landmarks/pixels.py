@@ -6,7 +6,6 @@ import math
 import threading
 from functools import cached_property
 from typing import Any, Final
-from weakref import WeakValueDictionary
 
 import cv2
 import numpy as np
@@ -30,36 +29,33 @@ class Pyramid:
 
     def __init__(self, image: Image) -> None:
         rgb8(image[:1] if image.ndim else image)  # says so where it isn't an image
-        self._image = image
+        self.image = image
         self._halved: list[Rgb8] = []
         self._lock = threading.Lock()
 
     @staticmethod
-    def of(image: Image) -> Pyramid:
-        """Return the one that somebody holds of the same array, or another."""
-        held = _HELD.get(id(image))
-        if held is None:
-            held = _HELD[id(image)] = Pyramid(image)  # it keeps the array, and so its id
-        return held
+    def of(image: Image | Pyramid) -> Pyramid:
+        """Return the one that is given, or one of an image."""
+        return image if isinstance(image, Pyramid) else Pyramid(image)
 
     @cached_property
     def _whole(self) -> Rgb8:
-        return rgb8(self._image)
+        return rgb8(self.image)
 
     @property
     def width(self) -> int:
         """Columns of the full image, px."""
-        return int(self._image.shape[1])
+        return int(self.image.shape[1])
 
     @property
     def height(self) -> int:
         """Rows of the full image, px."""
-        return int(self._image.shape[0])
+        return int(self.image.shape[0])
 
     def _level(self, wanted: int) -> tuple[int, Rgb8]:
         with self._lock:
             while len(self._halved) < wanted:
-                last = self._halved[-1] if self._halved else self._image
+                last = self._halved[-1] if self._halved else self.image
                 if max(last.shape[:2]) < 2:
                     break
                 self._halved.append(_half(last))
@@ -101,9 +97,6 @@ class Pyramid:
         if dense == 2:
             picture = cv2.resize(picture, (size_px, size_px), interpolation=cv2.INTER_AREA)
         return np.asarray(picture, np.uint8)
-
-
-_HELD: Final = WeakValueDictionary[int, Pyramid]()
 
 
 def planes(picture: Rgb8) -> npt.NDArray[np.float32]:

@@ -5,24 +5,34 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from kogao_core.base.assets import AssetMissing
 from kogao_core.base.language import Text, tr
-from kogao_core.cli import common, options, words
+from kogao_core.base.strict import BadFile
+from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.progress import ProgressLine
+from kogao_core.faces.face import LandmarkSource
+from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.lab.commands import figures, outputs, study
-
-if TYPE_CHECKING:
-    from kogao_core.faces.face import LandmarkSource
-    from kogao_core.lab.experiments.setting_times import SettingTime
-    from kogao_core.lab.reports.report import Report
-    from kogao_core.lab.subjects import Subject
+from kogao_core.lab.experiments import (
+    distortion,
+    distortion_report,
+    domains,
+    domains_report,
+    timing,
+    timing_report,
+)
+from kogao_core.lab.experiments.setting_times import SettingTime, read
+from kogao_core.lab.methods import comparing, methods_report
+from kogao_core.lab.reports.report import Report
+from kogao_core.lab.subjects import Subject
 
 # The arguments of every experiment; the command hands them to `Work`.
 takes_photos = words.together(
-    common.takes_photos,
+    reading.takes_photos,
     options.chooses_as_the_paper,
     outputs.writes_files,
     words.option(
@@ -46,7 +56,7 @@ class Work:
     def __init__(self, name: str, given: Mapping[str, Any]) -> None:
         self._given = given
         self.recipe = options.paper_recipe_of(given["recipe_file"], given.get("percent"))
-        self._paths = common.input_paths(given["inputs"], given["sample"])
+        self._paths = reading.input_paths(given["inputs"], given["sample"])
         self.outputs = outputs.Outputs(_files(name, given), given["folder"], given["force"])
         self._left_out: list[str] = []
         self.progress = ProgressLine()
@@ -55,7 +65,7 @@ class Work:
     @cached_property
     def source(self) -> LandmarkSource:
         """What finds the faces."""
-        return common.landmark_source(self._given["landmarks"])
+        return reading.landmark_source(self._given["landmarks"])
 
     def subjects(self) -> Iterator[Subject]:
         """Yield the photos that have a face; others are named on stderr and in the report.
@@ -66,14 +76,14 @@ class Work:
             If there is none at all.
         """
         source = self.source
-        common.mention_fallback(self._given["landmarks"])
-        stop: common.Stop | None = None
+        reading.mention_fallback(self._given["landmarks"])
+        stop: ending.Stop | None = None
         found = 0
         for number, path in enumerate(self._paths, start=1):
             try:
                 subject = self._subject(path, source)
-            except common.Stop as problem:
-                if problem.code == common.BROKEN:
+            except ending.Stop as problem:
+                if problem.code == ending.BROKEN:
                     raise
                 stop = problem
                 if len(self._paths) > 1:
@@ -91,26 +101,22 @@ class Work:
     def name_absent(self, sentence: str) -> None:
         """Note what is missing here, on stderr and in the report."""
         self._left_out.append(sentence)
-        common.print_message(sentence)
+        ending.print_message(sentence)
 
     def leave_out(self, sentence: str) -> None:
         """Note a photo that can't be used, and set the exit code; the others go on."""
-        self._code = common.SOME_FAILED
+        self._code = ending.SOME_FAILED
         self.name_absent(sentence)
 
     def _subject(self, path: Path, source: LandmarkSource) -> Subject:
-        from kogao_core.base.assets import AssetMissing
-        from kogao_core.faces.landmarks import ModelRefused
-        from kogao_core.lab.subjects import Subject
-
-        photo = common.read_photo(path, self._given["max_megapixels"])
-        with common.stopping((AssetMissing, ModelRefused), common.BROKEN):
+        photo = reading.read_photo(path, self._given["max_megapixels"])
+        with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
             faces = source.find(photo.pixels)
         if not faces:
-            raise common.Stop(
-                Text("no face in {path}; leave it out or crop closer", path=path), common.NO_FACE
+            raise ending.Stop(
+                Text("no face in {path}; leave it out or crop closer", path=path), ending.NO_FACE
             )
-        chosen = common.selected(faces, self._given["which"])
+        chosen = reading.selected(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]
         return Subject(path.name if len(namesakes) == 1 else str(path), photo.pixels, tuple(chosen))
 
@@ -150,8 +156,6 @@ def timing_command(
     size: str, repeats: int, warm_up: int, setting_times_file: Path | None, **given: Any
 ) -> int:
     """Table 2: setting and computing time by hand and found, whole and reduced."""
-    from kogao_core.lab.experiments import timing, timing_report
-
     work = Work("timing", given)
     setting_times = _setting_times(setting_times_file)
     sizes = timing.SIZES if size == "both" else [one for one in timing.SIZES if one == size]
@@ -171,14 +175,11 @@ def timing_command(
 
 
 def _setting_times(file: Path | None) -> list[SettingTime]:
-    from kogao_core.base.strict import BadFile
-    from kogao_core.lab.experiments.setting_times import read
-
     with (
-        common.refusing(
+        ending.refusing(
             lambda reason: Text("{file} can't be read ({reason})", file=file, reason=reason)
         ),
-        common.stopping(BadFile, common.USAGE),
+        ending.stopping(BadFile, ending.USAGE),
     ):
         return [] if file is None else read(file)
 
@@ -189,8 +190,6 @@ def _setting_times(file: Path | None) -> list[SettingTime]:
 @words.option("--repeats", type=click.IntRange(1), default=5, show_default=True)
 def domains_command(repeats: int, **given: Any) -> int:
     """Figures 14 and 15: pixels of the domains, and the error of each threshold."""
-    from kogao_core.lab.experiments import domains, domains_report
-
     work = Work("domains", given)
     photos = []
     for subject in work.subjects():
@@ -205,8 +204,6 @@ def domains_command(repeats: int, **given: Any) -> int:
 @takes_photos
 def distortion_command(**given: Any) -> int:
     """Table 1 and figure 11 beside numbers: area, folds, bent lines, missed targets."""
-    from kogao_core.lab.experiments import distortion, distortion_report
-
     work = Work("distortion", given)
     found: list[distortion.Distortion] = []
     for subject in work.subjects():
@@ -221,8 +218,6 @@ def distortion_command(**given: Any) -> int:
 @words.option("--repeats", type=click.IntRange(1), default=3, show_default=True)
 def methods_command(repeats: int, **given: Any) -> int:
     """B-splines beside other warps: speed, exactness, folds, domain, pictures."""
-    from kogao_core.lab.methods import comparing, methods_report
-
     work = Work("methods", given)
     for sentence in comparing.missing():
         work.name_absent(sentence)

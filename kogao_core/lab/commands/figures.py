@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import click
 
+from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
-from kogao_core.cli import common, options, words
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from kogao_core.lab.reports.drawing import Drawing
+from kogao_core.cli import common, ending, options, reading, words
+from kogao_core.lab.experiments.figures import figures
+from kogao_core.lab.reports.drawing import Drawing
+from kogao_core.lab.subjects import Subject
 
 _KINDS: Final = ("png", "svg")
 
 
 @words.command("figures")
-@common.takes_photos
+@reading.takes_photos
 @words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
     help="A folder; made if need be. Files are called PHOTO-FIGURE.png.",
@@ -52,24 +52,21 @@ def command(
     after (16), cut to the paper's 4 : 3 round the faces.
     """
     recipe = options.paper_recipe_of(recipe_file, percent)
-    photos = common.input_paths(inputs, sample)
+    photos = reading.input_paths(inputs, sample)
     stems = [photo.stem for photo in photos]
     twice = {stem for stem in stems if stems.count(stem) > 1}
     if twice:
-        raise common.Stop(
+        raise ending.Stop(
             Text("several photos are called {twice}; draw them apart", twice=min(twice)),
-            common.USAGE,
+            ending.USAGE,
         )
 
     def draw(photo: Path) -> None:
-        from kogao_core.lab.experiments.figures import figures
-        from kogao_core.lab.subjects import Subject
-
-        read = common.read_photo(photo, max_megapixels)
-        faces = common.selected(common.find_faces(read, landmarks), which)
+        read = reading.read_photo(photo, max_megapixels)
+        faces = reading.selected(reading.find_faces(read, landmarks), which)
         drawings = figures(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
         written = _write(drawings, photo, folder, _KINDS if kinds == "both" else (kinds,), force)
-        common.print_text(f"{photo}: {', '.join(path.name for path in written)}")
+        ending.print_text(f"{photo}: {', '.join(path.name for path in written)}")
 
     return common.each(photos, draw)
 
@@ -77,8 +74,6 @@ def command(
 def _write(
     drawings: Sequence[Drawing], photo: Path, folder: Path, kinds: Sequence[str], force: bool
 ) -> list[Path]:
-    from kogao_core.base.atomic import put
-
     targets = {
         folder / f"{photo.stem}-{drawing.name}.{kind}": (drawing, kind)
         for drawing in drawings
@@ -86,7 +81,7 @@ def _write(
     }
     for path in targets:
         common.check_free(path, force)
-    with common.writing(folder):
+    with ending.writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for path, (drawing, kind) in targets.items():
             put(drawing.png() if kind == "png" else drawing.svg(), path)

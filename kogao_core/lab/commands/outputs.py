@@ -6,16 +6,18 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 
+from kogao_core.base import atomic
+from kogao_core.base.display import png
+from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.cli import common, json_file, words
-
-if TYPE_CHECKING:
-    from kogao_core.base.geometry import Image
-    from kogao_core.lab.reports.report import Report
+from kogao_core.cli import common, ending, json_file, words
+from kogao_core.lab.reports.page import files
+from kogao_core.lab.reports.report import Made, Report
+from kogao_core.lab.reports.translating import translated_report
 
 KINDS: Final = ("json", "csv", "html")
 STDOUT: Final = json_file.STDOUT
@@ -56,8 +58,8 @@ class Outputs:
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
-            raise common.Stop(
-                Text("only one of the files can be printed; name the others"), common.USAGE
+            raise ending.Stop(
+                Text("only one of the files can be printed; name the others"), ending.USAGE
             )
         for file in files.values():
             if file != STDOUT:
@@ -67,19 +69,16 @@ class Outputs:
         if folder is not None:
             _check_folder(folder, made=True)
             if folder.is_dir() and any(folder.iterdir()) and not force:
-                raise common.Stop(
+                raise ending.Stop(
                     Text(
                         "{folder} isn't empty; choose another, or --force to replace files in it",
                         folder=folder,
                     ),
-                    common.USAGE,
+                    ending.USAGE,
                 )
 
     def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
         """Write pictures, grey or RGB with their files' names, where a folder was asked for."""
-        from kogao_core.base import atomic
-        from kogao_core.base.display import png
-
         if self._folder is None:
             return
         with _writing(self._folder):
@@ -89,14 +88,9 @@ class Outputs:
 
     def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
         """Write the files, and print the tables unless a file is printed."""
-        from kogao_core.base import atomic
-        from kogao_core.lab.reports.page import files
-        from kogao_core.lab.reports.report import Made
-        from kogao_core.lab.reports.translating import translated_report
-
         text_of = files(report, Made.now(click.get_current_context().obj, left_out))
         if STDOUT not in self._files.values():
-            common.print_text(translated_report(report).text())
+            ending.print_text(translated_report(report).text())
         if self._folder is not None:
             with _writing(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)
@@ -110,7 +104,7 @@ class Outputs:
 
 
 def _writing(place: Path) -> AbstractContextManager[None]:
-    return common.refusing(
+    return ending.refusing(
         lambda reason: Text(
             "{place} can't be written ({reason}); choose another folder or make room",
             place=place,
@@ -123,8 +117,8 @@ def _check_folder(folder: Path, *, made: bool) -> None:
     """Stop where files can't be put into a folder; with `made` it will be made if need be."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     if not nearest.is_dir() or (nearest != folder and not made):
-        raise common.Stop(Text("there is no folder {folder}", folder=folder), common.UNREADABLE)
+        raise ending.Stop(Text("there is no folder {folder}", folder=folder), ending.UNREADABLE)
     if not os.access(nearest, os.W_OK):
-        raise common.Stop(
-            Text("{nearest} may not be written to", nearest=nearest), common.UNREADABLE
+        raise ending.Stop(
+            Text("{nearest} may not be written to", nearest=nearest), ending.UNREADABLE
         )

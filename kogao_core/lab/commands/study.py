@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 
+from kogao_core.base import interrupts
 from kogao_core.base.language import Text, tr
+from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, words
+from kogao_core.cli import common, ending, projects, reading, words
 from kogao_core.cli.progress import ProgressLine
+from kogao_core.faces.face import select
 from kogao_core.lab.commands import outputs
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from kogao_core.lab.study.making import Choices
-    from kogao_core.lab.study.plan import Key
-    from kogao_core.lab.subjects import Subject
+from kogao_core.lab.study import making, pictures, plan, sources, tally
+from kogao_core.lab.study.making import Choices
+from kogao_core.lab.study.plan import Key
+from kogao_core.lab.study.report import report as made_report
+from kogao_core.lab.study.server import Server
+from kogao_core.lab.study.variants import variants
+from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import PAPER
 
 _LARGEST_LATTICE: Final = 8.0
 
@@ -50,7 +55,7 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
 
 
 @command.command("make")
-@common.takes_photos
+@reading.takes_photos
 @words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
     help="A new folder for the raters; the key is written beside it.",
@@ -77,20 +82,16 @@ def make(
     max_megapixels: float,
 ) -> None:
     """Make a study of the largest face in each photo."""
-    from kogao_core.lab.study import making, plan
-    from kogao_core.lab.study.variants import variants
-    from kogao_core.recipe.recipe import PAPER
-
-    photos = common.input_paths(inputs, sample)
-    with common.stopping(making.RefusedFolder, common.USAGE):
+    photos = reading.input_paths(inputs, sample)
+    with ending.stopping(making.RefusedFolder, ending.USAGE):
         making.check_folder(folder)
     kinds = variants(PAPER, lattices, control=control, satisfaction=satisfaction)
-    source = common.landmark_source(landmarks)
-    with common.stopping(ValueError, common.USAGE):
+    source = reading.landmark_source(landmarks)
+    with ending.stopping(ValueError, ending.USAGE):
         choices = making.Choices(PAPER, kinds, seed, source.name)
-    with common.stopping(making.RefusedFolder, common.USAGE), common.writing(folder):
+    with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
-    common.print_text(
+    ending.print_text(
         tr(
             "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
             "about them",
@@ -100,28 +101,22 @@ def make(
         )
     )
     key_file = plan.key_path(folder)
-    common.print_text(tr("{file}: what each picture is; keep it from the raters", file=key_file))
+    ending.print_text(tr("{file}: what each picture is; keep it from the raters", file=key_file))
 
 
 def _subjects(
     photos: Sequence[Path], landmarks: str | None, max_megapixels: float
 ) -> list[Subject]:
-    from kogao_core.cli import projects
-    from kogao_core.faces.face import select
-    from kogao_core.lab.study import pictures
-
     found = []
     for path in photos:
-        photo = common.read_photo(path, max_megapixels)
-        (face,) = select(common.find_faces(photo, landmarks), "largest")
+        photo = reading.read_photo(path, max_megapixels)
+        (face,) = select(reading.find_faces(photo, landmarks), "largest")
         shown = pictures.subject(photo, face)
         found.append(dataclasses.replace(shown, sha256=projects.hash_of(path)))
     return found
 
 
 def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
-    from kogao_core.lab.study import making
-
     progress = ProgressLine()
     progress.begin(tr("pictures for {folder}", folder=folder))
     key = making.make(subjects, folder, choices, progress.step)
@@ -137,13 +132,10 @@ def rate(folder: Path, no_browser: bool) -> None:
 
     Answers are kept in FOLDER/ratings, each before the next picture shows. Ctrl-C ends it.
     """
-    from kogao_core.base.strict import BadFile
-    from kogao_core.lab.study.server import Server
-
-    with common.stopping(BadFile, common.UNREADABLE), common.stopping(OSError, common.BROKEN):
+    with ending.stopping(BadFile, ending.UNREADABLE), ending.stopping(OSError, ending.BROKEN):
         server = Server(folder)
     # Whoever reads the last line may end it at once.
-    with server, suppress(KeyboardInterrupt):
+    with server, suppress(KeyboardInterrupt), interrupts.raised():
         click.echo(server.address)
         click.echo(tr("Ctrl-C ends it; one rater after another may use it."))
         if not no_browser:
@@ -156,7 +148,7 @@ def _browse(address: str) -> None:
     import webbrowser  # takes as long to load as all other commands
 
     if not webbrowser.open(address):
-        common.print_message(Text("no browser was found; open the address in one"))
+        ending.print_message(Text("no browser was found; open the address in one"))
 
 
 @command.command("report")
@@ -178,16 +170,13 @@ def report(
     **given: Any,
 ) -> int:
     """Count the ratings of the studies in FOLDERS."""
-    from kogao_core.base.strict import BadFile
-    from kogao_core.lab.study import plan, report, sources, tally
-
     if keys and len(keys) != len(folders):
-        raise common.Stop(Text("give one --key for each folder, or none"), common.USAGE)
+        raise ending.Stop(Text("give one --key for each folder, or none"), ending.USAGE)
     to = outputs.Outputs(outputs.asked_for(given), None, force)
     found = [*keys] or [plan.key_path(folder) for folder in folders]
-    with common.stopping(BadFile, common.UNREADABLE):
+    with ending.stopping(BadFile, ending.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files)
     for note in sources.notes(counted):
-        common.print_message(note)
-    to.write(report.report(counted))
-    return common.SOME_FAILED if counted.foreign else 0
+        ending.print_message(note)
+    to.write(made_report(counted))
+    return ending.SOME_FAILED if counted.foreign else 0

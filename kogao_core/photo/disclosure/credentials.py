@@ -16,7 +16,9 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
+from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
+from kogao_core.photo.formats import Format
 from kogao_core.photo.metadata import tiff
 from kogao_core.photo.model import Photo
 
@@ -25,14 +27,6 @@ if TYPE_CHECKING:
 
 PASSWORD: Final = "KOGAO_SIGN_PASSWORD"
 """Name of the environment variable that holds a key's password."""
-_TYPES: Final = {
-    "JPEG": "image/jpeg",
-    "PNG": "image/png",
-    "TIFF": "image/tiff",
-    "WEBP": "image/webp",
-    "HEIF": "image/heic",
-}
-_UNKNOWN_TYPE: Final = "application/octet-stream"  # named as the source, but not looked into
 _EDITED: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits"
 # By the number of bits of an elliptic curve.
 _CURVES: Final = {256: "es256", 384: "es384", 521: "es512"}
@@ -75,7 +69,7 @@ def check_signer(signer: Signer) -> None:
     _read(signer)
 
 
-def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str) -> Pieces:
+def signed(photo: Photo, pieces: Pieces, form: Format, *, signer: Signer, what: str) -> Pieces:
     """Return a file with credentials that say what was done to a photo; no pixel changes.
 
     The photo's file is their source, with the credentials that it has itself. Nothing is fetched
@@ -87,7 +81,7 @@ def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str
         The photo as it was read.
     pieces : pieces
         The result as a file.
-    form : str
+    form : Format
         The result's format.
     signer : Signer
         Who signs.
@@ -114,7 +108,7 @@ def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str
         with c2pa.Builder(_manifest(what), context=context) as builder:
             builder.add_ingredient(_ingredient(source), _type(photo, source), io.BytesIO(source))
             with c2pa.Signer.from_info(info) as hand:
-                builder.sign(hand, _TYPES[form], io.BytesIO(b"".join(pieces)), result)
+                builder.sign(hand, formats.BY_NAME[form].mime, io.BytesIO(b"".join(pieces)), result)
     except c2pa.C2paError as error:
         raise CannotDisclose(
             Text("the result can't be signed ({problem}); save it without", problem=_plain(error))
@@ -152,9 +146,8 @@ def _ingredient(source: bytes) -> dict[str, str]:
 
 def _type(photo: Photo, source: bytes) -> str:
     """Return the type of a photo's file; raw files of many kinds are TIFF files."""
-    if photo.format != "RAW":
-        return _TYPES[photo.format]
-    return _TYPES["TIFF"] if source.startswith(tiff.HEADS) else _UNKNOWN_TYPE
+    is_tiff = photo.format == "RAW" and source.startswith(tiff.HEADS)
+    return formats.TIFF.mime if is_tiff else formats.BY_NAME[photo.format].mime
 
 
 def _read(signer: Signer) -> tuple[str, bytes, bytes]:

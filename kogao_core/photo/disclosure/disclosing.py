@@ -10,6 +10,7 @@ from functools import partial, reduce
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.disclosure.credentials import Signer, signed
+from kogao_core.photo.disclosure.label import draw_label
 from kogao_core.photo.disclosure.label_picture import LabelPicture, lay_over
 from kogao_core.photo.model import Photo, is_same
 from kogao_core.photo.writing import Sign
@@ -98,8 +99,6 @@ def disclose(
     if disclosure.picture is not None:
         pixels = lay_over(photo, pixels, disclosure.picture)
     if disclosure.label:
-        from kogao_core.photo.disclosure.label import draw_label
-
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
     if disclosure.record:
         from kogao_core.photo.disclosure import (

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from kogao_core.photo.formats import SourceFormat
 
 Encode = Callable[[Box | None], Pieces]
-Ahead = Callable[[], Any]
 Fate = Literal["kept", "moved", "left out"]
 
 
@@ -120,6 +119,8 @@ class FileFormat:
         As in `Photo.format`; Pillow's, where Pillow reads it.
     title : str
         As people say it.
+    mime : str
+        The type of its files, as content credentials name it.
     suffixes : tuple of str
         Endings of names, the usual one first.
     is_lossless : bool
@@ -148,16 +149,13 @@ class FileFormat:
         or nothing.
     keep : callable, optional
         Given a photo of this format, new pixels, what encodes a part of them (a `Box`, or None for
-        all), where the file goes and what returns what `ahead` returned; returns a file with as
-        much of the photo's own as may stay, and what that is in words. None, where all is encoded
-        anew.
-    ahead : callable, optional
-        Given a photo of this format and where a file goes; reads what `keep` needs of the photo's
-        own file. It doesn't depend on the new pixels, so it can be done before there are any.
+        all) and where the file goes; returns a file with as much of the photo's own as may stay,
+        and what that is in words. None, where all is encoded anew.
     """
 
     name: SourceFormat
     title: str
+    mime: str
     suffixes: tuple[str, ...]
     is_lossless: bool
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]]
@@ -171,14 +169,11 @@ class FileFormat:
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_said
     recoded: Callable[[Photo], str] = _nothing_said
-    keep: Callable[[Photo, Image, Encode, Path, Ahead], tuple[Pieces, str]] | None = None
-    ahead: Callable[[Photo, Path], Any] | None = None
+    keep: Callable[[Photo, Image, Encode, Path], tuple[Pieces, str]] | None = None
 
     def __post_init__(self) -> None:
         if bool(self.layouts) != (self.encode is not None):
             raise TypeError(f"{self.name} needs both an encoder and the layouts it writes")
-        if (self.keep is None) != (self.ahead is None):
-            raise TypeError(f"{self.name} needs both what reads ahead and what keeps that")
 
     def holds_alpha(self, depth: str) -> bool:
         """Tell whether transparency can be written beside channels of that type."""

@@ -123,6 +123,7 @@ def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
 HEIF: Final = FileFormat(
     name="HEIF",
     title="HEIC",
+    mime="image/heic",
     suffixes=(".heic", ".heif", ".hif"),
     is_lossless=False,
     reader=Reader(_is_heif, _decode),

@@ -7,7 +7,7 @@ import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final
+from typing import IO, Final
 
 import numpy as np
 
@@ -15,14 +15,12 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
-from kogao_core.photo.formats.base import Ahead, Content, Encode, FileFormat
+from kogao_core.photo.formats.base import Content, Encode, FileFormat
 from kogao_core.photo.jpeg import segments
+from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of
-
-if TYPE_CHECKING:
-    from kogao_core.photo.jpeg.blocks import Blocks
 
 QUALITY: Final = 95
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
@@ -73,13 +71,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
     yield from trailers.found(data, end)
 
 
-def _ahead(photo: Photo, path: Path) -> Blocks | None:
-    """Read the blocks of a photo that may keep some."""
-    from kogao_core.photo.jpeg.blocks import read_blocks
-
-    return None if _why_none_stays(photo) else read_blocks(photo.path, _folder(path))
-
-
 def _why_none_stays(photo: Photo) -> str:
     if photo.orientation != 1:
         return Text("the photo was turned upright")
@@ -92,12 +83,8 @@ def _folder(path: Path) -> Path:
     return Path(os.path.realpath(path)).parent
 
 
-def _keep(
-    photo: Photo, pixels: Image, encode: Encode, path: Path, ahead: Ahead
-) -> tuple[Pieces, str]:
+def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Pieces, str]:
     """Keep every block in which no pixel changed."""
-    from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
-
     reason = _why_none_stays(photo)
     if not reason and pixels.shape != photo.pixels.shape:
         reason = Text("its size or its colours have changed")
@@ -106,7 +93,7 @@ def _keep(
     if not reason:
         try:
             kept = keep_blocks(
-                ahead(), photo.pixels, pixels, lambda box: b"".join(encode(box)), _folder(path)
+                photo.path, photo.pixels, pixels, lambda box: b"".join(encode(box)), _folder(path)
             )
         except CannotKeepBlocks as why:
             reason = str(why)
@@ -126,6 +113,7 @@ def _keep(
 JPEG: Final = FileFormat(
     name="JPEG",
     title="JPEG",
+    mime="image/jpeg",
     suffixes=(".jpg", ".jpeg"),
     is_lossless=False,
     encode=_encode,
@@ -142,5 +130,4 @@ JPEG: Final = FileFormat(
     inside=_inside,
     behind=_behind,
     keep=_keep,
-    ahead=_ahead,
 )

@@ -55,6 +55,7 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 PNG: Final = FileFormat(
     name="PNG",
     title="PNG",
+    mime="image/png",
     suffixes=(".png",),
     is_lossless=True,
     encode=_encode,

@@ -79,6 +79,7 @@ def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
 RAW: Final = FileFormat(
     name="RAW",
     title=Text("raw"),
+    mime="application/octet-stream",
     suffixes=_SUFFIXES,
     is_lossless=True,
     reader=Reader(_is_raw, _decode, is_by_name=True),

@@ -6,7 +6,6 @@ import dataclasses
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -17,9 +16,8 @@ from kogao_core.base.atomic import aside
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
-from kogao_core.base.threads import default_threads, share_out
 from kogao_core.photo.jpeg import coefficients
-from kogao_core.photo.jpeg.coefficients import Coefficients, Plane, UnreadableCoefficients
+from kogao_core.photo.jpeg.coefficients import Coefficients, UnreadableCoefficients
 from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segments
 
 _WORD: Final = 8  # pixels' values that are looked at together
@@ -30,22 +28,6 @@ Mask = npt.NDArray[np.bool_]
 
 class CannotKeepBlocks(Exception):
     """The source's blocks don't fit the new file; the message says why."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Blocks:
-    """The blocks of a JPEG file, to be kept in others.
-
-    Parameters
-    ----------
-    whole : Coefficients
-        Of the file.
-    damage : tuple of str
-        The decoder's complaints about damaged data.
-    """
-
-    whole: Coefficients
-    damage: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,26 +49,6 @@ class Kept:
     damage: tuple[str, ...] = ()
 
 
-def read_blocks(source: Path, folder: Path) -> Blocks:
-    """Read the blocks of a JPEG file; Python's lock is given up meanwhile.
-
-    Parameters
-    ----------
-    source : Path
-        The file.
-    folder : Path
-        Where a file may be laid aside for a moment.
-
-    Raises
-    ------
-    CannotKeepBlocks
-        If they can't be read.
-    """
-    with aside(folder) as place, hushed() as complaints:
-        whole = _read(source.read_bytes(), place / "read")
-    return Blocks(whole, tuple(complaints))
-
-
 def _read(data: bytes, copy: Path) -> Coefficients:
     try:
         return coefficients.read(data, copy)
@@ -95,15 +57,14 @@ def _read(data: bytes, copy: Path) -> Coefficients:
 
 
 def keep_blocks(
-    blocks: Blocks, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
+    source: Path, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
 ) -> Kept:
-    """Encode what lies around changed pixels, and put it among a source's coefficients.
+    """Encode what lies around changed pixels, and put it among a file's coefficients.
 
     Parameters
     ----------
-    blocks : Blocks
-        Those of the source, whose pixels are upright. They are others while this works, so it is
-        for one thread at a time.
+    source : Path
+        The file, whose pixels are upright.
     before, after : arrays of shape (H, W) or (H, W, C), uint8
         Its pixels and the new ones.
     encode : callable
@@ -121,51 +82,25 @@ def keep_blocks(
     Raises
     ------
     CannotKeepBlocks
-        If tables, subsampling, colours or size differ from the source's.
+        If its blocks can't be read, or tables, subsampling, colours or size differ.
     """
-    whole = blocks.whole
-    if (whole.frame.height, whole.frame.width) != before.shape[:2]:
-        raise CannotKeepBlocks(Text("its size has changed"))
-    changed = _changed_units(before, after, whole.frame.unit_px)
-    units = _around(changed)
-    former: list[tuple[Plane, Mask, Plane]] = []
-    fresh: list[tuple[Box, bytes, Coefficients]] = []
     with aside(folder) as place, hushed() as complaints:
-
-        def renew(band: Box) -> None:
-            encoded = encode(_pixels(band, whole))
-            part = _read(encoded, place / f"read{band.top}")
-            _check_alike(whole, part)
-            fresh.append((band, encoded, part))
-
-        share_out(_bands(units), lambda: renew, default_threads())
-        # The row below begins with what the last changed unit may have left.
-        end = min(units.bottom + 1, len(changed))
-        rest = None if blocks.damage else coefficients.around(whole, units.top, end, place)
-        _, encoded, part = fresh[0]
+        whole = _read(source.read_bytes(), place / "source")
+        if (whole.frame.height, whole.frame.width) != before.shape[:2]:
+            raise CannotKeepBlocks(Text("its size has changed"))
+        changed = _changed_units(before, after, whole.frame.unit_px)
+        units = _around(changed)
+        encoded = encode(_pixels(units, whole))
+        part = _read(encoded, place / "part")
+        _check_alike(whole, part)
+        _put(part, whole, units, changed)
         merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
-        try:
-            for band, _, one in fresh:
-                former += _put(one, whole, band, changed)
-            data = _with_headers_of(encoded, coefficients.write(merged, place, rest))
-        finally:
-            for into, mask, own in former:
-                into[mask] = own
-    damage = tuple(dict.fromkeys((*blocks.damage, *complaints)))
-    return Kept(data, 1.0 - float(changed.mean()), damage)
+        data = _with_headers_of(encoded, coefficients.write(merged, place))
+    return Kept(data, 1.0 - float(changed.mean()), tuple(complaints))
 
 
-def _put(
-    part: Coefficients, whole: Coefficients, box: Box, changed: Mask
-) -> list[tuple[Plane, Mask, Plane]]:
-    """Put the blocks of the units that changed into the whole; `part` are those of a box.
-
-    Returns
-    -------
-    list of tuple
-        Of each component the blocks of the box, which of them were replaced, and what these were.
-    """
-    former = []
+def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> None:
+    """Put the blocks of the units that changed into the whole; `part` are those of a box."""
     for into, fresh, (down, along) in zip(
         whole.planes, part.planes, whole.frame.factors, strict=True
     ):
@@ -173,10 +108,7 @@ def _put(
         units = changed[box.slices].repeat(down, axis=0).repeat(along, axis=1)
         # Components end where the picture does, not with the last unit.
         mask = units[: fresh.shape[0], : fresh.shape[1]]
-        blocks = into[at.slices]
-        former.append((blocks, mask, blocks[mask]))
-        blocks[mask] = fresh[mask]
-    return former
+        into[at.slices][mask] = fresh[mask]
 
 
 def _around(changed: Mask) -> Box:
@@ -185,12 +117,6 @@ def _around(changed: Mask) -> Box:
     if not len(rows):
         return Box(0, 0, 1, 1)
     return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
-
-
-def _bands(units: Box) -> list[Box]:
-    """Return a box of units in bands, one for each thread."""
-    tops = np.linspace(units.top, units.bottom, 1 + min(default_threads(), units.height), dtype=int)
-    return [Box(units.left, top, units.right, end) for top, end in pairwise(tops.tolist())]
 
 
 def _pixels(units: Box, whole: Coefficients) -> Box:

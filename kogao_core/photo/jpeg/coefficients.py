@@ -7,12 +7,11 @@ the file and the arrays.
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 import io
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -22,9 +21,6 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.language import Text
-from kogao_core.photo.jpeg import bands
-from kogao_core.photo.jpeg.bands import Around
-from kogao_core.photo.jpeg.scan import only_scan
 from kogao_core.photo.jpeg.segments import segments
 
 _BLOCK_PX: Final = 8
@@ -104,8 +100,6 @@ class Coefficients:
         The table of each component.
     has_usual_codes : bool
         Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
-    scans : memoryview
-        The file from its first scan on.
     """
 
     frame: Frame
@@ -113,7 +107,6 @@ class Coefficients:
     tables: npt.NDArray[np.uint16]
     numbers: npt.NDArray[np.int16]
     has_usual_codes: bool
-    scans: memoryview
 
     @property
     def used(self) -> npt.NDArray[np.uint16]:
@@ -151,35 +144,10 @@ def read(data: bytes, copy: Path) -> Coefficients:
     if not is_done:
         raise UnreadableCoefficients(Text("its blocks can't be read"))
     is_usual = _codes(needed) <= _usual_codes()
-    return Coefficients(frame, planes, tables, numbers, is_usual, scans)
+    return Coefficients(frame, planes, tables, numbers, is_usual)
 
 
-def around(coefficients: Coefficients, first: int, end: int, folder: Path) -> Around | None:
-    """Return the data of a file around some rows of units, for `write` once these are others.
-
-    Parameters
-    ----------
-    coefficients : Coefficients
-        As they were read; they are others while this works.
-    first, end : int
-        The rows, up to the one before `end`, which begins with what it was.
-    folder : Path
-        See `write`.
-
-    Returns
-    -------
-    Around, optional
-        None where it can't be told or isn't worth it.
-    """
-    planes, factors = coefficients.planes, coefficients.frame.factors
-    if not coefficients.has_usual_codes or not bands.is_much_around(planes, factors, first, end):
-        return None
-    source = only_scan(coefficients.scans)
-    write_band = partial(_write_band, coefficients, folder)
-    return source and bands.around(source, planes, factors, first, end, write_band)
-
-
-def write(coefficients: Coefficients, folder: Path, rest: Around | None = None) -> bytes:
+def write(coefficients: Coefficients, folder: Path) -> bytes:
     """Return a sequential JPEG file that counts components from 0.
 
     Usual Huffman codes stay: up to the first change the picture's data are then the source's, bit
@@ -191,38 +159,13 @@ def write(coefficients: Coefficients, folder: Path, rest: Around | None = None) 
         What to write; not of RGB.
     folder : Path
         Where the file may lie for a moment: the library writes files alone.
-    rest : Around, optional
-        What is known already of the data: only the rows between are written.
 
     Raises
     ------
     OSError
         If it can't be written.
     """
-    planes, factors = coefficients.planes, coefficients.frame.factors
-    if rest is not None and not bands.has_end(planes, factors, rest.end):
-        rest = None
-    at = []
-    if coefficients.has_usual_codes:
-        at = bands.cuts(planes, factors, *(rest[:2] if rest is not None else ()))
-    if rest is None and len(at) <= 2:
-        return _written(coefficients, folder / "written")
-    write_band = partial(_write_band, coefficients, folder)
-    file = bands.written(planes, factors, at, write_band, rest)
-    return bands.with_height(file, coefficients.frame.height)
-
-
-def _write_band(
-    coefficients: Coefficients, folder: Path, parts: list[Plane], first: int, end: int
-) -> bytes:
-    unit, height = coefficients.frame.unit_px[0], coefficients.frame.height
-    frame = dataclasses.replace(coefficients.frame, height=min(height, end * unit) - first * unit)
-    band = dataclasses.replace(coefficients, frame=frame, planes=tuple(parts))
-    return _written(band, folder / f"written{first}")
-
-
-def _written(coefficients: Coefficients, file: Path) -> bytes:
-    frame = coefficients.frame
+    file, frame = folder / "written", coefficients.frame
     layout = ((frame.height, frame.width), frame.blocks, frame.factors)
     sizes = [np.array(one, np.intc) for one in layout]
     tables, numbers = coefficients.tables, coefficients.numbers

@@ -82,11 +82,6 @@ class EdgeNetwork:
             )
         return EdgeNetwork(parameters, beards=beards)
 
-    @staticmethod
-    def load() -> None:
-        """Let OpenCV make its tables of Lab colours now, which takes 30 ms, not at a face."""
-        planes(np.zeros((ALONG, len(ACROSS), 3), np.uint8))
-
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
         """Return a finer outline and how sure each of its points is.
 

@@ -1,0 +1,63 @@
+"""How a command ends: exit codes, one-line errors; this loads nothing of the core's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Final
+
+import click
+
+from kogao_core.base.language import Text, translated
+from kogao_core.base.wording import printable, sentence, system_reason
+
+BROKEN: Final = 1
+USAGE: Final = 2
+UNREADABLE: Final = 3
+NO_FACE: Final = 4
+SOME_FAILED: Final = 5
+UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
+
+
+class Stop(click.ClickException):
+    """Ends the command with one line on stderr and an exit code."""
+
+    def __init__(self, message: object, code: int) -> None:
+        super().__init__(str(message))
+        self.code = code
+
+
+@contextmanager
+def stopping(kinds: type[Exception] | tuple[type[Exception], ...], code: int) -> Iterator[None]:
+    """Turn exceptions of some kinds into a `Stop`."""
+    try:
+        yield
+    except kinds as error:
+        raise Stop(error, code) from error
+
+
+@contextmanager
+def refusing(sentence: Callable[[str], Text]) -> Iterator[None]:
+    """Stop where the system refuses something, with what `sentence` makes of its reason."""
+    try:
+        yield
+    except OSError as error:
+        raise Stop(sentence(system_reason(error)), UNREADABLE) from error
+
+
+def writing(path: Path) -> AbstractContextManager[None]:
+    """Stop with a sentence when a file, or what belongs into a folder, can't be written."""
+    return refusing(
+        lambda reason: Text("{path} can't be written ({reason})", path=path, reason=reason)
+    )
+
+
+def print_text(text: str) -> None:
+    """Print lines on stdout; whatever in a file's name gives orders to a terminal becomes '?'."""
+    click.echo("\n".join(map(printable, text.split("\n"))))
+
+
+def print_message(message: str) -> None:
+    """Print one line on stderr, in the user's language."""
+    click.echo(f"kogao-cli: {sentence(translated(message))}", err=True)

@@ -1,0 +1,147 @@
+"""Photos on the command line: which to read, what reads them, and the faces in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import click
+
+from kogao_core.base import assets
+from kogao_core.base.language import Text
+from kogao_core.cli import ending, words
+from kogao_core.cli.common import PHOTO, limits_megapixels
+from kogao_core.faces import landmarks
+from kogao_core.faces.face import Face, LandmarkSource, select
+from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here, source
+from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
+
+# The usual endings of the formats that can be written.
+ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
+OUTPUT_HELP: Final = Text("Where to write; {endings}.", endings=formats.either(ENDINGS))
+
+
+_SOURCES: Final = [choice.name for choice in CHOICES]
+chooses_landmarks = words.option(
+    "--landmarks",
+    metavar="SOURCE",
+    help=Text(
+        "{names}, or a cv2.face model file [{first}; {instead} where the networks are missing].",
+        names=", ".join(_SOURCES),
+        first=_SOURCES[0],
+        instead=next(choice.name for choice in CHOICES if not choice.needs_networks),
+    ),
+)
+
+
+_SEARCHING: Final = (
+    words.option("--sample", is_flag=True, help="Use the built-in portrait."),
+    limits_megapixels,
+    chooses_landmarks,
+)
+# What it takes to read and search a photo, or any number of photos and folders of photos.
+takes_photo = words.together(
+    click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
+)
+takes_photos = words.together(
+    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO), *_SEARCHING
+)
+
+
+def input_path(source: Path | None, sample: bool) -> Path:
+    """Return the photo to read; exactly one of the two must be asked for."""
+    if (source is None) != sample:
+        raise ending.Stop(Text("name one photo, or use --sample"), ending.USAGE)
+    if source is not None:
+        return source
+
+    with ending.stopping(assets.AssetMissing, ending.BROKEN):
+        return assets.sample()
+
+
+def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
+    """Return the photos to read, those in folders too; or the sample, but not both."""
+    if bool(inputs) == sample:
+        raise ending.Stop(Text("name photos or folders of photos, or use --sample"), ending.USAGE)
+    if sample:
+        return [input_path(None, sample)]
+    paths: list[Path] = []
+    for path in inputs:
+        if not path.is_dir():
+            paths.append(path)
+            continue
+        within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
+        if not within:
+            raise ending.Stop(Text("there is no photo in {path}", path=path), ending.USAGE)
+        paths += within
+    return paths
+
+
+def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
+    """Read the input, no deeper than the output can be where that is open, or stop."""
+    bits = 16 if output is None else bits_of(output)
+    with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
+        return read(path, max_megapixels=max_megapixels, bits=bits)
+
+
+def landmark_source(wanted: str | None) -> LandmarkSource:
+    """Return the source of landmarks that was asked for, or the best one here."""
+    with ending.stopping(ModelRefused, ending.USAGE):
+        return source(wanted)
+
+
+def check_networks() -> None:
+    """Stop when a network is damaged: every photo of a batch would fail."""
+    with ending.stopping(ModelRefused, ending.BROKEN):
+        landmarks.check_networks()
+
+
+def mention_fallback(wanted: str | None) -> None:
+    """Print a note when landmarks come from the AAM for want of the networks."""
+    if wanted is None and not networks_are_here():
+        ending.print_message(
+            Text(
+                "the networks are missing, so landmarks come from the AAM, which is "
+                "less exact; kogao-cli doctor says how to get them"
+            )
+        )
+
+
+def find_faces(
+    photo: Photo, landmarks: str | None, known: LandmarkSource | None = None
+) -> list[Face]:
+    """Find the faces, `in_reading_order`, or stop where there is none.
+
+    The source is the one of `landmarks`, where it isn't `known` already.
+    """
+    with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
+        try:
+            faces = (known or landmark_source(landmarks)).find(photo.pixels)
+        except ValueError as error:  # what `Face` refuses
+            raise ending.Stop(
+                Text(
+                    "the landmarks found in {path} are no face: {error}; choose "
+                    "another source with --landmarks",
+                    path=photo.path,
+                    error=error,
+                ),
+                ending.NO_FACE,
+            ) from error
+    mention_fallback(landmarks)
+    if not faces:
+        raise ending.Stop(
+            Text(
+                "no face in {path}; crop closer or place the landmarks by hand in "
+                "the editor (kogao {path})",
+                path=photo.path,
+            ),
+            ending.NO_FACE,
+        )
+    return faces
+
+
+def selected(faces: Sequence[Face], which: str) -> list[Face]:
+    """Return the faces that ``--face`` names, or stop where it names none of them."""
+    with ending.stopping(ValueError, ending.USAGE):
+        return select(faces, which)

@@ -1,0 +1,94 @@
+"""One way through the work, for command, batch and editor: hold, render, disclose, sign, write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from kogao_core.background.find import BackgroundFinder, held_of
+from kogao_core.base.geometry import Image
+from kogao_core.photo import Photo, write, write_in_place
+from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo.originals import Originals
+from kogao_core.photo.writing import Sign
+from kogao_core.pipeline import Rendering, render
+from kogao_core.projects.sidecar import Applied
+
+Write = Callable[[Photo, Image, Sign | None], str]
+"""Writes a photo's new pixels and returns what is worth knowing of the file."""
+
+
+def to_file(path: Path, *, force: bool) -> Write:
+    """Return what writes a file; its folder is made by whoever calls."""
+    return lambda photo, pixels, sign: write(photo, pixels, path, force=force, sign=sign)
+
+
+def over_itself(originals: Originals) -> Write:
+    """Return what writes over a photo's own file, which is kept in a store before."""
+    return lambda photo, pixels, sign: write_in_place(photo, pixels, originals, sign)
+
+
+@dataclass(frozen=True, eq=False)
+class Retouched:
+    """What became of a photo: `written` is what is worth knowing of the file.
+
+    `rendering` is None where the pixels were there already; `undisclosed` says what a result that
+    equals the photo doesn't tell.
+    """
+
+    rendering: Rendering | None
+    written: str
+    undisclosed: str
+
+
+def retouch(
+    photo: Photo,
+    done: Applied,
+    disclosure: Disclosure,
+    to: Write,
+    finder: BackgroundFinder,
+    *,
+    drawn: Image | None = None,
+    look: Callable[[Rendering], object] = lambda _: None,
+    threads: int | None = None,
+) -> Retouched:
+    """Do to a photo what is done to it: hold its background, render, disclose, sign and write.
+
+    Parameters
+    ----------
+    photo : Photo
+        As it was read.
+    done : Applied
+        What is done to it.
+    disclosure : Disclosure
+        What the result says of that.
+    to : callable
+        See `to_file` and `over_itself`.
+    finder : BackgroundFinder
+        What has looked at the photo, or will.
+    drawn : array like the photo's pixels, optional
+        The result, where it is there already.
+    look : callable
+        Gets the rendering before anything is written; what it raises leaves all as it was.
+    threads : int, optional
+        See `render`.
+
+    Raises
+    ------
+    CannotWrite, RefusedOutput
+        As `write` and `disclose` do.
+    """
+    rendering = None
+    if drawn is None:
+        held = held_of(photo.pixels, done, finder)
+        rendering = render(
+            photo.pixels, done.faces, done.recipe, protection=done.protection, held=held,
+            threads=threads,
+        )  # fmt: skip
+        look(rendering)
+        drawn = rendering.pixels
+    left_out = undisclosed(photo, drawn, disclosure)
+    told, pixels = disclose(photo, drawn, disclosure, what=done.what)
+    written = to(told, pixels, signing(disclosure, done.what))
+    return Retouched(rendering, written, left_out)
