@@ -53,6 +53,8 @@ def test_glass_mixes_the_photo_with_the_squares(start, cut_out):
     path, pixels = cut_out
     driver = start(path)
     hide_marks(driver)
+    driver.editor.recipe.set_field("percent", 0.0)
+    driver.editor.document.commit()
     driver.key(Qt.Key.Key_1)
     driver.settle()
     at = np.array([240, 40])

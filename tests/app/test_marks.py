@@ -141,6 +141,10 @@ def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
 def test_what_goes_wrong_is_said_plainly_too(retouch):
     panel = retouch.panel("recipe")
     retouch.press_key(panel.percent.slider, KEYS.Key_End)
+    assert panel.gauge.text.text() == "the face alone: looks unnatural"
+    for field, value in (("head_follows", 0.0), ("keep_features", False)):
+        retouch.editor.recipe.set_field(field, value)
+        retouch.editor.document.commit()
     retouch.settle()
     assert panel.gauge.text.text() == "⚠ looks unnatural"
     panel.more.button.setChecked(True)

@@ -27,7 +27,7 @@ class NaturalnessGauge(QWidget):
         self.setAccessibleName(tr("Naturalness"))
         self.blocks = _Blocks()
         self._plain = False
-        self.text = WarningLabel()
+        self.text = WarningLabel(wraps=True)
         self.text.setTextFormat(Qt.TextFormat.PlainText)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
