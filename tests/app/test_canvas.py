@@ -8,12 +8,13 @@ import sys
 
 import numpy as np
 from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
-from kogao_app.features import files
 from kogao_app.features.files import opening
 from kogao_app.render import live
 from meanwhile import Meanwhile
 from PySide6.QtCore import QPointF, Qt
 from test_overlays import at, hide_marks, pixels_of
+
+from kogao_core import retouch
 
 KEYS = Qt.Key
 
@@ -92,7 +93,7 @@ def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monke
     """Opening, finding, rendering and saving each wait for the window; how long it takes is timed
     by ``tests/benchmarks/stalls.py``."""
     meanwhile = Meanwhile()
-    work = [(opening, "read"), (files, "write"), (files, "render"), (live, "render")]
+    work = [(opening, "read"), (retouch, "write"), (retouch, "render"), (live, "render")]
     for module, name in work:
         monkeypatch.setattr(module, name, meanwhile.led(name, getattr(module, name)))
     source.find = meanwhile.led("find", source.find)

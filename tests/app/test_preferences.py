@@ -124,7 +124,7 @@ def test_the_preferred_language_is_spoken_unless_the_start_says_another(
     def end(_, code):
         raise SystemExit(f"in {code}")
 
-    monkeypatch.setattr(i18n, "speak", end)
+    monkeypatch.setattr("kogao_app.start.speak", end)
     with pytest.raises(SystemExit, match=f"^in {heard}$"):
         main(asked)
 

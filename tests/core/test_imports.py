@@ -87,3 +87,16 @@ def test_the_name_of_a_class_means_one_thing():
                 if isinstance(node, ast.ClassDef):
                     places.setdefault(node.name, []).append(path.name)
     assert {name: paths for name, paths in places.items() if len(paths) > 1} == {}
+
+
+def test_the_work_is_written_out_once():
+    """Command, batch and editor hand it to `retouch`, which discloses, signs and writes."""
+    steps = {"disclose", "undisclosed", "signing"}
+    users = {
+        path.relative_to(ROOT).as_posix()
+        for place in (CORE, "app")
+        for path in (ROOT / place).rglob("*.py")
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in steps
+    }
+    assert users == {"kogao_core/retouch.py"}
