@@ -17,6 +17,7 @@ from kogao_core.background.lines import (
     BentLine,
     bends,
     beside,
+    rough_lines,
     shortest_px,
     straight_lines,
 )
@@ -60,6 +61,8 @@ class Background:
         Why they may not all be lines of the background; empty where they are.
     told : bool
         Whether people could be told from the background: else no line is held.
+    rough : array of shape (M, 2, 2)
+        Lines that are measured and not held (`bend.rough_lines`), px.
     """
 
     lines: Array
@@ -67,6 +70,7 @@ class Background:
     shortest_px: float = 1.0
     note: str = ""
     told: bool = True
+    rough: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
 
     def held(self, loose: Sequence[Line] = ()) -> Held:
         """Return what is to be held.
@@ -193,8 +197,15 @@ class BackgroundFinder:
                 hair_counts=_HAIR_COUNTS,
             )
             return Background(lines(), (), shortest, note, told=False)
-        found = _cut(lines(people), people.grown(_APART), shortest)
-        return Background(found, people.neighbours(faces, others), shortest, _missed(people.missed))
+        sharp, grown = lines(people), people.grown(_APART)
+        rough = beside(rough_lines(photo, sharp, people), [face.outline for face in faces])
+        return Background(
+            _cut(sharp, grown, shortest),
+            people.neighbours(faces, others),
+            shortest,
+            _missed(people.missed),
+            rough=_cut(rough, grown, shortest),
+        )
 
 
 def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
@@ -242,12 +253,14 @@ def measure(photo: Image, rendering: Rendering, done: Applied, finder: Backgroun
     if not done.faces:
         return Bends(())
     found = finder.find(photo, done.faces, done.others)
-    near = found.lines[_touches(found.lines, rendering.domain.bounds)]
-    holds = done.recipe.hold_background and found.told
-    lines = bends(rendering.field, near, photo, rendering.unheld)
+    holds, bounds = done.recipe.hold_background and found.told, rendering.domain.bounds
+    sharp, rough = (
+        bends(rendering.field, lines[_touches(lines, bounds)], photo, rendering.unheld)
+        for lines in (found.lines, found.rough)
+    )
     if holds:
-        lines = [_marked(line, found, done.loose) for line in lines]
-    return Bends(tuple(lines), found.note)
+        sharp = [_marked(line, found, done.loose) for line in sharp]
+    return Bends(tuple(sorted([*sharp, *rough], key=lambda line: -line.bend_px)), found.note)
 
 
 def _marked(line: BentLine, found: Background, loose: Sequence[Line]) -> BentLine:

@@ -83,9 +83,18 @@ def straight_lines(photo: Image | Pyramid, people: PersonMask | None = None) -> 
     True
     """
     pyramid = Pyramid.of(photo)
-    sharp, rough = (_lines(pyramid, people, look) for look in (_SHARP, _ROUGH))
-    reach_px = _SAME * max(pyramid.image.shape[:2])
-    return np.concatenate([sharp, rough[~_covered(rough, sharp, reach_px)]])
+    return _lines(pyramid, people, _SHARP)
+
+
+def rough_lines(photo: Image | Pyramid, sharp: Array, people: PersonMask | None = None) -> Array:
+    """Return lines (N, 2, 2), px, that a person would see bend and `straight_lines` doesn't find.
+
+    Mortar, fences, blinds and edges of little contrast: noise decides which of them are found, so
+    they are told of and not held. `sharp` are those that it finds.
+    """
+    pyramid = Pyramid.of(photo)
+    rough = _lines(pyramid, people, _ROUGH)
+    return rough[~_covered(rough, sharp, _SAME * max(pyramid.image.shape[:2]))]
 
 
 @dataclass(frozen=True, slots=True)

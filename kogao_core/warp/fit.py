@@ -234,14 +234,13 @@ def problems_of(
     ]
     surrounds = surrounds or (None,) * len(grids)
     _check_control_points(pairs, anchors, recipes, grids, protection, surrounds)
-    problems = [
-        _problem(pair, anchor, grid, recipe.fit, protection, surround, photo)
-        for pair, anchor, grid, recipe, surround in zip(
-            pairs, anchors, grids, recipes, surrounds, strict=True
-        )
+    asked = list(zip(pairs, anchors, grids, recipes, strict=True))
+    alone = [_problem(*each, protection, None, photo) for each in asked]
+    _check_together(alone)
+    return [
+        problem if surround is None else _problem(*each, protection, surround, photo)
+        for problem, each, surround in zip(alone, asked, surrounds, strict=True)
     ]
-    _check_together(problems)
-    return problems
 
 
 def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
@@ -383,7 +382,7 @@ def _check_control_points(
 
 
 def _check_together(problems: Sequence[Problem]) -> None:
-    empty = [problem.support.empty for problem in problems]
+    empty = [problem.support.fitted for problem in problems]
     for group in groups(empty):
         points = sum(len(problems[k].target_px) for k in group)
         nodes = sum(min(ORDER**2 * problems[k].movers, empty[k].phi[..., 0].size) for k in group)
@@ -433,7 +432,7 @@ def _problem(
     pairs: Pairs,
     anchor: Anchor,
     grid: Grid,
-    fit: Fit,
+    recipe: Recipe,
     protection: Protection,
     surround: Surround | None,
     photo: Box | None,
@@ -443,7 +442,7 @@ def _problem(
     still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
     source, target, slack = _NO_FEATURES
     # An approximation shares control points out, and landmarks would lose by it.
-    if surround is not None and fit == "exact":
+    if surround is not None and recipe.fit == "exact":
         source, target, slack = surround.features
     return Problem(
         grid,
@@ -487,15 +486,20 @@ class _Support:
         row, t = self.grid.locate(problem.target_px[:, 1], 1)
         self.first = (int(column.min()) - 1, int(row.min()) - 1)
         self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
+        # What surrounds the faces is there before: those are fitted together whose points meet.
+        self.fitted = self.empty_of(self.first, self.shape)
         if problem.surround is not None:
-            alone = Lattice(self.grid, self.first, np.zeros((*self.shape, 2)))
-            whole = alone.plus(problem.surround)
+            whole = self.fitted.plus(problem.surround)
             self.first, self.shape = whole.first, whole.shape
         reach = np.arange(ORDER) - 1
         rows = row[:, None, None] + reach[:, None] - self.first[1]
         columns = column[:, None, None] + reach - self.first[0]
         self.weights = basis(t)[:, :, None] * basis(s)[:, None, :]
         self.nodes: npt.NDArray[np.int64] = rows * self.shape[1] + columns
+
+    def empty_of(self, first: tuple[int, int], shape: tuple[int, int]) -> Lattice:
+        """Return a lattice of its grid that moves nothing."""
+        return Lattice(self.grid, first, np.zeros((*shape, 2)))
 
     @property
     def size(self) -> int:
@@ -658,7 +662,7 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     True
     """
     lattices = [problem.support.empty for problem in problems]
-    for group in groups(lattices):
+    for group in groups([problem.support.fitted for problem in problems]):
         solved = _solve_together([problems[k] for k in group])
         for k, lattice in zip(group, solved, strict=True):
             lattices[k] = lattice
