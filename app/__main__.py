@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import ctypes
 import os
+import socket
 import sys
 from collections.abc import Sequence
 from itertools import chain
@@ -11,7 +13,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from kogao_core.base import interrupts
+from kogao_core.base import installed, interrupts
 from kogao_core.base.language import languages, system_languages, tr, translated, use_language
 from kogao_core.base.memory import end_at_once
 from kogao_core.base.stderr import open_standard_streams
@@ -24,6 +26,7 @@ from .workspaces import WORKSPACES
 if TYPE_CHECKING:
     from kogao_core.faces.face import LandmarkSource
 
+BROKEN: Final = 1
 _OF_SCREENSHOT: Final = ("show", "percent", "protect")  # what only a picture can show
 
 
@@ -40,9 +43,10 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     Returns
     -------
     int
-        0, or with ``--screenshot`` 1 when the picture can't be rendered or the search for faces
-        fails, 2 for a line to protect that lies far outside the photo, 3 for a file that can't be
-        read or written and 4 for no face; with ``--edit`` 6 when nothing was saved.
+        0, or 1 where there is no display or the installation is incomplete; with ``--screenshot`` 1
+        when the picture can't be rendered or the search for faces fails, 2 for a line to protect
+        that lies far outside the photo, 3 for a file that can't be read or written and 4 for no
+        face; with ``--edit`` 6 when nothing was saved.
     """
     if argv is None:
         interrupts.end_when_told("kogao")
@@ -54,6 +58,57 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     options = _options(argv)
     if options.screenshot is not None and not options.photos:
         options.sample = True
+    try:
+        if lacks := _lacking(options):
+            return _end(lacks)
+        return _run(options, source, hears=argv is None)
+    except ImportError:
+        from kogao_core.cli.doctor import incomplete
+
+        if lacks := incomplete():
+            return _end(lacks)
+        raise
+
+
+def _lacking(options: argparse.Namespace) -> str:
+    """Return why Qt would abort here, which nobody can catch; empty if it wouldn't."""
+    if sys.platform != "linux":
+        return ""
+    if options.screenshot is not None:  # the same picture with a display and without
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    if "QT_QPA_PLATFORM" in os.environ:
+        return ""
+    if installed.missing_libraries():
+        from kogao_core.cli.doctor import incomplete  # takes as long to load as most commands
+
+        return incomplete()
+    return "" if _has_display() else tr("there is no display here; kogao-cli works without one")
+
+
+def _has_display() -> bool:
+    """Tell whether a Wayland compositor or an X server answers."""
+    compositor, display = (os.environ.get(f"{name}DISPLAY") for name in ("WAYLAND_", ""))
+    if compositor:
+        place = Path(os.environ.get("XDG_RUNTIME_DIR", "/"), compositor)
+        with socket.socket(socket.AF_UNIX) as asked:
+            if asked.connect_ex(str(place)) == 0:
+                return True
+    if not display:
+        return False
+    xcb = ctypes.CDLL("libxcb.so.1")
+    xcb.xcb_connect.restype = ctypes.c_void_p
+    connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
+    is_open = xcb.xcb_connection_has_error(connection) == 0
+    xcb.xcb_disconnect(connection)
+    return bool(is_open)
+
+
+def _end(line: str) -> int:
+    print(f"kogao: {line}", file=sys.stderr)
+    return BROKEN
+
+
+def _run(options: argparse.Namespace, source: LandmarkSource | None, *, hears: bool) -> int:
     ahead = None
     if len(options.photos) == 1 and not os.path.isdir(options.photos[0]):
         # Qt and the views take as long to load as the photo to read; a wrong call needs neither.
@@ -67,7 +122,7 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         ahead.seek(source)
     from .start import start  # loads Qt
 
-    return start(options, source, ahead, hears=argv is None)
+    return start(options, source, ahead, hears=hears)
 
 
 def _language(argv: Sequence[str] | None) -> str | None:

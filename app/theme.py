@@ -155,8 +155,10 @@ def _sheet(theme: Theme) -> str:
     QCheckBox:focus, QRadioButton:focus {{ border-color: {theme.accent}; }}
     QSlider {{ min-height: 20px; border: 1px solid transparent; border-radius: 4px; }}
     QSlider:focus {{ border-color: {theme.accent}; }}
-    QSlider::groove:horizontal {{ height: 4px; background: {theme.line}; border-radius: 2px; }}
-    QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 2px; }}
+    QSlider::groove:horizontal {{
+        height: 4px; border: 1px solid {theme.muted}; border-radius: 3px;
+    }}
+    QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 3px; }}
     QSlider::handle:horizontal {{
         background: {theme.text}; width: 12px; height: 12px; margin: -4px 0; border-radius: 6px;
     }}

@@ -21,9 +21,9 @@ Made by `python docs/command_line.py` from what `kogao-cli COMMAND --help` knows
 brackets. The editor's own options are in [editor.md](editor.md).
 
 ```sh
-kogao-cli warp portrait.jpg -o small.jpg     # 4 %, centre 2, as the paper found most natural
-kogao-cli warp portrait.jpg -o small.jpg --percent 6 --center 3 --face largest --json -
-kogao-cli warp big.jpg -o big-small.jpg --project portrait.jpg.kogao.json    # at another size, too
+kogao-cli warp portrait.jpg -o four.jpg      # 4 %, centre 2, as the paper found most natural
+kogao-cli warp portrait.jpg -o six.jpg --percent 6 --center 3 --face largest --save-project
+kogao-cli warp big.jpg -o big-small.jpg --project portrait.jpg.kogao.json    # its large original
 kogao-cli batch photos/ 'more/*.jpg' -o small/ --jobs 4     # again: goes on where it stopped
 kogao-cli detect portrait.jpg --json -       # the 27 landmarks of every face
 kogao-cli landmarks export portrait.jpg --format tem -o points/    # for WebMorph
@@ -32,6 +32,10 @@ kogao-cli experiment study make portrait.jpg -o study/             # pictures fo
 kogao-cli doctor                             # what is missing, and the command that mends it
 kogao-cli --language ja warp --help          # in another language than the system's
 ```
+
+![The four centre candidates](pictures/figure-centers.jpg)
+
+*`--center 1` to `4`; each landmark's target lies on its line to the centre.*
 
 D is the distance between a landmark and the centre that it moves towards. Above 6 % of it the
 paper's raters saw that something had been done. HEIC and raw files are read where their libraries

@@ -6,6 +6,7 @@ import importlib
 from pathlib import Path
 from typing import Final
 
+from kogao_core.base.installed import again
 from kogao_core.base.language import Text
 
 _SAMPLE: Final = "samples/average.jpg"
@@ -91,7 +92,7 @@ def _how_to_get(name: str) -> str:
         return Text("{name} is not in this installation; reinstall Kogao", name=name)
     return Text(
         "the networks are not in this installation ({name} is missing). Reinstall with a network "
-        "connection and without KOGAO_SKIP_ASSETS: `pip install --force-reinstall kogao`. Faces "
-        "can still be placed by hand.",
+        "connection and without KOGAO_SKIP_ASSETS: {command}. Faces can still be placed by hand.",
         name=name,
+        command=again("--no-deps"),
     )

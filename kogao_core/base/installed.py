@@ -1,13 +1,67 @@
-"""How this program came here: by pip, or as a bundle, a folder that brings its own Python."""
+"""How this program came here, by pip or as a bundle, and what of the system it lacks."""
 
 from __future__ import annotations
 
+import json
+import os
+import shlex
 import shutil
 import sys
 import sysconfig
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Final
 
 from kogao_core.base.language import Text
+
+# What Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6 wheel load from the
+# system, by Debian package; a test derives it from the installed wheel.
+LIBRARIES: Final = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libX11-xcb.so.1": "libx11-xcb1",
+    "libX11.so.6": "libx11-6",
+    "libdbus-1.so.3": "libdbus-1-3",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libfreetype.so.6": "libfreetype6",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libgthread-2.0.so.0": "libglib2.0-0",
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-image.so.0": "libxcb-image0",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-randr.so.0": "libxcb-randr0",
+    "libxcb-render-util.so.0": "libxcb-render-util0",
+    "libxcb-render.so.0": "libxcb-render0",
+    "libxcb-shape.so.0": "libxcb-shape0",
+    "libxcb-shm.so.0": "libxcb-shm0",
+    "libxcb-sync.so.1": "libxcb-sync1",
+    "libxcb-util.so.1": "libxcb-util1",
+    "libxcb-xfixes.so.0": "libxcb-xfixes0",
+    "libxcb-xkb.so.1": "libxcb-xkb1",
+    "libxcb.so.1": "libxcb1",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libz.so.1": "zlib1g",
+    "libzstd.so.1": "libzstd1",
+}
+
+
+def missing_libraries() -> dict[str, str]:
+    """Return the libraries that Qt needs and the system hasn't, with their Debian packages."""
+    if sys.platform != "linux":
+        return {}
+    return {name: package for name, package in LIBRARIES.items() if not _loads(name)}
+
+
+def _loads(library: str) -> bool:
+    import ctypes
+
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
 
 
 def is_bundle() -> bool:
@@ -16,17 +70,9 @@ def is_bundle() -> bool:
 
 
 def program(name: str) -> Path | None:
-    """Return where one of our programs lies: beside this one, else on the path.
+    """Return the path of ``kogao`` or ``kogao-cli``: beside this one, else on the path.
 
-    Parameters
-    ----------
-    name : {"kogao", "kogao-cli"}
-        The program, without an ending.
-
-    Returns
-    -------
-    Path or None
-        An absolute path; None where it isn't installed.
+    None where it isn't installed.
     """
     ending = ".exe" if sys.platform == "win32" else ""
     folder = Path(sys.executable).parent if is_bundle() else Path(sysconfig.get_path("scripts"))
@@ -37,7 +83,50 @@ def program(name: str) -> Path | None:
 
 def adding(extra: str) -> str:
     """Return how the libraries of an extra are got, as the end of a sentence."""
-    command = f"pip install 'kogao[{extra}]'"
-    return (
-        Text("not in this bundle, but with {command}", command=command) if is_bundle() else command
-    )
+    if is_bundle():
+        return Text("not in this bundle, but where pip has installed Kogao")
+    what = _requirement(extra)
+    return Text("install Kogao with [{extra}]", extra=extra) if what is None else _pip(*what)
+
+
+def again(*options: str) -> str:
+    """Return the command that installs Kogao anew from where it came, or what to do instead."""
+    what = _requirement()
+    if what is None:  # an index would be asked for a name that isn't ours there
+        return Text("install Kogao again from where you have it")
+    return _pip("--force-reinstall", *options, *what)
+
+
+def without(packages: list[str]) -> str:
+    """Return the command that takes packages away."""
+    return _pip(*packages, does="uninstall")
+
+
+def _pip(*words: str, does: str = "install") -> str:
+    """Return a command of the pip that serves the Python at work."""
+    if find_spec("pip") is None and shutil.which("uv"):
+        return shlex.join(["uv", "pip", does, "--python", sys.executable, *words])
+    return shlex.join([sys.executable, "-m", "pip", does, *words])
+
+
+def _requirement(extra: str = "") -> list[str] | None:
+    """Return what pip is to be given to install Kogao from where it came; None if that is lost."""
+    from importlib import metadata  # these two load a lot
+    from urllib.request import url2pathname
+
+    try:
+        told = metadata.distribution("kogao").read_text("direct_url.json")
+        origin = json.loads(told or "")
+        url = str(origin["url"])
+    except (metadata.PackageNotFoundError, ValueError, KeyError):
+        return None
+    asked = f"[{extra}]" if extra else ""
+    if url.startswith("file:"):
+        path = url2pathname(url.removeprefix("file://"))
+        if not os.path.exists(path):
+            return None
+        return [*(["-e"] if origin.get("dir_info", {}).get("editable") else []), path + asked]
+    version_control = origin.get("vcs_info")
+    if version_control:
+        url = f"{version_control['vcs']}+{url}@{version_control['commit_id']}"
+    return [f"kogao{asked} @ {url}"]

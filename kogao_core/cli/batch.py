@@ -53,7 +53,7 @@ from kogao_core.photo.disclosure.disclosing import Disclosure
 @reading.chooses_landmarks
 @words.option(
     "--dask", metavar="ADDRESS", excludes=("--jobs",),
-    help="Let a dask.distributed cluster work (pip install 'kogao[cluster]'); it sees the files, "
+    help="Let a dask.distributed cluster work (the extra [cluster]); it sees the files, "
     "and its scheduler and workers have the same Kogao.",
 )  # fmt: skip
 def command(

@@ -19,7 +19,7 @@ from kogao_core.base.stderr import open_standard_streams
 from kogao_core.base.threads import without_blas_threads
 from kogao_core.base.wording import system_reason
 from kogao_core.cli import words
-from kogao_core.cli.ending import UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
+from kogao_core.cli.ending import BROKEN, UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
 
 PROGRAM = "kogao-cli"
 DEBUG = "KOGAO_DEBUG"
@@ -133,6 +133,11 @@ def run(arguments: Sequence[str] | None) -> int:
             tr("what was done can't be printed ({reason}); print it elsewhere", reason=reason),
             UNREADABLE,
         )
+    except ImportError as error:
+        from kogao_core.cli.doctor import incomplete
+
+        lacks = incomplete()
+        return _end(lacks, BROKEN) if lacks else _unforeseen(error)
     except Exception as error:  # whatever happens ends in one line
         return _unforeseen(error)
     return code if isinstance(code, int) else 0

@@ -6,7 +6,6 @@ bundle are places where no desktop looks.
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -15,6 +14,7 @@ from typing import Final
 
 from kogao_core.base import assets
 from kogao_core.base.atomic import put
+from kogao_core.cli import default_programs
 
 NAME: Final = "org.kogao.Kogao"
 # Where each file lies, below the folder that desktops look into.
@@ -27,41 +27,50 @@ PLACES: Final = {
 # What makes desktops' indexes anew; one that isn't here isn't needed by a desktop that is.
 _INDEXERS: Final = {"update-mime-database": "mime", "update-desktop-database": "applications"}
 _STARTS: Final = re.compile(r"^Exec=kogao\b", re.MULTILINE)
-
-
-def of_user() -> Path:
-    """Return the folder in which a desktop looks for what one user has."""
-    return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share")
+_TYPES: Final = re.compile(r"^MimeType=(.*)\n", re.MULTILINE)
+_ENTRY: Final = f"{NAME}.desktop"
+_KEPT: Final = "X-Kogao-Kept"  # a key of our own, for the way back
 
 
 def install(share: Path, program: Path) -> None:
-    """Lay all files in place, and have the indexes made anew.
+    """Lay all files in place, and have the indexes made anew; nobody's default changes.
 
-    Parameters
-    ----------
-    share : Path
-        Such as ``~/.local/share``.
-    program : Path
-        What the menu starts.
-
-    Raises
-    ------
-    AssetMissing
-        If this installation lacks the files.
-    OSError
-        If they can't be written.
+    ``share`` is such as ``~/.local/share``, ``program`` what the menu starts. Raises AssetMissing
+    if this installation lacks the files, OSError if they can't be written.
     """
     for name, folder in PLACES.items():
         text = assets.path(f"desktop/{name}").read_text(encoding="utf-8")
         if name.endswith(".desktop"):
             text = f"Exec={quoted(program)}".join(_STARTS.split(text))
+            text = _with_kept(text, share)
         (share / folder).mkdir(parents=True, exist_ok=True)
         put(text.encode(), share / folder / name)
     _index(share)
 
 
+def _with_kept(entry: str, share: Path) -> str:
+    """Name the defaults that our entry would come before, and note in it which those were."""
+    types = _TYPES.search(entry)
+    photos = [kind for kind in (types[1] if types else "").split(";") if kind.startswith("image/")]
+    kept = default_programs.implied(photos, _ENTRY)
+    default_programs.name(kept, default_programs.file_for(share))
+    kept = _kept(share) | kept
+    note = "".join(f"{kind}={program};" for kind, program in kept.items())
+    return _TYPES.sub(lambda found: f"{found[0]}{_KEPT}={note}\n" if note else found[0], entry)
+
+
+def _kept(share: Path) -> dict[str, str]:
+    """Return the defaults that were named when we came."""
+    entry = share / PLACES[_ENTRY] / _ENTRY
+    text = entry.read_text(encoding="utf-8") if entry.exists() else ""
+    note = re.search(f"^{_KEPT}=(.*)$", text, re.MULTILINE)
+    pairs = (one.partition("=") for one in (note[1] if note else "").split(";") if one)
+    return {kind: program for kind, _, program in pairs}
+
+
 def remove(share: Path) -> None:
     """Take all files away, and have the indexes made anew."""
+    default_programs.forget(_kept(share), default_programs.file_for(share))
     for name, folder in PLACES.items():
         (share / folder / name).unlink(missing_ok=True)
     _index(share)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
+import os
 import platform
-import sys
 from collections.abc import Iterator
 from importlib import import_module, metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,39 +21,6 @@ from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
 OK: Final = Text("ok")
-# What Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6 wheel load from the
-# system, by Debian package; a test derives it from the installed wheel.
-LIBRARIES: Final = {
-    "libEGL.so.1": "libegl1",
-    "libGL.so.1": "libgl1",
-    "libX11-xcb.so.1": "libx11-xcb1",
-    "libX11.so.6": "libx11-6",
-    "libdbus-1.so.3": "libdbus-1-3",
-    "libfontconfig.so.1": "libfontconfig1",
-    "libfreetype.so.6": "libfreetype6",
-    "libglib-2.0.so.0": "libglib2.0-0",
-    "libgthread-2.0.so.0": "libglib2.0-0",
-    "libxcb-cursor.so.0": "libxcb-cursor0",
-    "libxcb-icccm.so.4": "libxcb-icccm4",
-    "libxcb-image.so.0": "libxcb-image0",
-    "libxcb-keysyms.so.1": "libxcb-keysyms1",
-    "libxcb-randr.so.0": "libxcb-randr0",
-    "libxcb-render-util.so.0": "libxcb-render-util0",
-    "libxcb-render.so.0": "libxcb-render0",
-    "libxcb-shape.so.0": "libxcb-shape0",
-    "libxcb-shm.so.0": "libxcb-shm0",
-    "libxcb-sync.so.1": "libxcb-sync1",
-    "libxcb-util.so.1": "libxcb-util1",
-    "libxcb-xfixes.so.0": "libxcb-xfixes0",
-    "libxcb-xkb.so.1": "libxcb-xkb1",
-    "libxcb.so.1": "libxcb1",
-    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
-    "libxkbcommon.so.0": "libxkbcommon0",
-    "libz.so.1": "zlib1g",
-    "libzstd.so.1": "libzstd1",
-}
-# Qt is never loaded here, so of these two only the version is looked up.
-_QT: Final = ("pyqtgraph", "PySide6-Essentials")
 _IN_THE_WAY: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-headless")
 # What is lacking here is nothing to mend: most photos need none of them.
 _EXTRAS: Final = {
@@ -64,6 +31,7 @@ _EXTRAS: Final = {
     "cluster": "distributed",
 }
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
+_FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}
 
 
 @words.command("doctor")
@@ -82,7 +50,7 @@ def examine() -> dict[str, Any]:
     """Return versions, the state of each asset, missing libraries and commands that mend."""
     packages = {name: _package(name) for name in DEPENDENCIES} | _in_the_way()
     files = _assets()
-    missing = _missing_libraries() if sys.platform == "linux" else {}
+    missing = installed.missing_libraries()
     mend = list(_mend(packages, files, missing))
     return {
         "ok": not mend,
@@ -97,12 +65,27 @@ def examine() -> dict[str, Any]:
     }
 
 
+def incomplete() -> str:
+    """Return what this installation lacks and the command that mends it; empty if nothing."""
+    findings = examine()
+    states = {name: package["state"] for name, package in findings["packages"].items()}
+    states |= dict.fromkeys(findings["missing_libraries"], Text("missing"))
+    wrong = [f"{name} {translated(state)}" for name, state in states.items() if state != OK]
+    if not wrong:
+        return ""
+    return tr(
+        "the installation is incomplete ({what}); to mend it: {command}",
+        what=", ".join(wrong),
+        command=" && ".join(map(translated, findings["mend"])),
+    )
+
+
 def _package(name: str) -> dict[str, str]:
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
         return {"version": "", "state": Text("not installed")}
-    return {"version": version, "state": _import_state(_IMPORTED.get(name))}
+    return {"version": version, "state": _import_state(name)}
 
 
 def _in_the_way() -> dict[str, dict[str, str]]:
@@ -113,10 +96,12 @@ def _in_the_way() -> dict[str, dict[str, str]]:
     }
 
 
-def _import_state(module: str | None) -> str:
+def _import_state(name: str) -> str:
     try:
-        if module:
-            import_module(module)
+        if name in _IMPORTED:
+            import_module(_IMPORTED[name])
+        elif name in _FOUND and find_spec(_FOUND[name]) is None:  # Qt is never loaded here
+            return Text("not installed")
     except ImportError as error:  # such as a system library that OpenCV needs
         return Text("doesn't load: {error}", error=" ".join(str(error).split()))
     return OK
@@ -139,34 +124,23 @@ def _asset(entry: dict[str, Any]) -> str:
     return OK if is_ours else Text("not the file it should be")
 
 
-def _missing_libraries() -> dict[str, str]:
-    return {name: package for name, package in LIBRARIES.items() if not _loads(name)}
-
-
-def _loads(library: str) -> bool:
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
-
-
 def _mend(
     packages: dict[str, dict[str, str]], files: dict[str, str], missing: dict[str, str]
 ) -> Iterator[str]:
     in_the_way = [name for name in _IN_THE_WAY if packages.get(name)]
     if in_the_way:
-        yield f"pip uninstall {' '.join(in_the_way)}"
+        yield installed.without(in_the_way)
     wrong_package = in_the_way or any(package["state"] != OK for package in packages.values())
     wrong_file = any(state != OK for state in files.values())
     if installed.is_bundle() and (wrong_package or wrong_file):
         yield Text("unpack the bundle anew")
     elif wrong_package:
-        yield "pip install --force-reinstall kogao"
+        yield installed.again()
     elif wrong_file:
-        yield "pip install --force-reinstall --no-deps kogao"
+        yield installed.again("--no-deps")
     if missing:
-        yield f"sudo apt-get install {' '.join(sorted(set(missing.values())))}"
+        sudo = "" if os.geteuid() == 0 else "sudo "
+        yield f"{sudo}apt-get install {' '.join(sorted(set(missing.values())))}"
 
 
 def text(findings: dict[str, Any]) -> str:

@@ -18,7 +18,7 @@ from kogao_core.base import assets, installed
 from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import system_reason
-from kogao_core.cli import common, desktop, ending, words
+from kogao_core.cli import common, default_programs, desktop, ending, words
 
 _OURS: Final = "-- by kogao-cli integrate"
 # Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
@@ -28,6 +28,7 @@ _LINE: Final = (
 )
 _VARIABLES: Final = {".config": "XDG_CONFIG_HOME", ".local/share": "XDG_DATA_HOME"}
 _DESKTOP: Final = "desktop"
+_TITLES: Final = {"gimp": "GIMP", "krita": "Krita"}
 _OUTSIDE: Final = "kogao_outside.py"  # what starts this program from others' Python
 _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
@@ -79,6 +80,16 @@ def _in_lua(path: Path) -> str:
     return f"{quote}{text}{quote}".replace("\\", "\\\\").replace('"', '\\"')
 
 
+# What our files show, in the language of whoever has them put there.
+_WORDS: Final = {
+    "@EDIT@": Text("Kogao: edit…"),
+    "@SMALLER@": Text("Kogao: smaller faces"),
+    "@AMOUNT@": Text("Amount, %"),
+    "@RESULT@": Text("Kogao, {percent} %, faces: {faces}"),
+    "@RESULT_BESIDE@": Text("the result comes back beside the photo"),
+    "@CLOSED@": Text("The picture was closed meanwhile."),
+    "@CANNOT_START@": Text("{program} can't be started; run {command} again."),
+}
 # How the languages of our files write a path, where these have ``@KOGAO@``.
 _QUOTED: Final[Mapping[str, Callable[[Path], str]]] = {
     ".lua": _in_lua,
@@ -131,28 +142,37 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
 
 
 @words.command("integrate")
-@click.argument("host", type=click.Choice((_DESKTOP, *HOSTS)))
-@words.option("--remove", is_flag=True, help="Take it away again.")
+@click.argument("host", type=click.Choice((_DESKTOP, *HOSTS)), required=False)
+@words.option(
+    "--remove", is_flag=True, help="Take it away again; from all of them if none is named."
+)
 @words.option(
     "--settings", type=common.FOLDER, metavar="FOLDER",
     help="Where the program has its settings, a desktop its menus [where the system has them].",
 )  # fmt: skip
-def command(host: str, remove: bool, settings: Path | None) -> None:
+@click.pass_context
+def command(context: click.Context, host: str | None, remove: bool, settings: Path | None) -> None:
     """Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or Krita.
 
     Other programs know it when they start next.
     """
+    if host is None and (not remove or settings):
+        raise click.UsageError(
+            Text("name one of {hosts}", hosts=", ".join((_DESKTOP, *HOSTS))), context
+        )
+    done = []
     try:
         with ending.stopping(assets.AssetMissing, ending.BROKEN):
-            if host == _DESKTOP:
-                done = _change_desktop(settings, remove)
-            else:
-                done = _change_host(host, settings, remove)
+            for one in (_DESKTOP, *HOSTS) if host is None else (host,):
+                if one != _DESKTOP:
+                    done += _change_host(one, settings, remove)
+                elif host or sys.platform not in ("win32", "darwin"):
+                    done += _change_desktop(settings, remove)
     except OSError as error:
         raise ending.Stop(
             Text(
                 "{place} can't be changed ({why})",
-                place=error.filename or settings or host,
+                place=error.filename or settings or host or _DESKTOP,
                 why=system_reason(error),
             ),
             ending.UNREADABLE,
@@ -163,7 +183,7 @@ def command(host: str, remove: bool, settings: Path | None) -> None:
 def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
     if sys.platform in ("win32", "darwin"):
         raise ending.Stop(Text("menus of this kind are those of Linux desktops"), ending.USAGE)
-    folder = share or desktop.of_user()
+    folder = share or default_programs.data_home()
     if remove:
         desktop.remove(folder)
         return [Text("Kogao is gone from {folder}", folder=folder)]
@@ -172,15 +192,17 @@ def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
 
 
 def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
-    said = []
+    said: list[Text] = []
+    titled = _TITLES.get(name, name)
     for host, folder in _places(name, settings, remove):
         place = folder / next(iter(host.files.values()))
         if remove:
+            if place.exists():
+                said.append(Text("{place} is gone; start {host} again", place=place, host=titled))
             _remove(host, folder)
-            said.append(Text("{place} is gone; start {host} again", place=place, host=name))
         else:
             _install(host, folder)
-            said.append(Text("{place} is there; start {host} again", place=place, host=name))
+            said.append(Text("{place} is there; start {host} again", place=place, host=titled))
     if remove:
         return said
     host = HOSTS[name][0]
@@ -191,7 +213,7 @@ def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
             Text(
                 "{host} is a Flatpak here, which can start Kogao once it may leave its sandbox: "
                 "{command}",
-                host=name,
+                host=titled,
                 command=f"{_OUT} {host.sandbox}",
             )
         )
@@ -212,7 +234,10 @@ def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, 
     ]
     if not places:
         raise ending.Stop(
-            Text("{host} has no settings here yet; start it once, and then this again", host=name),
+            Text(
+                "{host} has no settings here yet; start it once, and then this again",
+                host=_TITLES.get(name, name),
+            ),
             ending.UNREADABLE,
         )
     return places
@@ -234,6 +259,8 @@ def _folders(host: Host) -> list[Path]:
 def _install(host: Host, folder: Path) -> None:
     for resource, within in host.files.items():
         text = assets.path(f"integrations/{resource}").read_text(encoding="utf-8")
+        for word, said in _WORDS.items():
+            text = text.replace(word, translated(said))
         for word, program in _PROGRAMS.items():
             if word in text:
                 text = text.replace(word, _QUOTED[Path(resource).suffix](program()))
@@ -260,7 +287,8 @@ def _program(name: str) -> Path:
     found = installed.program(name)
     if found is None:
         raise ending.Stop(
-            Text("{program} isn't installed here; pip install kogao", program=name), ending.BROKEN
+            Text("{program} isn't here: {command}", program=name, command=installed.again()),
+            ending.BROKEN,
         )
     return found
 

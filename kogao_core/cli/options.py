@@ -161,7 +161,7 @@ _DISCLOSING: Final = (
         needs="--sign-key",
         metavar="FILE",
         help="Sign content credentials (C2PA) that name the photo as the source; your certificate "
-        "and those that vouch for it, as PEM (pip install 'kogao[credentials]').",
+        "and those that vouch for it, as PEM (the extra [credentials]).",
     ),
     words.option(
         "--sign-key",

@@ -8,6 +8,7 @@ import pytest
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.installed import adding
 from kogao_core.faces.targets import Pairs
 from kogao_core.lab.methods import METHODS, WarpTask, comparing, methods_report
 from kogao_core.lab.methods.liquify import LIQUIFY
@@ -165,7 +166,7 @@ def test_absent_libraries_are_named_and_the_others_compared(monkeypatch):
     monkeypatch.setattr(comparing, "find_spec", lambda name: None if name == "skimage" else name)
     (sentence,) = comparing.missing()
     assert "scikit-image" in sentence
-    assert "pip install 'kogao[experiments]'" in sentence
+    assert adding("experiments") in sentence
     methods = [PIECEWISE_AFFINE, METHODS[0]]
     found, _ = comparing.measure(
         Subject("made.png", PHOTO, (FACE,)), PAPER, methods=methods, repeats=1

@@ -272,7 +272,7 @@ def test_a_missing_network_is_named_with_a_way_out(
     package = type(sys)("kogao_resources")
     package.__path__ = [str(tmp_path)]
     monkeypatch.setitem(sys.modules, "kogao_resources", package)
-    with pytest.raises(assets.AssetMissing, match=r"--force-reinstall kogao.*placed by hand"):
+    with pytest.raises(assets.AssetMissing, match=r"--force-reinstall .*placed by hand"):
         MeshSource().find(np.zeros((64, 64, 3), np.uint8))
 
 

@@ -1,7 +1,9 @@
 """The command line, called in this process."""
 
 import math
+import os
 import re
+import subprocess
 
 import numpy as np
 import pytest
@@ -62,3 +64,15 @@ def faceless(tmp_path):
     shade = np.linspace(40, 200, 160, dtype=np.uint8)
     Image.fromarray(np.dstack([np.tile(shade, (120, 1))] * 3)).save(path)
     return path
+
+
+@pytest.fixture
+def screen():
+    """A screen of nobody's, as the environment names it."""
+    ours, theirs = os.pipe()
+    command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1024x768x24"]
+    with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:
+        os.close(theirs)
+        with os.fdopen(ours) as told:
+            yield f":{told.readline().strip()}"
+        server.terminate()

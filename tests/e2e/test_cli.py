@@ -21,7 +21,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core import photo, pipeline
 from kogao_core import retouch as retouching
-from kogao_core.base import assets
+from kogao_core.base import assets, installed
 from kogao_core.cli import doctor, licences, reading
 from kogao_core.projects import interchange
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
@@ -742,7 +742,7 @@ def test_a_closed_output_is_no_error():
 
 @pytest.mark.usefixtures("portrait")
 def test_doctor_is_well_when_nothing_is_missing(works, monkeypatch):
-    monkeypatch.setattr(doctor, "_loads", lambda _: True)
+    monkeypatch.setattr(installed, "_loads", lambda _: True)
     said = works("doctor")
     assert said.rstrip().endswith("All is well.")
     for name in ("numpy", "opencv", "Pillow", "PySide6", "pyqtgraph", "Python 3"):
@@ -754,19 +754,21 @@ def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypat
     monkeypatch.setattr(
         doctor, "_package", lambda name: {"version": ""} if name == "rawpy" else there(name)
     )
-    assert "extra [raw]: not installed (pip install 'kogao[raw]')" in cli("doctor")[1]
+    assert f"extra [raw]: not installed ({installed.adding('raw')})" in cli("doctor")[1]
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert set(doctor.examine()["extras"]) == (
-        set(declared["optional-dependencies"]) - {"test", "bench", "dev"}
+        set(declared["optional-dependencies"]) - {"test", "bench", "dev", "docs"}
     )
     assert not any("raw" in command for command in doctor.examine()["mend"])
 
 
 @pytest.mark.usefixtures("portrait")
-def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch):
+@pytest.mark.parametrize(("user", "sudo"), [(0, ""), (1000, "sudo ")])
+def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch, user, sudo):
+    monkeypatch.setattr(os, "geteuid", lambda: user)
     missing = ("libxcb-cursor.so.0", "libEGL.so.1")
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(doctor, "_loads", lambda name: name not in missing)
+    monkeypatch.setattr(installed, "_loads", lambda name: name not in missing)
     code, said, _ = cli("doctor", "--json", "-")
     assert code == 1
     found = json.loads(said)
@@ -774,11 +776,11 @@ def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch):
         "libxcb-cursor.so.0": "libxcb-cursor0",
         "libEGL.so.1": "libegl1",
     }
-    assert found["mend"] == ["sudo apt-get install libegl1 libxcb-cursor0"]
+    assert found["mend"] == [f"{sudo}apt-get install libegl1 libxcb-cursor0"]
     code, said, _ = cli("doctor")
     assert code == 1
     assert "libxcb-cursor.so.0: missing (Debian and Ubuntu: libxcb-cursor0)" in said
-    assert "To mend it: sudo apt-get install libegl1 libxcb-cursor0" in said
+    assert f"To mend it: {sudo}apt-get install libegl1 libxcb-cursor0" in said
 
 
 @pytest.mark.usefixtures("portrait")
@@ -794,7 +796,7 @@ def test_doctor_sees_wrong_and_missing_networks(cli, tmp_path, monkeypatch):
         return real(name)
 
     monkeypatch.setattr(assets, "path", path)
-    monkeypatch.setattr(doctor, "_loads", lambda _: True)
+    monkeypatch.setattr(installed, "_loads", lambda _: True)
     code, said, _ = cli("doctor", "--json", "-")
     assert code == 1
     states = json.loads(said)["assets"]
@@ -825,7 +827,7 @@ def test_doctor_knows_every_library_that_qt_asks_for():
     base = re.compile(
         r"(libc|libm|libdl|librt|libpthread|libgcc_s|libstdc\+\+|ld-linux.*)\.so\.\d+"
     )
-    assert {name for name in outside if not base.fullmatch(name)} == set(doctor.LIBRARIES)
+    assert {name for name in outside if not base.fullmatch(name)} == set(installed.LIBRARIES)
 
 
 @pytest.mark.usefixtures("portrait")

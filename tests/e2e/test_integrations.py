@@ -24,13 +24,12 @@ THEIRS = b"-- mine\nrequire 'tools/script_manager'"
 DARKTABLE = """
 assert(io.open("{begun}", "w")):close()
 local dt, kogao = require "darktable", require "kogao"
-local image = dt.database.import("{photo}")
-image.rating = 3
-local format = dt.new_format("tiff")
-format.bpp = 16
-format:write_image(image, "{exported}")
-kogao.bring_back(kogao.BY_ITSELF, {{[image] = "{exported}"}})
 local told = assert(io.open("{told}", "w"))
+dt.print = function(said) told:write("said ", said, "\\n") end
+local image, nobody = dt.database.import("{photo}"), dt.database.import("{nobody}")
+image.rating = 3
+kogao.work_on("{cancels}", {{image}})
+kogao.work_on(kogao.BY_ITSELF, {{nobody, image}})
 for _, one in ipairs(image:get_group_members()) do
   told:write(one.filename, " ", one.rating, "\\n")
 end
@@ -42,6 +41,7 @@ KRITA = """
 import os, traceback
 from krita import Extension, InfoObject, Krita
 from PyQt5.QtCore import QTimer
+from PyQt5.QtWidgets import QApplication, QInputDialog
 
 def told(text):
     with open(r"{told}.part", "w") as file:
@@ -67,8 +67,20 @@ def act():
     when(lambda: krita.activeDocument() == document and action.isEnabled(),
          lambda: choose(document, action))
 
-def choose(document, action):
+# Press OK in the dialog that is about to ask for the amount.
+def answer(action):
+    def press():
+        dialog = QApplication.activeModalWidget()
+        if isinstance(dialog, QInputDialog):
+            dialog.accept()
+        else:
+            QTimer.singleShot(100, press)
+    QTimer.singleShot(100, press)
     action.trigger()
+
+def choose(document, action):
+    answer(action)
+    answer(action)
     document.setBatchmode(True)
     document.exportImage(r"{shown}", InfoObject())
     told(repr(([node.name() for node in document.topLevelNodes()], document.colorDepth())))
@@ -90,11 +102,15 @@ GIMP_2_10 = """
        (wide (opened "{mine}"))
        (nobody (opened "{nobody}"))
        (cancelled (catch #f (kogao-edit RUN-NONINTERACTIVE mine (car (layers mine)))))
-       (after-cancelling (names mine)))
-  (catch #f (kogao-by-itself RUN-NONINTERACTIVE nobody (car (layers nobody))))
-  (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)))
+       (after-cancelling (names mine))
+       (hidden (car (gimp-layer-copy (car (layers wide)) 0))))
+  (gimp-image-insert-layer wide hidden 0 0)
+  (gimp-item-set-visible hidden 0)
+  (catch #f (kogao-by-itself RUN-NONINTERACTIVE nobody (car (layers nobody)) 4))
+  (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)) 4)
+  (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)) 4)
   (gimp-image-resize wide 340 350 30 40)
-  (kogao-by-itself RUN-NONINTERACTIVE wide (car (layers wide)))
+  (kogao-by-itself RUN-NONINTERACTIVE wide (car (layers wide)) 4)
   (file-png-save RUN-NONINTERACTIVE mine (car (layers mine)) "{shown}" "" 0 9 0 0 0 0 0)
   (call-with-output-file "{told}" (lambda (file)
     (write (list after-cancelling (names nobody) (names mine)) file)
@@ -108,13 +124,22 @@ import shutil, sys
 from types import ModuleType, SimpleNamespace as Names
 
 def require_version(name, version):
-    assert (name, version) == ("Gimp", "3.0")
+    assert name in ("Gimp", "GimpUi") and version == "3.0"
 
 class PlugIn:
     __gtype__ = None
 
+class Layer(Names):
+    def get_name(self): return self.name
+    def get_visible(self): return self.visible
+    def set_name(self, name): self.name = name
+
 class Picture:
-    layers = []
+    def __init__(self):
+        names = {"Kogao, 2 %": True, "Background": True, "Draft": False}
+        self.layers = [Layer(name=name, visible=visible) for name, visible in names.items()]
+    def get_layers(self): return list(self.layers)
+    def remove_layer(self, layer): self.layers.remove(layer)
     def get_file(self): return Names(get_basename=lambda: "mine.xcf")
     def is_valid(self): return "closed" not in sys.argv
     def duplicate(self): return Picture()
@@ -128,29 +153,37 @@ class Picture:
 
 def save(mode, image, file, options):
     assert image.is_whole
+    assert [layer.name for layer in image.layers] == ["Background"]
     shutil.copy(sys.argv[1], file.path)
 
 def load(mode, image, file):
     shutil.copy(file.path, sys.argv[2])
-    return Names(set_name=lambda name: None)
+    return Layer(visible=True)
 
 def main(kind, arguments):
     plug_in, image = sys.modules["__main__"].Kogao(), Picture()
+    mode = "i" if "dialog" in sys.argv else "n"
     procedure = Names(get_name=lambda: "kogao-by-itself", new_return_values=lambda *it: it)
+    config = Names(get_property={"percent": 6.0}.get)
     assert "kogao-by-itself" in plug_in.do_query_procedures()
-    status, problem = plug_in.run(procedure, None, image, [], None, None)
-    print(status, problem, len(image.layers))
+    status, problem = plug_in.run(procedure, mode, image, [], config, None)
+    print(status, problem, len(image.layers) - 3, image.layers[0].name)
 
 Gimp = Names(
     PlugIn=PlugIn, main=main, file_save=save, file_load_layer=load, displays_flush=lambda: None,
     progress_init=lambda text: None,
-    RunMode=Names(NONINTERACTIVE="n"), MergeType=Names(CLIP_TO_IMAGE="clip"),
+    RunMode=Names(NONINTERACTIVE="n", INTERACTIVE="i"), MergeType=Names(CLIP_TO_IMAGE="clip"),
     PDBStatusType=Names(SUCCESS="done", CANCEL="cancelled", EXECUTION_ERROR="failed"),
 )
 Gio = Names(File=Names(new_for_path=lambda path: Names(path=path)))
 GLib = Names(Error=Exception)
 repository = ModuleType("gi.repository")
+dialog = Names(fill=lambda _: None, run=lambda: False, destroy=lambda: None)
+repository.GimpUi = Names(
+    init=lambda name: None, ProcedureDialog=Names(new=lambda *given: dialog)
+)
 repository.Gimp, repository.Gio, repository.GLib = Gimp, Gio, GLib
+repository.GObject = Names(ParamFlags=Names(READWRITE=3))
 sys.modules["gi.repository"] = repository
 """
 
@@ -189,6 +222,92 @@ def test_the_desktop_starts_this_very_program_and_forgets_it(cli, tmp_path, monk
     left = {path for path in set(tmp_path.rglob("*")) - before if desktop.NAME in path.name}
     assert left == set()
     assert theirs.exists()
+
+
+PHOTOS = ("image/jpeg", "image/png", "image/tiff", "image/webp", "image/heic")
+LISTED = """[Added Associations]
+image/png=painter.desktop;viewer.desktop;
+
+# mine
+[Default Applications]
+image/jpeg=painter.desktop;
+"""
+
+
+@pytest.fixture
+def programs(tmp_path, monkeypatch):
+    """A desktop of two programs, neither of which opens HEIC."""
+    for name in ("DATA_DIRS", "DATA_HOME", "CONFIG_HOME", "CONFIG_DIRS"):
+        monkeypatch.setenv(f"XDG_{name}", str(tmp_path / name))
+    monkeypatch.setenv("XDG_CURRENT_DESKTOP", "Nobodys")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    entries = tmp_path / "DATA_DIRS" / "applications"
+    entries.mkdir(parents=True)
+    for name in ("viewer", "painter"):
+        text = f"[Desktop Entry]\nType=Application\nName={name}\nExec=/bin/true %F\n"
+        (entries / f"{name}.desktop").write_text(text)
+    lines = [f"{kind}=viewer.desktop;painter.desktop;" for kind in PHOTOS[:4]]
+    (entries / "mimeinfo.cache").write_text("\n".join(["[MIME Cache]", *lines, ""]))
+    return tmp_path / "CONFIG_HOME" / "mimeapps.list"
+
+
+def opened_by(kind):
+    """Which program GLib opens a type with."""
+    done = subprocess.run(
+        ["gio", "mime", kind], capture_output=True, text=True, env=os.environ | {"LC_ALL": "C"}
+    )
+    found = re.search(r"^Default application.*: (\S+)$", done.stdout, re.MULTILINE)
+    return found and found[1]
+
+
+@pytest.mark.skipif(not shutil.which("gio"), reason="needs GLib's gio, which tells defaults")
+@pytest.mark.parametrize("listed", [None, LISTED, "[Default Applications]\n"])
+def test_integrating_takes_no_default_over_and_removing_leaves_nothing(cli, programs, listed):
+    if listed:
+        programs.parent.mkdir()
+        programs.write_text(listed)
+    before = {kind: opened_by(kind) for kind in PHOTOS}
+    assert before["image/tiff"] == "viewer.desktop"
+    assert before["image/heic"] is None
+    for _ in range(2):
+        assert cli("integrate", "desktop")[0] == 0
+        if not shutil.which("update-desktop-database"):
+            pytest.skip("needs desktop-file-utils, which tell desktops of an entry")
+        ours = f"{desktop.NAME}.desktop"
+        assert {kind: opened_by(kind) for kind in PHOTOS} == before | {"image/heic": ours}
+        assert opened_by("application/vnd.kogao.project+json") == ours
+    assert cli("integrate", "--remove")[0] == 0
+    assert {kind: opened_by(kind) for kind in PHOTOS} == before
+    assert (programs.read_text() if programs.exists() else None) in (listed, None)
+    assert programs.exists() or listed in (None, "[Default Applications]\n")
+
+
+def test_removing_takes_everything_out_and_says_what_there_was(cli, programs, tmp_path):
+    for version in ("2.10", "3.0"):
+        (programs.parent / "GIMP" / version).mkdir(parents=True)
+    before = {file for file in tmp_path.rglob("*") if file.is_file()}
+    for host in ("desktop", *integrate.HOSTS):
+        assert cli("integrate", host)[0] == 0
+    code, said, _ = cli("integrate", "--remove")
+    assert code == 0
+    for name in ("darktable", "GIMP", "Krita", "Kogao is gone from"):
+        assert name in said
+    left = {file for file in tmp_path.rglob("*") if file.is_file()} - before
+    assert [
+        file for file in left if "kogao" in file.name.lower() or "kogao" in contents(file)
+    ] == []
+    assert cli("integrate", "--remove")[0] == 0
+
+
+def contents(file):
+    """What a file says, caches of the desktop's own aside."""
+    return "" if file.suffix == ".cache" else file.read_text(errors="replace").lower()
+
+
+def test_which_program_is_asked_for_unless_all_are_removed(cli):
+    code, _, complaint = cli("integrate")
+    assert code == 2
+    assert "desktop, darktable, gimp, krita" in complaint
 
 
 @pytest.mark.parametrize("has_own", [True, False])
@@ -289,17 +408,18 @@ def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face
     assert (tmp_path / "door").exists() == is_sandboxed
     assert not kept(tmp_path / "data")
     if has_face:
-        assert done.stdout == "done None 1\n"
+        assert done.stdout == "done None 1 Kogao, 6 %, faces: 1\n"
         assert (photo.read(back).pixels != photo.read(sent).pixels).any()
     else:
         assert done.stdout.startswith("failed kogao-cli: no face in mine.tif")
-        assert done.stdout.endswith(" 0\n")
+        assert done.stdout.endswith(" 0 Kogao, 2 %\n")
 
 
 @pytest.mark.parametrize(
     ("meanwhile", "said"),
     [
         ("closed", "The picture was closed meanwhile."),
+        ("dialog", "cancelled None"),
         ("uninstalled", "can't be started; run kogao-cli integrate gimp again."),
         ("cancelled", "cancelled None"),
     ],
@@ -309,7 +429,9 @@ def test_gimp_gets_nothing_back_and_says_why(
 ):
     program = tmp_path / "kogao-cli"
     if meanwhile != "uninstalled":
-        program.write_text("#!/bin/sh\nexit " + {"closed": "0", "cancelled": "6"}[meanwhile])
+        program.write_text(
+            "#!/bin/sh\nexit " + {"closed": "0", "dialog": "3", "cancelled": "6"}[meanwhile]
+        )
         program.chmod(0o755)
     monkeypatch.setattr(installed, "program", lambda _: program)
     (tmp_path / "gi.py").write_text(STAND_IN)
@@ -320,7 +442,7 @@ def test_gimp_gets_nothing_back_and_says_why(
         env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert said in done.stdout
-    assert done.stdout.endswith(" 0\n")
+    assert done.stdout.endswith(" 0 Kogao, 2 %\n")
 
 
 @pytest.mark.slow
@@ -351,7 +473,10 @@ def test_gimp_2_10_gets_a_layer_back(
     )  # fmt: skip
     assert told.exists(), done.stderr
     assert not kept(tmp_path / "data")
-    assert told.read_text().startswith('(("Background") ("Background") ("Kogao" "Background"))')
+    made = '"Kogao, 4 %, faces: 1'
+    assert told.read_text().startswith(
+        f'(("Background") ("Background") ({made} #1" {made}" "Background"))'
+    )
     assert "(340 350)" in told.read_text()
     assert f"({ {np.uint8: 150, np.uint16: 250}[depth] } " in told.read_text()
     for entry in ("edit…", "smaller faces"):
@@ -368,18 +493,6 @@ def test_gimp_2_10_gets_a_layer_back(
     assert (tmp_path / "door").exists() == is_sandboxed
 
 
-@pytest.fixture
-def screen():
-    """A screen of nobody's, as the environment names it."""
-    ours, theirs = os.pipe()
-    command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1024x768x24"]
-    with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:
-        os.close(theirs)
-        with os.fdopen(ours) as told:
-            yield f":{told.readline().strip()}"
-        server.terminate()
-
-
 def is_there_within(seconds, file, program):
     """Wait for a file that a running program writes."""
     ends = time.monotonic() + seconds
@@ -394,12 +507,15 @@ def is_there_within(seconds, file, program):
 )
 @pytest.mark.parametrize("is_sandboxed", [True, False])
 def test_darktable_gets_a_photo_back_beside_its_own(
-    cli, request, sandbox, small_portrait, tmp_path, is_sandboxed
+    cli, request, sandbox, faceless, small_portrait, tmp_path, is_sandboxed
 ):
     settings, done = tmp_path / "settings", tmp_path / "done"
     mine = Path(shutil.copy(small_portrait, tmp_path / "mine's.jpg"))
     assert cli("integrate", "darktable", "--settings", settings)[0] == 0
-    places = {"photo": mine, "exported": tmp_path / "out's.tif", "told": tmp_path / "told"}
+    cancels = tmp_path / "cancels"
+    cancels.write_text("#!/bin/sh\nexit 6")
+    cancels.chmod(0o755)
+    places = {"photo": mine, "nobody": faceless, "cancels": cancels, "told": tmp_path / "told"}
     begun = tmp_path / "begun"
     command = ["darktable", "--configdir", settings, "--cachedir", tmp_path / "cache",
                "--library", ":memory:", "--disable-opencl",
@@ -419,12 +535,15 @@ def test_darktable_gets_a_photo_back_beside_its_own(
             darktable.kill()
         if begun.exists():
             break
-    assert sorted(done.read_text().splitlines()) == ["mine's.jpg 3", "mine's_kogao.tif 3"]
+    said, *photos = done.read_text().splitlines()
+    assert said.startswith("said kogao-cli: no face in faceless.tif")
+    assert sorted(photos) == ["mine's.jpg 3", "mine's_kogao.tif 3"]
     result, was = photo.read(tmp_path / "mine's_kogao.tif"), photo.read(mine)
     assert result.bits == 16
     moved = np.abs(result.pixels / 257.0 - was.pixels).max(axis=2) > 16
     assert 0.001 < moved.mean() < 0.5
-    assert not places["exported"].exists()
+    assert list(tmp_path.rglob("*.said")) == []
+    assert [file.name for file in tmp_path.rglob("*.tif")] == ["mine's_kogao.tif"]
     assert not kept(tmp_path / "data")
     assert (tmp_path / "door").exists() == is_sandboxed
 
@@ -478,7 +597,9 @@ def test_krita_gets_a_layer_back(cli, request, small_portrait, tmp_path, depth):
         is_there_within(4 * LONGEST_S, told, krita)
         krita.kill()
     assert not kept(data)
-    assert told.read_text() == repr((["Background", "Kogao"], f"U{8 * depth().itemsize}"))
+    assert told.read_text() == repr(
+        (["Background", *["Kogao, 4 %, faces: 1"] * 2], f"U{8 * depth().itemsize}")
+    )
     result, was = photo.read(shown), photo.read(mine)
     assert result.bits == was.bits
     steps = np.abs(result.pixels[..., :3].astype(int) - was.pixels).max(axis=2)

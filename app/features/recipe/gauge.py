@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, Naturalness, worst
@@ -82,7 +82,8 @@ class _Blocks(QWidget):
         for column, distance in enumerate(DISTANCES):
             share = min(max((self._percent - before) / (distance - before), 0.0), 1.0)
             block = QRectF(column * (width + 2.0), 0.0, width, height)
-            painter.fillRect(block, self.palette().mid())
+            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+            painter.drawRect(block.adjusted(0.5, 0.5, -0.5, -0.5))
             block.setWidth(share * width)
             painter.fillRect(block, _WARNING if self._warns else self.palette().accent())
             before = distance

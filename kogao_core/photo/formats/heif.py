@@ -9,6 +9,7 @@ from typing import IO, Any, Final
 
 import numpy as np
 
+from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
@@ -79,8 +80,9 @@ def _opened(source: Source) -> Any:
     except ImportError:
         raise UnreadablePhoto(
             Text(
-                "{path} is a HEIC photo; to read it, install the extra: pip install 'kogao[heic]'",
+                "{path} is a HEIC photo, which an extra reads: {how}",
                 path=source.path,
+                how=adding("heic"),
             )
         ) from None
     return pi_heif.open_heif(source.file, convert_hdr_to_8bit=source.bits == 8)

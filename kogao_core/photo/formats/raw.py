@@ -10,6 +10,7 @@ from typing import IO, Final
 
 from PIL import ImageCms
 
+from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
@@ -36,8 +37,9 @@ def _decode(source: Source) -> Photo:
     except ImportError:
         raise UnreadablePhoto(
             Text(
-                "{path} is a raw photo; to read it, install the extra: pip install 'kogao[raw]'",
+                "{path} is a raw photo, which an extra reads: {how}",
                 path=path,
+                how=adding("raw"),
             )
         ) from None
     data = source.data()

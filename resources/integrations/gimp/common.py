@@ -5,18 +5,24 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from kogao_outside import BY_ITSELF, CANCELLED, EDITOR, SHARED, THEIRS
+from kogao_outside import (
+    BY_ITSELF,
+    CANCELLED,
+    EDIT_TITLE,
+    EDITOR,
+    SHARED,
+    SMALLER_TITLE,
+    THEIRS,
+    cannot_start,
+    layer_name,
+)
 
-COMMANDS = {
-    "kogao-edit": ("_Kogao: edit…", EDITOR),
-    "kogao-by-itself": ("Kogao: _smaller faces", BY_ITSELF),
-}
+BY_AMOUNT = "kogao-by-itself"
+COMMANDS = {"kogao-edit": (EDIT_TITLE, EDITOR), BY_AMOUNT: (SMALLER_TITLE, BY_ITSELF)}
 MENU = "<Image>/Filters/Distorts/"
 IMAGE_TYPES = "RGB*, GRAY*"
 DOCUMENTATION = "Make faces smaller", "The result is a new layer."
 ATTRIBUTION = "Kogao", "Kogao", "2026"
-LAYER = "Kogao"
-CLOSED = "The picture was closed meanwhile."
 
 
 class Cancelled(Exception):
@@ -27,7 +33,7 @@ class Failed(Exception):
     """There is no result; the text says why."""
 
 
-def send(name, file, save, lay):
+def send(name, file, save, lay, percent=None):
     """Have a picture worked on.
 
     Parameters
@@ -37,7 +43,9 @@ def send(name, file, save, lay):
     file : str or None
         Where the picture was read, if anywhere: the editor shows and messages tell its name.
     save, lay : callable
-        Write the picture to a path; take the result from there.
+        Write the picture to a path; take the result from there, and what its layer is called.
+    percent : float, optional
+        The amount that was asked for.
 
     Raises
     ------
@@ -49,7 +57,7 @@ def send(name, file, save, lay):
     with tempfile.TemporaryDirectory(prefix="kogao-", dir=SHARED) as folder:
         path = str(Path(folder, f"{Path(file or 'picture').stem}.tif"))
         save(path)
-        command = COMMANDS[name][1]
+        command = [*COMMANDS[name][1], *([] if percent is None else ["--percent", f"{percent:g}"])]
         surroundings = {key: value for key, value in os.environ.items() if key not in THEIRS}
         try:
             done = subprocess.run(
@@ -57,12 +65,10 @@ def send(name, file, save, lay):
                 errors="replace",
             )  # fmt: skip
         except OSError as problem:
-            raise Failed(
-                f"{command[0]} can't be started; run kogao-cli integrate gimp again."
-            ) from problem
+            raise Failed(cannot_start(command[0], "gimp")) from problem
         if done.returncode == CANCELLED:
             raise Cancelled
         if done.returncode:
             said = done.stderr.strip().replace(f"{folder}{os.sep}", "")
             raise Failed(said or f"Kogao ended with {done.returncode}.")
-        lay(path)
+        lay(path, layer_name(done.stdout))

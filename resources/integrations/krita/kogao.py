@@ -9,13 +9,28 @@ from pathlib import Path
 
 from krita import Extension, InfoObject, Krita
 from PyQt5.QtCore import QEventLoop, QProcess, QProcessEnvironment
-from PyQt5.QtWidgets import QMessageBox
+from PyQt5.QtWidgets import QInputDialog, QMessageBox
 
-from .kogao_outside import BY_ITSELF, CANCELLED, EDITOR, SHARED, THEIRS
+from .kogao_outside import (
+    AMOUNT,
+    BY_ITSELF,
+    CANCELLED,
+    CLOSED,
+    EDIT_TITLE,
+    EDITOR,
+    LARGEST,
+    PERCENT,
+    SHARED,
+    SMALLER_TITLE,
+    THEIRS,
+    cannot_start,
+    is_ours,
+    layer_name,
+)
 
 ACTIONS = {
-    "kogao_edit": ("Kogao: edit…", EDITOR),
-    "kogao_by_itself": ("Kogao: smaller faces", BY_ITSELF),
+    "kogao_edit": (EDIT_TITLE, EDITOR),
+    "kogao_by_itself": (SMALLER_TITLE, BY_ITSELF),
 }
 
 
@@ -35,25 +50,31 @@ class Scripts(Extension):
         document = Krita.instance().activeDocument()
         if document is None:
             return
+        if command is BY_ITSELF:
+            percent = _asked()
+            if percent is None:
+                return
+            command = [*command, "--percent", f"{percent:g}"]
         with tempfile.TemporaryDirectory(prefix="kogao-", dir=SHARED) as folder:
             path = str(Path(folder, "picture.png"))
-            code, problem = self._work_on(document, command, path)
+            code, problem, said = self._work_on(document, command, path)
             if code == 0:
-                problem = _bring_back(document, path)
+                problem = _bring_back(document, path, layer_name(said))
         if problem and code != CANCELLED:
             QMessageBox.warning(None, "Kogao", problem)
 
     def _work_on(self, document, command, path):
-        """Write what is visible, let Kogao write over it, and return its code and its complaint."""
+        """Write what is visible, let Kogao write over it; its code, its complaint, what it says."""
         options = InfoObject()
         options.setProperty("alpha", True)
         options.setProperty("saveSRGBProfile", True)  # without one Krita would ask for it again
         document.waitForDone()
-        document.setBatchmode(True)
-        is_written = document.exportImage(path, options)
-        document.setBatchmode(False)
+        source = _without_ours(document)
+        source.setBatchmode(True)
+        is_written = source.exportImage(path, options)
+        source.close()
         if not is_written:
-            return 1, "The picture can't be written as a PNG file."
+            return 1, "The picture can't be written as a PNG file.", ""
         process, done = QProcess(), QEventLoop()
         surroundings = QProcessEnvironment.systemEnvironment()
         for name in (*THEIRS, "QT_PLUGIN_PATH"):
@@ -65,15 +86,42 @@ class Scripts(Extension):
         if process.state() != QProcess.NotRunning:
             done.exec_()  # Krita goes on meanwhile
         if process.error() == QProcess.FailedToStart:
-            return 1, f"{command[0]} can't be started; run kogao-cli integrate krita again."
-        said = bytes(process.readAllStandardError()).decode(errors="replace").strip()
-        return process.exitCode(), said or f"Kogao ended with {process.exitCode()}."
+            return 1, cannot_start(command[0], "krita"), ""
+        error, said = (
+            bytes(stream).decode(errors="replace").strip()
+            for stream in (process.readAllStandardError(), process.readAllStandardOutput())
+        )
+        return process.exitCode(), error or f"Kogao ended with {process.exitCode()}.", said
 
 
-def _bring_back(document, path):
+def _asked():
+    """Return the percentage to go by, and keep it; None for none."""
+    kept = float(Krita.instance().readSetting("kogao", "percent", str(PERCENT)))
+    percent, wanted = QInputDialog.getDouble(
+        None, SMALLER_TITLE.replace("&", ""), AMOUNT, kept, 0, LARGEST, 1
+    )
+    if not wanted:
+        return None
+    Krita.instance().writeSetting("kogao", "percent", str(percent))
+    return percent
+
+
+def _without_ours(document):
+    """Return a copy of a picture without Kogao's layers, unless nothing else is seen there."""
+    copy = document.clone()
+    shown = [node for node in copy.topLevelNodes() if node.visible()]
+    ours = [node for node in shown if is_ours(node.name())]
+    for node in ours if len(ours) < len(shown) else ():
+        node.setVisible(False)
+    copy.refreshProjection()
+    copy.waitForDone()
+    return copy
+
+
+def _bring_back(document, path, title):
     """Lay a file over all other layers, or return why not."""
     if document not in Krita.instance().documents():
-        return "The picture was closed meanwhile."
+        return CLOSED
     result = Krita.instance().openDocument(path)
     if result is None:
         return "The result can't be read."
@@ -83,7 +131,7 @@ def _bring_back(document, path):
         result.setColorSpace(document.colorModel(), document.colorDepth(), document.colorProfile())
         result.waitForDone()
         place = 0, 0, result.width(), result.height()
-        layer = document.createNode("Kogao", "paintlayer")
+        layer = document.createNode(title, "paintlayer")
         layer.setPixelData(result.pixelData(*place), *place)
         document.rootNode().addChildNode(layer, None)
         document.refreshProjection()

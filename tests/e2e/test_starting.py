@@ -1,0 +1,86 @@
+"""Where something lacks that the programs need: a sentence that says what to do, and its code."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+EDITOR = "from kogao_app.__main__ import main; sys.exit(main(sys.argv[1:]))"
+CLI = "from kogao_core.cli import main; main(sys.argv[1:])"
+LIBRARY = "from kogao_core.base import installed; installed._loads = lambda name: name != '{}'; "
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Qt's libraries of Linux")
+
+
+def start(program, *arguments, **named):
+    """Run a program in a Python of its own, without a screen."""
+    environment = {name: value for name, value in os.environ.items() if name not in SCREENS}
+    return subprocess.run(
+        [sys.executable, "-c", f"import sys; {program}", *map(str, arguments)],
+        env=environment | {name: str(value) for name, value in named.items()},
+        capture_output=True, text=True,
+    )  # fmt: skip
+
+
+def ends_in_a_sentence(done, *words):
+    """Whether a program has ended with 1 and one line that has all of some words."""
+    assert done.returncode == 1, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert all(word in line for word in words), line
+
+
+@pytest.mark.parametrize(
+    "screen", [{}, {"DISPLAY": ":7654"}, {"WAYLAND_DISPLAY": "nobodys", "XDG_RUNTIME_DIR": "/tmp"}]
+)
+@pytest.mark.parametrize("arguments", [["--sample"], ["--edit", "photo.jpg"], []])
+def test_the_editor_says_that_there_is_no_display(screen, arguments):
+    ends_in_a_sentence(start(EDITOR, *arguments, **screen), "no display", "kogao-cli")
+
+
+def test_a_picture_of_the_window_needs_no_display(tmp_path, weights):
+    assert weights.is_dir()
+    shot = tmp_path / "window.png"
+    done = start(EDITOR, "--sample", "--screenshot", shot)
+    assert done.returncode == 0, done.stderr
+    assert shot.stat().st_size > 100_000
+
+
+@pytest.mark.parametrize("library", ["libxcb-cursor.so.0", "libEGL.so.1", "libxkbcommon-x11.so.0"])
+def test_the_editor_names_the_library_that_lacks_and_its_package(library):
+    package = {"libxcb-cursor.so.0": "libxcb-cursor0", "libEGL.so.1": "libegl1"}
+    done = start(LIBRARY.format(library) + EDITOR, "--sample", DISPLAY=":7654")
+    named = package.get(library, "libxkbcommon-x11-0")
+    ends_in_a_sentence(done, library, f"apt-get install {named}")
+
+
+def test_a_picture_of_the_window_needs_the_library_that_is_named(tmp_path):
+    (tmp_path / "PySide6.py").write_text('raise ImportError("libEGL.so.1: cannot open it")')
+    shot = "--sample", "--screenshot", tmp_path / "window.png"
+    done = start(LIBRARY.format("libEGL.so.1") + EDITOR, *shot, PYTHONPATH=tmp_path)
+    ends_in_a_sentence(done, "libEGL.so.1 missing", "apt-get install libegl1")
+
+
+@pytest.mark.parametrize(
+    ("module", "package"), [("cv2", "opencv-contrib-python-headless"), ("numpy", "numpy")]
+)
+def test_a_package_that_does_not_load_is_named(tmp_path, module, package):
+    (tmp_path / f"{module}.py").write_text('raise ImportError("libany.so.1: cannot open it")')
+    shot = "--sample", "--screenshot", tmp_path / "window.png"
+    editor = start(EDITOR, *shot, PYTHONPATH=tmp_path)
+    ends_in_a_sentence(editor, package, "to mend it: ", " -m pip install --force-reinstall ")
+    warp = "warp", "--sample", "-o", tmp_path / "warped.png"
+    ends_in_a_sentence(start(CLI, *warp, PYTHONPATH=tmp_path), package, "to mend it: ")
+    assert list(tmp_path.glob("*.png")) == []
+
+
+def test_what_is_no_fault_of_the_installation_is_told_as_such(tmp_path):
+    (tmp_path / "broken.py").write_text("from kogao_core import nothing_of_that_name")
+    breaks = (
+        "from kogao_core.cli import warp; "
+        "warp.command.callback = lambda **_: __import__('broken'); "
+    )
+    done = start(breaks + CLI, "warp", "--sample", "-o", "x.png", PYTHONPATH=tmp_path)
+    assert done.returncode == 70
+    assert "an error in the program itself" in done.stderr
