@@ -24,8 +24,8 @@ from .workspaces import WORKSPACES
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
+    from kogao_core.base.originals import Originals
     from kogao_core.faces.face import LandmarkSource
-    from kogao_core.photo.originals import Originals
 
     from .ahead import Ahead
     from .faults import Faults
@@ -66,8 +66,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         from .ahead import Ahead
 
         ahead = Ahead(options.photos[0])
+    from kogao_core.base.originals import Originals
     from kogao_core.faces import landmarks
-    from kogao_core.photo.originals import Originals
 
     source = source or landmarks.source()
     if ahead is not None:
