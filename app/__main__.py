@@ -164,12 +164,14 @@ def _parser() -> argparse.ArgumentParser:
     what.add_argument(
         "--sample", action="store_true", help=tr("open the portrait that is built in")
     )
-    what.add_argument(
-        "--rate",
-        type=Path,
-        metavar="FOLDER",
-        help=tr("rate the pictures of a study (docs/study.md)"),
-    )
+    parser.set_defaults(rate=None)
+    if has_laboratory():
+        what.add_argument(
+            "--rate",
+            type=Path,
+            metavar="FOLDER",
+            help=tr("rate the pictures of a study (docs/study.md)"),
+        )
     parser.add_argument(
         "--screenshot",
         type=Path,

@@ -16,8 +16,8 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.base import assets
+from kogao_core.base.originals import Originals
 from kogao_core.faces.face import LandmarkSource
-from kogao_core.photo.originals import Originals
 
 from .ahead import Ahead
 from .editor import Editor

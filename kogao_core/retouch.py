@@ -8,9 +8,9 @@ from pathlib import Path
 
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Image
+from kogao_core.base.originals import Originals
 from kogao_core.photo import Photo, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
-from kogao_core.photo.originals import Originals
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.sidecar import Applied

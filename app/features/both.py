@@ -12,12 +12,12 @@ from kogao_core.projects.project import Mode
 from ..canvas.viewport import OtherModeView
 from ..document import State
 from ..i18n import reason, tr
-from ..render.live import Holding, RenderedFrame, Surface
+from ..render.live import Holding, Surface
 from ..theme import GRID_PX
+from ..view_state import RenderedFrame
 from ..widgets.controls import action_button, column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock
 from ..workspaces import Workspace
-from .experiments import Experiments
 from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual, marking
@@ -91,7 +91,7 @@ class BothModes(Feature):
         faces: Faces,
         manual: Manual,
         modes: Modes,
-        experiments: Experiments,
+        methods: QAction | None,
     ) -> None:
         super().__init__(context)
         self._faces, self._clock = faces, manual.clock
@@ -114,9 +114,8 @@ class BothModes(Feature):
         self.guide.setWordWrap(True)
         self.guide.setAccessibleName(tr("What to do next"))
         self.window.stage.show_below(self.guide)
-        self.panel: ComparisonPanel = ComparisonPanel(
-            (modes.comparing, experiments.starts["methods"])
-        )
+        more = (modes.comparing,) if methods is None else (modes.comparing, methods)
+        self.panel: ComparisonPanel = ComparisonPanel(more)
         self.dock = Dock(tr("Comparison"))
         self.window.arranged.connect(self._arrange)
         self.document.opened.connect(self._open)

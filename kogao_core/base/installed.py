@@ -1,4 +1,4 @@
-"""How this program came here, by pip or as a bundle, and what of the system it lacks."""
+"""How this program came here, where it keeps a user's data, and what of the system it lacks."""
 
 from __future__ import annotations
 
@@ -79,6 +79,24 @@ def program(name: str) -> Path | None:
     beside = folder / (name + ending)
     found = beside if beside.is_file() else shutil.which(name)
     return None if found is None else Path(found).absolute()
+
+
+def has_laboratory() -> bool:
+    """Tell whether the laboratory is here; without it nothing offers an experiment."""
+    return find_spec("kogao_core.lab") is not None
+
+
+def data_folder() -> Path:
+    """Return where the system keeps this user's data of this program, as Qt would say."""
+    home = Path.home()
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = home / "Library" / "Application Support"
+    else:
+        named = Path(os.environ.get("XDG_DATA_HOME", ""))
+        base = named if named.is_absolute() else home / ".local" / "share"
+    return base / "kogao"
 
 
 def adding(extra: str) -> str:

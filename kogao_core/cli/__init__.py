@@ -1,4 +1,7 @@
-"""``kogao-cli``: the same rendering as the editor, without Qt."""
+"""``kogao-cli``: the same rendering as the editor, without Qt.
+
+It may use all rooms; of the laboratory it knows the name of one module.
+"""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import click
 
 import kogao_core
+from kogao_core.base.installed import has_laboratory
 from kogao_core.base.interrupts import CODE
 from kogao_core.base.language import Text, system_languages, tr, translated, use_language
 from kogao_core.base.memory import end_at_once, keep_freed
@@ -64,6 +65,7 @@ _LATER = {
     "detect": ("kogao_core.cli.detect", Text("Find the faces in the photo IN.")),
     "landmarks": ("kogao_core.cli.landmarks", Text("Give landmarks to other programs.")),
     "presets": ("kogao_core.cli.presets", Text("List the recipes with names, and exchange them as files.")),
+    # The door to the laboratory, whose command this is.
     "experiment": (
         "kogao_core.lab.commands.experiment", Text("Repeat the paper's tables and figures on your own photos.")
     ),
@@ -80,6 +82,8 @@ _LATER = {
         "kogao_core.cli.licences", Text("Print the licences of the program, its dependencies and its assets.")
     ),
 }  # fmt: skip
+if not has_laboratory():
+    del _LATER["experiment"]
 
 
 @words.group(no_args_is_help=False, later=_LATER)

@@ -8,8 +8,8 @@ from pathlib import Path
 import click
 
 from kogao_core.base.language import Text, tr
+from kogao_core.base.originals import ChangedSince, NoOriginal, Originals
 from kogao_core.cli import common, ending, words
-from kogao_core.photo.originals import ChangedSince, NoOriginal, Originals
 
 
 @words.command("restore")

@@ -13,6 +13,7 @@ import click
 from kogao_core.background.find import BackgroundFinder, Bends, measure
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
+from kogao_core.base.originals import Originals
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, points, projects, reading, summary, words
 from kogao_core.cli import json_file as to_json
@@ -26,7 +27,6 @@ from kogao_core.photo import (
     check_output,
 )
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.originals import Originals
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
 from kogao_core.retouch import Write, over_itself, retouch, to_file

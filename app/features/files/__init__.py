@@ -10,9 +10,9 @@ from PySide6.QtCore import Signal
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
+from kogao_core.base.originals import Originals
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.originals import Originals
 from kogao_core.projects.sidecar import SUFFIX
 from kogao_core.retouch import over_itself, retouch, to_file
 
