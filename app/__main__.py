@@ -165,7 +165,7 @@ def _parser() -> argparse.ArgumentParser:
         "--sample", action="store_true", help=tr("open the portrait that is built in")
     )
     parser.set_defaults(rate=None)
-    if has_laboratory():
+    if installed.has_laboratory():
         what.add_argument(
             "--rate",
             type=Path,

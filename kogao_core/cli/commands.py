@@ -52,11 +52,14 @@ Errors are one line on stderr; nothing half-written is left behind.
 _LATER = {
     "warp": (
         "kogao_core.cli.warp",
-        Text("Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN"
-             " itself."),
+        Text(
+            "Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN"
+            " itself."
+        ),
     ),
     "restore": (
-        "kogao_core.cli.restore", Text("Bring back, byte for byte, a photo that was changed in place.")
+        "kogao_core.cli.restore",
+        Text("Bring back, byte for byte, a photo that was changed in place."),
     ),
     "batch": (
         "kogao_core.cli.batch",
@@ -64,24 +67,31 @@ _LATER = {
     ),
     "detect": ("kogao_core.cli.detect", Text("Find the faces in the photo IN.")),
     "landmarks": ("kogao_core.cli.landmarks", Text("Give landmarks to other programs.")),
-    "presets": ("kogao_core.cli.presets", Text("List the recipes with names, and exchange them as files.")),
+    "presets": (
+        "kogao_core.cli.presets",
+        Text("List the recipes with names, and exchange them as files."),
+    ),
     # The door to the laboratory, whose command this is.
     "experiment": (
-        "kogao_core.lab.commands.experiment", Text("Repeat the paper's tables and figures on your own photos.")
+        "kogao_core.lab.commands.experiment",
+        Text("Repeat the paper's tables and figures on your own photos."),
     ),
     "integrate": (
         "kogao_core.cli.integrate",
-        Text("Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or"
-             " Krita."),
+        Text(
+            "Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or"
+            " Krita."
+        ),
     ),
     "doctor": (
         "kogao_core.cli.doctor",
         Text("Check versions, face networks and, on Linux, the libraries that Qt needs."),
     ),
     "licenses": (
-        "kogao_core.cli.licences", Text("Print the licences of the program, its dependencies and its assets.")
+        "kogao_core.cli.licences",
+        Text("Print the licences of the program, its dependencies and its assets."),
     ),
-}  # fmt: skip
+}
 if not has_laboratory():
     del _LATER["experiment"]
 
