@@ -34,19 +34,7 @@ _DESKTOP_ID: Final = "org.kogao.Kogao"
 def start(
     options: argparse.Namespace, source: LandmarkSource, ahead: Ahead | None, *, hears: bool
 ) -> int:
-    """Run the editor by its options and return its exit code.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        What `__main__` has made of the arguments.
-    source : LandmarkSource
-        What finds the faces.
-    ahead : Ahead, optional
-        The photo that is being read already.
-    hears : bool
-        Whether signals end this program, also while Qt waits.
-    """
+    """Run the editor by its options and return its exit code."""
     # A picture shows the program as it comes, whatever this user has made of it.
     aside = None if options.screenshot is None else QTemporaryDir()
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))

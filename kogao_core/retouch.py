@@ -55,29 +55,7 @@ def retouch(
 ) -> Retouched:
     """Do to a photo what is done to it: hold its background, render, disclose, sign and write.
 
-    Parameters
-    ----------
-    photo : Photo
-        As it was read.
-    done : Applied
-        What is done to it.
-    disclosure : Disclosure
-        What the result says of that.
-    to : callable
-        See `to_file` and `over_itself`.
-    finder : BackgroundFinder
-        What has looked at the photo, or will.
-    drawn : array like the photo's pixels, optional
-        The result, where it is there already.
-    look : callable
-        Gets the rendering before anything is written; what it raises leaves all as it was.
-    threads : int, optional
-        See `render`.
-
-    Raises
-    ------
-    CannotWrite, RefusedOutput
-        As `write` and `disclose` do.
+    Raises CannotWrite, RefusedOutput.
     """
     rendering = None
     if drawn is None:

@@ -34,13 +34,7 @@ from .modes import (
 
 
 class ComparisonPanel(QWidget):
-    """Table 2 of this photo, how far the points lie apart, and where to read more.
-
-    Parameters
-    ----------
-    more : tuple of QAction
-        What tells more.
-    """
+    """Table 2 of this photo, how far the points lie apart, and where to read more."""
 
     def __init__(self, more: tuple[QAction, ...]) -> None:
         super().__init__()

@@ -60,21 +60,14 @@ _BISECTIONS: Final = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """What a warp leaves as it is where it can.
+    """What a warp leaves as it is where it can."""
 
-    Parameters
-    ----------
-    lines : array of shape (N, 2, 2)
-        Ends (x, y) of straight lines of the background, px.
-    neighbours : tuple of arrays of shape (M, 2)
-        For each face, points on the edge of other people, whom it isn't to drag along, px; empty
-        where there are none.
-    weights : array of shape (N,), optional
-        How much each line counts, 0 to 1; all of them in full, if not given.
-    """
-
+    # (N, 2, 2): ends (x, y) of straight lines of the background, px.
     lines: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
+    # (M, 2): for each face, points on the edge of other people, whom it isn't to drag along, px;
+    # empty where there are none.
     neighbours: tuple[Array, ...] = ()
+    # (N,): how much each line counts, 0 to 1; all of them in full, if not given.
     weights: Array | None = None
 
     def mapped(self, transform: Affine) -> Held:

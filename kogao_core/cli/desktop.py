@@ -77,13 +77,7 @@ def remove(share: Path) -> None:
 
 
 def quoted(program: Path) -> str:
-    r"""Return a path as desktop entries quote it: for their commands, and once more as a text.
-
-    Examples
-    --------
-    >>> quoted(Path("/opt/50% $off/kogao"))
-    '"/opt/50%% \\\\$off/kogao"'
-    """
+    r"""Return a path as desktop entries quote it: for their commands, and once more as a text."""
     inner = re.sub(r'(["`$\\])', r"\\\1", str(program)).replace("%", "%%")
     return '"' + inner.replace("\\", "\\\\") + '"'
 

@@ -23,21 +23,7 @@ MOST_HIDDEN: Final = 0.5
 
 
 def doubt(face: Face, image: Box) -> Doubt | None:
-    """Return what speaks against changing a face; None if nothing does.
-
-    Parameters
-    ----------
-    face : Face
-        Px of the photo.
-    image : Box
-        The photo's rectangle.
-
-    Returns
-    -------
-    {"unsure", "cut", "hidden"} or None
-        Its score is below `SURE`; more than `MOST_OUTSIDE` of its landmarks lie outside the photo;
-        more than `MOST_HIDDEN` of them are less sure than `SEEN`. None for a face placed by hand.
-    """
+    """Return what speaks against changing a face; None if nothing does."""
     if face.source == "manual":
         return None
     if face.score < SURE:
@@ -66,28 +52,7 @@ def hidden(face: Face) -> float:
 def doubtful(faces: Sequence[Face], image: Box) -> frozenset[int]:
     """Return the indices of the faces to leave as they are unless told otherwise.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        Those of one photo, px.
-    image : Box
-        The photo's rectangle.
-
-    Returns
-    -------
-    frozenset of int
-        Those in `doubt`; empty for a photo of one face: it is what the photo was taken for.
-
-    Examples
-    --------
-    >>> import dataclasses
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.doubt import doubtful
-    >>> from kogao_core.base.geometry import Box
-    >>> near, far = (kogao.template_face((x, 180), 120) for x in (120, 350))
-    >>> far = dataclasses.replace(far, score=0.43, source="mesh")
-    >>> doubtful([near, far], Box(0, 0, 480, 360))
-    frozenset({1})
+    Result: those in `doubt`; empty for a photo of one face: it is what the photo was taken for.
     """
     if len(faces) < 2:
         return frozenset()

@@ -33,25 +33,15 @@ UNNATURAL: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Naturalness:
-    """A warp judged by table 1.
+    """A warp judged by table 1."""
 
-    Parameters
-    ----------
-    percent : float
-        Warp distance, % of D.
-    unnatural : float
-        Share of answers that called such a face unnatural, %; a straight line between the
-        published distances, the nearest published value beyond them.
-    published : bool
-        False outside the distances and centres that were asked about.
-    face_alone : bool
-        Whether the face alone moves, as those that were asked about did; if not, `unnatural` is of
-        another warp of the same distance.
-    """
-
-    percent: float
+    percent: float  # warp distance, % of D
+    # Share of answers that called such a face unnatural, %; a straight line between the published
+    # distances, the nearest published value beyond them.
     unnatural: float
-    published: bool
+    published: bool  # false outside the distances and centres that were asked about
+    # Whether the face alone moves, as those that were asked about did; if not, `unnatural` is of
+    # another warp of the same distance.
     face_alone: bool = True
 
     @property
@@ -69,27 +59,8 @@ class Naturalness:
 def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalness:
     """Look a warp distance in % of D up in Table 1.
 
-    A centre candidate that nobody was asked about is judged by the worst row.
-
-    Parameters
-    ----------
-    percent : float
-        Warp distance, % of D.
-    center : int
-        Centre candidate, from 1.
-    face_alone : bool
-        See `Naturalness`.
-
-    Returns
-    -------
-    Naturalness
-        Interpolated between the published distances.
-
-    Examples
-    --------
-    >>> from kogao_core.faces.naturalness import judge
-    >>> judge(6.0, 2).unnatural, judge(12.0, 2).published
-    (5.0, False)
+    A centre candidate that nobody was asked about is judged by the worst row. Result: interpolated
+    between the published distances.
     """
     asked = center <= len(UNNATURAL)
     rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
@@ -99,27 +70,7 @@ def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalnes
 
 
 def percent_of(pairs: Pairs) -> float:
-    """Return the mean warp distance of a face in % of D, targets placed by hand included.
-
-    Parameters
-    ----------
-    pairs : Pairs
-        Landmarks and targets of one face.
-
-    Returns
-    -------
-    float
-        %.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.naturalness import percent_of
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> round(percent_of(aim(face, kogao.Recipe(percent=4))), 6)
-    4.0
-    """
+    """Return the mean warp distance of a face in % of D, targets placed by hand included."""
     radius = np.linalg.norm(pairs.source_px - pairs.center_px, axis=1)
     moved = np.linalg.norm(pairs.displacement_px, axis=1)
     return 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
@@ -128,26 +79,7 @@ def percent_of(pairs: Pairs) -> float:
 def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:
     """Judge the face with the largest warp distance by table 1; None without faces.
 
-    Parameters
-    ----------
-    faces : sequence of (Pairs, Recipe)
-        Landmarks with their targets, and the choices, of each face.
-
-    Returns
-    -------
-    Naturalness, optional
-        That of the face that moves most.
-
-    Examples
-    --------
-    >>> import dataclasses
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.naturalness import worst
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> recipes = [dataclasses.replace(kogao.PAPER, percent=percent) for percent in (4, 8)]
-    >>> worst([(aim(face, recipe), recipe) for recipe in recipes]).warns
-    True
+    Result: that of the face that moves most.
     """
     judged = [
         judge(percent_of(pairs), recipe.center, face_alone=recipe.face_alone)

@@ -87,33 +87,15 @@ _STEPS: Final = 8  # of the fixed point that tells where the middle of a feature
 
 @dataclass(frozen=True, eq=False)
 class Surround:
-    """The displacement that one face asks of the control points round it.
+    """The displacement that one face asks of the control points round it."""
 
-    Parameters
-    ----------
-    face : Face
-        What surrounds it.
-    pairs : Pairs
-        Where its landmarks go.
-    follows : float
-        `Recipe.head_follows` as a share: 0 nothing outside the face, 1 the whole head.
-    keeps_features : bool
-        Whether eyes and mouth keep their shape.
-    photo : Box
-        Nothing moves across its edge.
-    protection : Protection
-        Places that must not move.
-    hulls : tuple of arrays of shape (K, 2)
-        Of other faces, corners in order, px.
-    """
-
-    face: Face
-    pairs: Pairs
-    follows: float
-    keeps_features: bool
-    photo: Box
-    protection: Protection
-    hulls: tuple[Array, ...] = ()
+    face: Face  # what surrounds it
+    pairs: Pairs  # where its landmarks go
+    follows: float  # `Recipe.head_follows` as a share: 0 nothing outside the face, 1 the whole head
+    keeps_features: bool  # whether eyes and mouth keep their shape
+    photo: Box  # nothing moves across its edge
+    protection: Protection  # places that must not move
+    hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
 
     @cached_property
     def corners_px(self) -> Array:

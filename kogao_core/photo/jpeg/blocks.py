@@ -32,21 +32,11 @@ class CannotKeepBlocks(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A JPEG file with the source's coefficients wherever no pixel changed.
+    """A JPEG file with the source's coefficients wherever no pixel changed."""
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    share : float
-        Part of the minimum coded units that are the source's, 0 to 1.
-    damage : tuple of str
-        The decoder's complaints about damaged data in the source.
-    """
-
-    data: bytes
-    share: float
-    damage: tuple[str, ...] = ()
+    data: bytes  # the file
+    share: float  # part of the minimum coded units that are the source's, 0 to 1
+    damage: tuple[str, ...] = ()  # the decoder's complaints about damaged data in the source
 
 
 def _read(data: bytes, copy: Path) -> Coefficients:
@@ -61,28 +51,8 @@ def keep_blocks(
 ) -> Kept:
     """Encode what lies around changed pixels, and put it among a file's coefficients.
 
-    Parameters
-    ----------
-    source : Path
-        The file, whose pixels are upright.
-    before, after : arrays of shape (H, W) or (H, W, C), uint8
-        Its pixels and the new ones.
-    encode : callable
-        Given a part of `after`, px; returns it as a JPEG with the source's tables and subsampling,
-        and the metadata of the whole.
-    folder : Path
-        Where files may be laid aside for a moment.
-
-    Returns
-    -------
-    Kept
-        Sequential, with the source's Huffman codes where they are the usual ones, or else codes of
-        its own, and the headers that `encode` makes.
-
-    Raises
-    ------
-    CannotKeepBlocks
-        If its blocks can't be read, or tables, subsampling, colours or size differ.
+    Result: sequential, with the source's Huffman codes where they are the usual ones, or else codes
+    of its own, and the headers that `encode` makes. Raises CannotKeepBlocks.
     """
     with aside(folder) as place, hushed() as complaints:
         whole = _read(source.read_bytes(), place / "source")
