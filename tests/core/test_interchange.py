@@ -12,8 +12,8 @@ from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import pts, read, tables, tem, template, write
-from kogao_core.projects.interchange.curves import along, shares_of
 from kogao_core.projects.interchange.points import Line, PointSet, text_of
+from kogao_core.projects.interchange.templates import along, shares_of
 
 ROUNDED = 0.00051  # files hold thousandths of a px
 
