@@ -133,8 +133,12 @@ class Recipe:
         said = [
             Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
         ]
+        told = {"percent", "center"}
+        if self.face_alone:
+            said.append(Text("the face alone"))
+            told |= {"head_follows", "keep_features"}
         for name, setting in SETTINGS.items():
-            if name in ("percent", "center") or setting.is_method:
+            if name in told or setting.is_method:
                 continue
             counts = not setting.needs or getattr(self, setting.needs)
             if counts and getattr(self, name) != _DEFAULTS[name]:

@@ -107,6 +107,8 @@ def test_the_heat_map_colours_what_moves_and_only_that(opened):
 
 
 def test_the_jacobian_map_is_red_where_pressed_and_blue_where_stretched(opened):
+    opened.editor.recipe.set_field("percent", 10.0)
+    opened.settle()
     hide_marks(opened)
     plain = pixels_of(opened)
     opened.key(KEYS.Key_K)

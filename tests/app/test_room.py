@@ -232,7 +232,7 @@ def test_retouch_has_few_controls(start, photo):
     driver.window.resize(1280, 800)
     driver.open(photo)
     shown = controls(driver.window)
-    assert len(shown) <= 14, sorted(one.accessibleName() or one.text() for one in shown)
+    assert len(shown) <= 16, sorted(one.accessibleName() or one.text() for one in shown)
     driver.key(Qt.Key.Key_F3)
     driver.settle()
     more = {one.text() for one in controls(driver.window) - shown}

@@ -174,7 +174,7 @@ def test_a_target_dragged_by_the_mouse_takes_its_neighbours_along_in_one_step(op
     np.testing.assert_array_equal(by_hand, followed > 0.0)
     np.testing.assert_array_equal(outline(opened), face.outline)
     assert steps(opened) == 1
-    assert opened.editor.document.undo.undoText().startswith("target 6, left cheek")
+    assert opened.editor.document.undo.undoText().startswith("target 6, left ")
     opened.key(KEYS.Key_Z, CONTROL)
     np.testing.assert_array_equal(targets(opened), before)
     assert opened.state.faces[0].targets is None

@@ -174,8 +174,18 @@ def test_what_a_key_switches_and_what_was_found_is_said(opened, heard):
     assert heard == ["Heat map of the move: on", "Heat map of the move: off", "Faces found: 1"]
 
 
+def move_the_face_alone(driver):
+    """Have the survey speak for the photo."""
+    driver.editor.recipe.set_field("head_follows", 0.0)
+    driver.editor.recipe.set_field("keep_features", False)
+    driver.editor.document.commit()
+    driver.settle()
+
+
 def test_a_warning_is_said_when_it_comes_and_when_it_goes(opened, heard):
+    move_the_face_alone(opened)
     slider = opened.panel("recipe").percent.slider
+    heard.clear()
     opened.press_key(slider, KEYS.Key_PageUp, times=5)
     opened.settle()
     assert heard == ["⚠ 49.7 % found it unnatural"]
@@ -185,6 +195,8 @@ def test_a_warning_is_said_when_it_comes_and_when_it_goes(opened, heard):
 
 
 def test_a_warning_about_one_face_comes_and_goes_with_the_choice_of_it(two, heard):
+    move_the_face_alone(two)
+    heard.clear()
     two.panel("faces").list.setFocus()
     two.editor.recipe.choose(0)
     two.editor.recipe.set_field("percent", 8.0)

@@ -515,7 +515,7 @@ def test_a_recipe_says_in_words_what_goes_along_where_it_isnt_the_usual():
     assert "head follows" not in Recipe().amount
     assert "head follows 100 %" in WHOLE.amount
     assert "the face alone" in ALONE.amount
-    assert "features not kept" in dataclasses.replace(WHOLE, keep_features=False).amount
+    assert "no features kept" in dataclasses.replace(WHOLE, keep_features=False).amount
 
 
 @pytest.mark.parametrize("value", [-1.0, 100.5, True, "whole", None])

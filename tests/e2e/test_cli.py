@@ -204,7 +204,7 @@ def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, portrait,
         assert cli("warp", tmp_path / f"in{suffix}", "-o", out)[0] == 0
         written = photo.read(out).pixels
         assert written.dtype == np.uint16
-        assert 0.02 < (written != source.pixels.astype(np.uint16) * 257).any(-1).mean() < 0.2
+        assert 0.02 < (written != source.pixels.astype(np.uint16) * 257).any(-1).mean() < 0.4
 
     lying = Image.Exif()
     lying[0x0112] = 6
@@ -234,7 +234,8 @@ def test_a_threshold_that_is_not_used_is_told(cli, tmp_path):
 @pytest.mark.usefixtures("portrait")
 def test_folding_is_held_back_or_told(cli, tmp_path):
     arguments = ["warp", "--sample", "--percent", 12, "--lattice-unit", "warp", "--force"]
-    arguments += ["--lattice", 0.5, "-o", tmp_path / "out.png"]
+    arguments += ["--lattice", 0.5, "--head-follows", 0, "--no-keep-features"]
+    arguments += ["-o", tmp_path / "out.png"]
     report = json.loads(cli(*arguments, "--json", "-")[1])
     assert report["shares"][0] < 1
     assert report["one_to_one"]["min_det"] > 0
@@ -371,7 +372,7 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path
         ('{"percent": "4"}', "percent must be a number"),
         ('{"fit": ["exact"]}', "fit must be one of"),
         ('{"strength": 4}', "unknown recipe field 'strength'"),
-        ('{"version": 3}', "version"),
+        ('{"version": 4}', "version"),
         ("[" * 100_000, "nested too deeply"),
         ('{"fit": "' + "x" * 500_000 + '"}', "got 'x{39}…"),
         ('{"fit": ' + "[" * 900 + "]" * 900 + "}", r"got \[\["),
@@ -380,7 +381,7 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path
         ('{"percent": 1' + "0" * 400 + "}", "percent must be within 0..15, got 1000*…"),
         ('{"percent": ' + "9" * 5000 + "}", "the file is not JSON"),
         ('{"percent": 1e400}', "percent must be within 0..15, got inf"),
-        ('{"version": 1' + "0" * 400 + "}", "version 2, got 1000*…"),
+        ('{"version": 1' + "0" * 400 + "}", "version 3, got 1000*…"),
         ("{" + " " * 2**20, "at most 1048576 are allowed"),
     ],
 )

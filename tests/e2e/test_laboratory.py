@@ -82,6 +82,6 @@ def test_nothing_but_the_door_knows_it():
                 opening.add(name)
     assert {name for name in knowing if not name.startswith("app.features.experiments")} == {
         "kogao_core.base.installed",
-        "kogao_core.cli",
+        "kogao_core.cli.commands",
     }
     assert opening == {"app.editor"}

@@ -14,8 +14,10 @@ def test_exported_points_warp_like_those_found(cli, works, portrait, tmp_path, f
     said = works("landmarks", "export", portrait, "--format", form, "-o", tmp_path / "lm")
     file = tmp_path / "lm" / f"average.{form}"
     assert str(file) in said
-    cli("warp", portrait, "-o", tmp_path / "found.png")
-    works("warp", portrait, "--points", file, "-o", tmp_path / "given.png")
+    # The forehead isn't in the files: what surrounds the face would follow an arch over it.
+    alone = "--head-follows", 0, "--no-keep-features"
+    cli("warp", portrait, *alone, "-o", tmp_path / "found.png")
+    works("warp", portrait, *alone, "--points", file, "-o", tmp_path / "given.png")
     found, given = (
         np.asarray(Image.open(tmp_path / f"{name}.png"), int) for name in ("found", "given")
     )

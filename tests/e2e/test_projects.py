@@ -331,7 +331,11 @@ def test_a_result_is_signed_by_whoever_was_named(cli, works, kept, tmp_path):
     ("asked", "code", "words"),
     [
         (["--sign-key", "k.pem"], 2, "--sign-key needs --sign-certificate"),
-        (["--sign-key", "k.pem", "--sign-certificate", "c.pem"], 1, "needs an extra: pip install"),
+        (
+            ["--sign-key", "k.pem", "--sign-certificate", "c.pem"],
+            1,
+            "an extra: .*pip install",
+        ),
     ],
 )
 def test_what_it_takes_to_sign_is_said_before_work_begins(

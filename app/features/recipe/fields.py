@@ -190,7 +190,7 @@ class CenterChoice(QWidget):
         name.setToolTip(tip("center"))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(GRID_PX)
+        row.setSpacing(GRID_PX // 4)
         row.addWidget(name)
         row.addStretch()
         self.group = QButtonGroup(self)
