@@ -46,7 +46,9 @@ _NEIGHBOUR: Final = 3e4
 _WITHIN: Final = 30.0  # of a place within the face, which is to go where it went
 _CORNER: Final = 1e6  # of eyes and mouth
 _HARD: Final = 1e8  # of a landmark, a protected place, and the photo's edge
-_RIGID: Final = 0.6  # of a short line's shift and turn as a whole: that soft, it costs little
+_RIGID: Final = (
+    30.0  # of a line's shift and turn, for the square of its samples: free, but not for nothing
+)
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change dies out over four spacings
 _PINNED: Final = 4.0  # a line is followed so far beyond the lattice's reach, in spacings
 _MOST_NODES: Final = 4000  # of a change; of more it takes a lattice twice as coarse
