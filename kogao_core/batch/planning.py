@@ -32,6 +32,7 @@ def plan(
     suffix: str = ".jpg",
     disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
+    doubtful: bool = False,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
@@ -41,7 +42,7 @@ def plan(
         Photos, and folders to search for photos.
     folder : Path
         Where outputs go, and nowhere else.
-    recipe, which, max_megapixels, landmarks, disclosure
+    recipe, which, max_megapixels, landmarks, disclosure, doubtful
         See `Task`.
     projects : bool
         Do what the project beside a photo says, where there is one.
@@ -100,6 +101,7 @@ def plan(
             project=_project_beside(photo) if projects else "",
             disclosure=disclosure,
             done=keys.get(str(output), ""),
+            doubtful=doubtful,
         )
         for output, photo in found.items()
     ]

@@ -11,9 +11,11 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
-from kogao_core.faces.face import LandmarkSource, select
+from kogao_core.faces.doubt import AllDoubted, choose
+from kogao_core.faces.face import LandmarkSource
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.model import Photo
 from kogao_core.projects.project import load, sha256_of
@@ -54,6 +56,8 @@ class Task:
         What results disclose of their retouching.
     done : str
         What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
+    doubtful : bool
+        Whether doubtful faces are worked on, too.
     """
 
     source: str
@@ -65,6 +69,7 @@ class Task:
     project: str = ""
     disclosure: Disclosure = NO_DISCLOSURE
     done: str = ""
+    doubtful: bool = False
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
@@ -140,6 +145,8 @@ def work(task: Task) -> Outcome:
         return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved)
     except _NoFace:
         return Outcome(task.source, task.output, "no face", Text("no face found"))
+    except AllDoubted as doubts:
+        return Outcome(task.source, task.output, "no face", doubts.args[0])
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
@@ -175,9 +182,9 @@ def _found(task: Task, photo: Photo) -> Applied:
     faces = _source(task.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
-    chosen = select(faces, task.which)
-    others = [face for face in faces if all(face is not one for one in chosen)]
-    return Applied(chosen, Recipe.from_dict(task.recipe), NOTHING, others=others)
+    chosen = choose(faces, task.which, Box.of(photo.pixels), doubtful=task.doubtful)
+    recipe = Recipe.from_dict(task.recipe)
+    return Applied(chosen.faces, recipe, NOTHING, chosen.note, others=chosen.others)
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:
@@ -207,7 +214,8 @@ def _key(task: Task) -> str:
     """Return the hash of files and choices; empty while one of the files can't be read."""
     total = hashlib.sha256(
         json.dumps(
-            [task.recipe, task.which, task.landmarks, bool(task.project), asdict(task.disclosure)],
+            [task.recipe, task.which, task.doubtful, task.landmarks]
+            + [bool(task.project), asdict(task.disclosure)],
             sort_keys=True,
         ).encode()
     )

@@ -15,6 +15,7 @@ from kogao_core.base.wording import printable, sentence, system_reason
 from kogao_core.cli import words
 
 if TYPE_CHECKING:
+    from kogao_core.faces.doubt import Chosen
     from kogao_core.faces.face import Face, LandmarkSource
     from kogao_core.photo import Photo
 
@@ -319,6 +320,23 @@ def selected(faces: Sequence[Face], which: str) -> list[Face]:
 
     with stopping(ValueError, USAGE):
         return select(faces, which)
+
+
+def chosen(photo: Photo, faces: Sequence[Face], which: str, doubtful: bool) -> Chosen:
+    """Return what ``--face`` and ``--doubtful`` make of a photo's faces, or stop."""
+    from kogao_core.base.geometry import Box
+    from kogao_core.faces.doubt import AllDoubted, choose
+
+    with stopping(ValueError, USAGE):
+        try:
+            return choose(faces, which, Box.of(photo.pixels), doubtful=doubtful)
+        except AllDoubted as doubts:
+            sentence = Text(
+                "{path} stays as it is: {doubts}; --doubtful makes it smaller all the same",
+                path=photo.path,
+                doubts=doubts,
+            )
+            raise Stop(sentence, NO_FACE) from doubts
 
 
 def count_of_faces(count: int) -> Text:

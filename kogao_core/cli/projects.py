@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _FROM_PROJECT: Final = (
     *SETTINGS,
-    *("which", "recipe_file", "landmarks"),
+    *("which", "doubtful", "recipe_file", "landmarks"),
     *("lines", "width_px", "feather_px", "points_file", "points_map"),
 )
 
