@@ -84,9 +84,10 @@ class FacemarkSource:
         return in_reading_order(faces)
 
     def _fit(self, image: Pyramid, proposal: Detection) -> search.Fitted | None:
-        box, _ = self._detector.look_closer(image, proposal)
-        if box is None or box.score < LEAST_SCORE:
+        boxes, _ = self._detector.look_closer(image, proposal)
+        if not boxes or boxes[0].score < LEAST_SCORE:
             return None
+        box = boxes[0]
         view = Square(box.center_px, _SIDES_IN_CROP * box.side_px, box.degrees)
         grey = cv2.cvtColor(image.sample(view.to_image, INPUT_PX), cv2.COLOR_RGB2GRAY)
         side = _SIDE * INPUT_PX / _SIDES_IN_CROP

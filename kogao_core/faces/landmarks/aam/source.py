@@ -106,10 +106,10 @@ class _Photo:
     def face_at(
         self, detector: BlazeFace, proposal: Detection, least: float
     ) -> search.Fitted | None:
-        box, _ = detector.look_closer(self.picture, proposal)
-        if box is None:
+        boxes, _ = detector.look_closer(self.picture, proposal)
+        if not boxes:
             return None
-        sure = box.score
+        box, sure = boxes[0], boxes[0].score
         if sure <= SURE:
             close = detector.sight(self.picture, box, CLOSE)
             sure = _WIDE_SHARE * sure + (1.0 - _WIDE_SHARE) * close
@@ -119,8 +119,8 @@ class _Photo:
         if self.doubts(fitted):
             # A few faces in a hundred are first taken for upside down, or for upright ones.
             over, _ = detector.look_closer(self.picture, _upside_down(box))
-            if over is not None:
-                fitted = min(fitted, self.fit(over), key=lambda one: one.residual)
+            if over:
+                fitted = min(fitted, self.fit(over[0]), key=lambda one: one.residual)
         face = self.face(fitted, sure)
         return search.Fitted(face, box) if face.score > least else None
 
