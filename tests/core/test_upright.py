@@ -9,7 +9,8 @@ import pytest
 from shortly import few_of
 from sights import picture_of
 
-from kogao_core.base.geometry import degrees_of
+from kogao_core.base.geometry import Box, degrees_of
+from kogao_core.faces.doubt import doubtful
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import MeshSource
 
@@ -41,12 +42,13 @@ def test_nobody_who_covers_the_face_is_found_on_their_head(
 
 
 @pytest.mark.parametrize("cover", [None, *few_of(COVERS, 1)])
-def test_a_picture_on_its_head_has_a_face_on_its_head(
+def test_a_picture_on_its_head_has_a_face_on_its_head_or_a_doubtful_one(
     source: MeshSource, portrait: Path, cover: str | None
 ) -> None:
     picture = picture_of(portrait, 450.0)
     (face,) = source.find(picture)
     if cover is not None:
         picture = worn(cover, picture, face)
-    (found,) = source.find(np.asarray(cv2.rotate(picture, cv2.ROTATE_180)))
-    assert abs(roll(found)) > 150.0
+    turned = np.asarray(cv2.rotate(picture, cv2.ROTATE_180))
+    (found,) = source.find(turned)
+    assert abs(roll(found)) > 150.0 or (cover and doubtful([found], Box.of(turned)))
