@@ -212,13 +212,9 @@ def _background() -> BackgroundFinder:
 
 def _key(task: Task) -> str:
     """Return the hash of files and choices; empty while one of the files can't be read."""
-    total = hashlib.sha256(
-        json.dumps(
-            [task.recipe, task.which, task.doubtful, task.landmarks]
-            + [bool(task.project), asdict(task.disclosure)],
-            sort_keys=True,
-        ).encode()
-    )
+    choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
+    chosen = json.dumps([*choices, asdict(task.disclosure)], sort_keys=True)
+    total = hashlib.sha256(chosen.encode())
     label = task.disclosure.picture
     files = task.source, task.project, task.output, label.file if label else ""
     for path in map(Path, filter(None, files)):

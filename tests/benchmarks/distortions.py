@@ -45,13 +45,12 @@ def mask(colour: tuple[int, int, int]) -> Distortion:
         light = 1.0 - 0.35 * (u / 0.75) ** 2 + 0.06 * np.sin(2.0 * np.pi * v / 0.16) - 0.08 * v
         cloth = np.clip(light, 0.2, 1.1)[..., None] * np.array(colour, np.float32)
         cloth += rng.normal(0.0, 5.0, (*picture.shape[:2], 1)).astype(np.float32)
-        loops = [
-            np.vstack([hem[0], line[max(0, first - 6)]]),
-            np.vstack([hem[-1], line[-first + 5]]),
-        ]
+        loops = (hem[0], line[max(0, first - 6)]), (hem[-1], line[-first + 5])
         result = picture
         for loop in loops:
-            result = _laid(result, cloth, _stroke(picture, loop, 0.02 * unit), 0.01 * unit)
+            result = _laid(
+                result, cloth, _stroke(picture, np.array(loop), 0.02 * unit), 0.01 * unit
+            )
         return Distorted(_laid(result, cloth, _filled(picture, edge), 0.012 * unit), SAME)
 
     return worn
@@ -135,7 +134,7 @@ def small(width_px: float, scene: tuple[int, int] | None = None) -> Distortion:
         wall = _noise(np.zeros((high, wide, 3), np.uint8), rng, 40.0, 12.0) + 130.0
         left, top = int(rng.integers(wide - columns)), int(rng.integers(high - rows))
         wall[top : top + rows, left : left + columns] = tiny
-        moved = Affine(change.matrix, change.shift + (left, top))
+        moved = Affine(change.matrix, change.shift + np.array([left, top]))
         return Distorted(np.clip(wall, 0, 255).astype(np.uint8), moved)
 
     return shrunk

@@ -26,7 +26,7 @@ from kogao_resources.training.evaluate import distance_to_line
 from sights import picture_of
 
 from kogao_core.base.geometry import Box, Image
-from kogao_core.faces.doubt import doubt
+from kogao_core.faces.doubt import verdicts
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import source
 
@@ -69,12 +69,15 @@ def rows(finder: LandmarkSource, portraits: Sequence[Path], only: Sequence[str])
             distorted, change = distort(picture, face, rng)
             truth, image = face.mapped(change), Box.of(distorted)
             found = finder.find(distorted)
+            judged = dict(zip(map(id, found), verdicts(found, image), strict=True))
             near = [one for one in found if _near(one, truth)]
             others += len(found) - len(near[:1])
             for one in near[:1]:
                 turned = abs((tilt(one) - tilt(truth) + 180.0) % 360.0 - 180.0) > _ON_ITS_HEAD
                 upside_down += turned
-                doubted += doubt(one, image) is not None
+                verdict = judged[id(one)]
+                doubted += verdict.reason is not None
+                marked += bool(verdict.look_at)
                 if not turned:
                     off.append(apart(one, truth))
         outline, eyes, mouth = np.array(off).reshape(-1, 3).T

@@ -93,9 +93,9 @@ class FacemarkSource:
         side = _SIDE * INPUT_PX / _SIDES_IN_CROP
         left = (INPUT_PX - side) / 2.0
         top = left - _UP * side
-        boxes = np.array([[left, top, side, side]]).round().astype(np.int32)
+        frame = np.array([[left, top, side, side]]).round().astype(np.int32)
         with self._lock:
-            done, found = self._facemark.fit(grey, boxes)
+            done, found = self._facemark.fit(grey, frame)
         if not done or np.shape(found[0]) != (1, POINTS, 2) or not np.isfinite(found[0]).all():
             return None
         return search.Fitted(face_of(view.to_image(found[0][0]), box.score), box)

@@ -61,6 +61,13 @@ _UPSIDE_DOWN: Final = 0.5  # least probability of the turned view that makes a s
 _ON_ITS_HEAD_SHARE: Final = 0.75
 _CONTRADICTED: Final = 0.8
 
+# Which corners are outer ones of eyes (0), inner ones (1), and the mouth's (2); each kind's weights
+# of `corner_signs`, and its constant.
+KINDS: Final = np.array([0, 1, 1, 0, 2, 2])
+_CORNERS: Final = np.array(
+    [(-3.85, -0.17, -0.78, 5.85), (-2.58, 0.20, -2.31, 6.45), (-2.23, 1.94, 4.29, -3.50)]
+)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
@@ -312,7 +319,7 @@ class MeshSource:
         face = _mean(mesh, mirrored, score, self.name)
         if self._refined:
             outline, seen = self._edges.refined(image, face.eyes, face.outline)
-            confidence = np.concatenate([seen, _agreement(mesh, mirrored)])
+            confidence = np.concatenate([seen, _sure_corners(mesh, mirrored, seen)])
             face = replace(face, outline=outline, confidence=confidence)
         rim = joined((mesh.forehead + mirrored.forehead) / 2.0, face.outline)
         return search.Fitted(replace(face, forehead=rim), mesh.box)
@@ -360,12 +367,27 @@ def _trust(last: Mesh, mesh: Mesh, mirrored: Mesh) -> float:
     return float(believed * np.exp(-((differ / _DIFFER) ** 2)))
 
 
-def _agreement(mesh: Mesh, mirrored: Mesh) -> Array:
-    """Return the confidence of eye and mouth corners: how near a crop and its mirror put them."""
+def corner_signs(mesh: Mesh, mirrored: Mesh, seen: Array) -> Array:
+    """Return what tells whether eye and mouth corners are right, shape (6, 3).
+
+    How far a crop and its mirror image put each apart (log), whether the network sees a face at
+    all, and how sure the outline is, which is hidden where the mouth is.
+    """
     one, other = (np.vstack([each.eyes, each.mouth]) for each in (mesh, mirrored))
     unit = max(1e-6, float(np.linalg.norm(mesh.eyes[3] - mesh.eyes[0])))
-    apart = np.linalg.norm(one - other, axis=1) / unit
-    return np.asarray(np.exp(-((apart / _DIFFER) ** 2)))
+    apart = np.log1p(50.0 * np.minimum(np.linalg.norm(one - other, axis=1) / unit, 0.3))
+    presence = np.clip(min(mesh.presence, mirrored.presence), -20.0, 20.0) / 10.0
+    return np.column_stack([apart, np.full(6, presence), np.full(6, seen.mean())])
+
+
+def _sure_corners(mesh: Mesh, mirrored: Mesh, seen: Array) -> Array:
+    """Return the probability that each corner lies within 5 % of the outer inter-ocular distance.
+
+    Learnt by `python -m resources.training.corners` on covered faces.
+    """
+    weights = _CORNERS[KINDS]
+    odds = (corner_signs(mesh, mirrored, seen) * weights[:, :3]).sum(axis=1) + weights[:, 3]
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))))
 
 
 def _mean(one: Mesh, other: Mesh, score: float, source: str) -> Face:
