@@ -58,8 +58,11 @@ def rows(finder: LandmarkSource, portraits: Sequence[Path], only: Sequence[str])
         faces = finder.find(picture)
         if len(faces) == 1:
             known.append((path.stem, picture, faces[0]))
-    yield "| distortion | faces | found | on their heads | others | doubted | marked "
-    yield "| outline (p90, most) | eyes | mouth |\n|" + "---|" * 10
+    yield (
+        "| distortion | faces | found | on their heads | others | doubted | marked "
+        "| outline (p90, most) | eyes | mouth |"
+    )
+    yield "|" + "---|" * 10
     for name, distort in DISTORTIONS.items():
         if only and not any(one in name for one in only):
             continue

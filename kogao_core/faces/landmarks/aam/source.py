@@ -65,8 +65,8 @@ class AamSource:
         """Return the faces of an upright image, `in_reading_order`; see `MeshSource.find`.
 
         `Face.score` is the detector's probability times the trust in the fit: 0.5 where the
-        residual is as large as that of the worst faces that fit well. As by the mesh, what scores
-        less is no face.
+        residual is as large as that of the worst faces that fit well. What scores less is no
+        face, unless the detector is sure of it.
         """
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
@@ -122,6 +122,8 @@ class _Photo:
             if over:
                 fitted = min(fitted, self.fit(over[0]), key=lambda one: one.residual)
         face = self.face(fitted, sure)
+        # A face that the detector is sure of may be hard to fit, as one in company.
+        least = LEAST_IN_COMPANY if sure > SURE else least
         return search.Fitted(face, box) if face.score > least else None
 
     def fit(self, box: Detection) -> Fit:
