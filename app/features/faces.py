@@ -167,19 +167,20 @@ class Faces(Feature):
 
     def _tell_doubts(self) -> None:
         """Say why nothing is made smaller, where every face is doubtful."""
-        state, photo = self.document.state.sheet("automatic"), self.document.photo
+        state, photo = self.document.state, self.document.photo
         judged = verdicts(state.faces, self.document.image)
-        if not judged or any(verdict.reason is None for verdict in judged):
+        is_doubted = all(verdict.reason is not None for verdict in judged)
+        if not judged or not is_doubted or len(state.off) < len(judged):
             return
         text = sentence(judged[0].told(1))
         if len(judged) > 1:
             text = tr("Every face in this photo is doubtful and left alone; the list says why.")
 
         def holds() -> bool:
-            here = self.document.photo is photo
-            return here and len(self.document.state.off) == len(self.document.state.faces)
+            now = self.document.state
+            return self.document.photo is photo and 0 < len(now.faces) == len(now.off)
 
-        every = BarAction(tr("Make it smaller all the same"), self._all_on)
+        every = BarAction(tr("Make smaller all the same"), self._all_on)
         self.say(text, every, wrong=False, holds=holds)
 
     def _all_on(self) -> None:

@@ -43,7 +43,7 @@ class Known(NamedTuple):
     face: Face
 
 
-class Example(NamedTuple):
+class CornerExample(NamedTuple):
     """What was seen at the six corners of a face, and which of them are right."""
 
     person: int
@@ -85,7 +85,7 @@ def _known(data: Path) -> Iterator[Known]:
                 yield Known(np.asarray(picture), faces[0])
 
 
-def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[Example]:
+def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[CornerExample]:
     network = MeshNetwork(locked.network(locked.MESH))
     edges = EdgeNetwork.read(assets.path(refine.MODEL))
     for person, one in enumerate(known):
@@ -106,7 +106,7 @@ def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[Example]
             corners = np.vstack([one.face.eyes, one.face.mouth])
             moved = np.linalg.norm(np.vstack([eyes, mouth]) - corners, axis=1)
             right = moved < _RIGHT * one.face.interocular_px
-            yield Example(person, corner_signs(mesh, mirrored, seen), right)
+            yield CornerExample(person, corner_signs(mesh, mirrored, seen), right)
 
 
 def _box_of(face: Face) -> Detection:

@@ -70,13 +70,15 @@ class FaceNumbers(Overlay):
 
 
 class PointsToLookAt(Overlay):
-    """A wide ring round each landmark that may be wrong, until it has been moved by hand."""
+    """A wide ring round each landmark that may be wrong, until it is placed by hand."""
 
     height = 125
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the rings of every active face that is large enough."""
+        """Draw the rings of every active face that is large enough, unless all is hidden."""
         state = self.shown.state
+        if not self.shown.switched:
+            return
         for index, verdict in enumerate(verdicts(state.faces, self.shown.image)):
             face = state.faces[index]
             if index in state.off or not handles.apart(face, place.zoom):
