@@ -12,6 +12,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from kogao_core.base.installed import has_laboratory
 from kogao_core.base.language import languages, system_languages, tr, translated, use_language
 from kogao_core.base.memory import end_at_once
 from kogao_core.base.stderr import open_standard_streams
@@ -23,8 +24,8 @@ from .workspaces import WORKSPACES
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
+    from kogao_core.base.originals import Originals
     from kogao_core.faces.face import LandmarkSource
-    from kogao_core.photo.originals import Originals
 
     from .ahead import Ahead
     from .faults import Faults
@@ -65,8 +66,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
         from .ahead import Ahead
 
         ahead = Ahead(options.photos[0])
+    from kogao_core.base.originals import Originals
     from kogao_core.faces import landmarks
-    from kogao_core.photo.originals import Originals
 
     source = source or landmarks.source()
     if ahead is not None:
@@ -196,12 +197,14 @@ def _parser() -> argparse.ArgumentParser:
     what.add_argument(
         "--sample", action="store_true", help=tr("open the portrait that is built in")
     )
-    what.add_argument(
-        "--rate",
-        type=Path,
-        metavar="FOLDER",
-        help=tr("rate the pictures of a study (docs/study.md)"),
-    )
+    parser.set_defaults(rate=None)
+    if has_laboratory():
+        what.add_argument(
+            "--rate",
+            type=Path,
+            metavar="FOLDER",
+            help=tr("rate the pictures of a study (docs/study.md)"),
+        )
     parser.add_argument(
         "--screenshot",
         type=Path,

@@ -67,7 +67,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *("smaller", "larger", "unprotect"),
             *(None, "lines-go", "lines-hold"),
         ),
-        tr("E&xperiments"): (*every("experiment-"), *(None, "rate")),
+        tr("E&xperiments"): (*every("experiment-"), None, *every("rate")),
         # Where keys are changed and where they are looked up.
         tr("&Help"): ("documentation", "tour", "palette", "keys", None, "copy-report", "about"),
     }

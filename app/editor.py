@@ -8,6 +8,7 @@ from pyqtgraph.util.garbage_collector import GarbageCollector
 from PySide6.QtCore import QObject, QThreadPool
 from PySide6.QtWidgets import QApplication
 
+from kogao_core.base.installed import has_laboratory
 from kogao_core.faces.face import LandmarkSource
 
 from . import theme
@@ -17,7 +18,6 @@ from .features.both import BothModes
 from .features.commands import Commands
 from .features.compare import Compare
 from .features.errand import Errand
-from .features.experiments import Experiments
 from .features.faces import Faces
 from .features.feature import Context
 from .features.files import Files
@@ -35,7 +35,6 @@ from .features.preferences import Preferences
 from .features.presets import Presets
 from .features.projects import Projects
 from .features.protect import Protect
-from .features.rating import Rating
 from .features.readings import Figure, Readings
 from .features.recent import Recent
 from .features.recipe import RecipeEditing
@@ -136,9 +135,9 @@ class Editor(QObject):
         self.modes = Modes(context, self.faces, self.manual)
         self.batch = Batch(context, self.landmarks, self.save_options)
         self.exchange = Exchange(context)
-        self.experiments = Experiments(context, self.landmarks, self.manual)
+        if has_laboratory():
+            self._add_experiments(context)
         self.both = BothModes(context, self.faces, self.manual)
-        self.rating = Rating(context)
         self.readings = Readings(context)
         self.figure = Figure(context, self.readings)
         self.hints = Hints(context, self.recipe, self.protect, self.manual)
@@ -149,6 +148,14 @@ class Editor(QObject):
         self.commands = Commands(context)
         self.documentation = Documentation(context)
         self.speech = Speech(context, self.points, self.recipe, self.faces, self.history)
+
+    def _add_experiments(self, context: Context) -> None:
+        # The door to the laboratory: where its folder isn't, these can't be loaded.
+        from .features.experiments import Experiments
+        from .features.experiments.rating import Rating
+
+        self.experiments = Experiments(context, self.landmarks, self.manual)
+        self.rating = Rating(context)
 
     def _mount(self) -> None:
         """Join what all features say, and lay their panels out."""

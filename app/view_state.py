@@ -2,27 +2,89 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 from kogao_core.background.lines import BentLine
 from kogao_core.base.display import Rgb8
-from kogao_core.base.geometry import Array, Box
+from kogao_core.base.geometry import Affine, Array, Box
+from kogao_core.pipeline import Rendering
+from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.settings import DomainName
 
 from .document import Document, State
 
-if TYPE_CHECKING:
-    from .canvas.handles import Handle
-    from .render.live import RenderedFrame
-
+Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 ToolName = Literal["points", "brush", "line", "eraser"]
 # How much stronger than it is the difference is shown.
 GAIN: Final = 8
 # The overlays that mark the points of faces.
 MARKS: Final = frozenset({"landmarks", "targets", "centre"})
 CompareName = Literal["off", "wipe", "side", "difference"]
+
+
+@dataclass(frozen=True, slots=True)
+class Handle:
+    """Something to take hold of: point `index` of a kind, on one face."""
+
+    kind: Kind
+    face: int
+    index: int
+
+    @property
+    def movable(self) -> bool:
+        """True when it can be dragged; the centre candidates can only be chosen."""
+        return self.kind != "centre"
+
+
+@dataclass(frozen=True, slots=True)
+class VisiblePart:
+    """The part of the photo on screen: a box, in px of a pyramid level."""
+
+    level: int
+    box: Box
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedFrame:
+    """One picture for the screen.
+
+    Parameters
+    ----------
+    revision : int
+        Which state of the document it shows; larger is newer.
+    rendering : Rendering
+        In px of its own: a level of the photo, or a part of one.
+    done : Applied
+        What it does to the photo, px of the photo.
+    levels : sequence of uint8 arrays
+        The picture and, for a whole photo, its halvings, in the screen's colours.
+    to_photo : Affine
+        From px of `rendering` to px of the photo.
+    took_ms : float
+        Time from the start of the job to the finished picture.
+    part : VisiblePart, optional
+        What a gesture's preview shows; None for the whole photo by the recipe's own kernel.
+    """
+
+    revision: int
+    rendering: Rendering
+    done: Applied
+    levels: Sequence[Rgb8]
+    to_photo: Affine
+    took_ms: float
+    part: VisiblePart | None
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is the whole photo."""
+        return self.part is None
+
+    @property
+    def scale(self) -> float:
+        """Photo px per px of the rendering."""
+        return self.to_photo.scale
 
 
 @dataclass(frozen=True, slots=True)

@@ -164,6 +164,8 @@ class Window(QMainWindow):
 
     def _fill_menus(self, menus: Mapping[str, actions.Names]) -> None:
         for title, names in menus.items():
+            if not any(names):
+                continue  # the laboratory isn't here
             menu = self.menuBar().addMenu(title)
             for name in names:
                 if name is None:

@@ -19,10 +19,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 from bookkeeping import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
-from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
+from kogao_app.view_state import Handle
 from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from kogao_app.canvas.handles import Handle, position
+from kogao_app.canvas.handles import position
 from kogao_app.editor import Editor
+from kogao_app.view_state import Handle
 
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.faces.face import Face

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import cv2
 import numpy as np
@@ -18,9 +17,8 @@ from kogao_core.faces.targets import center_candidates
 
 from ..document import State
 from ..i18n import tr
-from ..view_state import Following
+from ..view_state import Following, Handle, Kind
 
-Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"})
 _ALONE: Final = Following()
 _LEAST_TURN_PX: Final = 1e-3
@@ -28,20 +26,6 @@ _LEAST_TURN_PX: Final = 1e-3
 _FOREHEAD: Final = 1.0
 # Landmarks that are closer on screen have marks that touch, and none could be aimed at.
 _ROOM_PX: Final = 8.0
-
-
-@dataclass(frozen=True, slots=True)
-class Handle:
-    """Something to take hold of: point `index` of a kind, on one face."""
-
-    kind: Kind
-    face: int
-    index: int
-
-    @property
-    def movable(self) -> bool:
-        """True when it can be dragged; the centre candidates can only be chosen."""
-        return self.kind != "centre"
 
 
 def handles(

@@ -22,8 +22,8 @@ from PySide6.QtWidgets import QApplication
 from kogao_core.background.lines import BentLine
 
 from ..i18n import tr
-from ..view_state import ViewState
-from .handles import Handle, apart, corners, face_at, handles
+from ..view_state import Handle, ViewState
+from .handles import apart, corners, face_at, handles
 from .overlays import glyphs
 from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds

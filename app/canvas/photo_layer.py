@@ -18,10 +18,9 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Box
 
-from ..render.live import RenderedFrame
 from ..render.pictures import qt_image
 from ..render.pyramid import PicturePyramid
-from ..view_state import GAIN, ViewState
+from ..view_state import GAIN, RenderedFrame, ViewState
 from .overlays.overlay import viewport_of
 
 # Larger than this, a picture's pixels are shown as squares.

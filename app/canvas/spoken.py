@@ -22,9 +22,8 @@ from kogao_core.faces.doubt import SEEN
 from ..accessibility import FOCUS, NOTHING, PRESS, speak
 from ..document import Document
 from ..i18n import tr
-from ..view_state import ViewState
+from ..view_state import Handle, ViewState
 from . import handles
-from .handles import Handle
 
 if TYPE_CHECKING:
     from .photo_canvas import PhotoCanvas

@@ -13,9 +13,8 @@ from PySide6.QtWidgets import QGraphicsView, QLabel
 from kogao_core.base.geometry import Array
 
 from ..i18n import tr
-from ..render.live import RenderedFrame, VisiblePart
 from ..render.pyramid import PicturePyramid
-from ..view_state import ViewState
+from ..view_state import RenderedFrame, ViewState, VisiblePart
 from .overlays.compare import Loupe
 from .overlays.overlay import Layers
 from .overlays.unlisted import stack

@@ -12,8 +12,9 @@ from kogao_core.projects.project import Mode
 from ..canvas.viewport import OtherModeView
 from ..document import State
 from ..i18n import reason, tr
-from ..render.live import Holding, RenderedFrame, Surface
+from ..render.live import Holding, Surface
 from ..theme import GRID_PX
+from ..view_state import RenderedFrame
 from ..widgets.controls import action_button, column_of, heading, muted_label, row_of
 from ..widgets.docks import Dock
 from ..workspaces import Workspace
@@ -97,7 +98,8 @@ class BothModes(Feature):
         self.guide.setWordWrap(True)
         self.guide.setAccessibleName(tr("What to do next"))
         self.window.stage.show_below(self.guide)
-        more = self.actions["compare-modes"], self.actions["experiment-methods"]
+        names = "compare-modes", "experiment-methods"
+        more = tuple(self.actions[name] for name in names if name in self.actions)
         self.panel: ComparisonPanel = ComparisonPanel(more)
         self.dock = Dock(tr("Comparison"))
         self.window.arranged.connect(self._arrange)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from kogao_core.base.originals import Originals
 from kogao_core.photo import CannotWrite, check_in_place
-from kogao_core.photo.originals import Originals
 
 from ..ahead import Ahead
 from ..i18n import sentence, tr

@@ -24,12 +24,13 @@ from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
 
-from ..canvas.handles import Handle, name
+from ..canvas.handles import name
 from ..document import State
 from ..i18n import reason, tr
 from ..render.pictures import scaled
 from ..render.pyramid import PicturePyramid
 from ..theme import GRID_PX
+from ..view_state import Handle
 from ..widgets.controls import column_of, heading, muted_label
 from ..widgets.dialogs import Dialog, table
 from .faces import Faces

@@ -11,12 +11,13 @@ from PySide6.QtCore import QSize, QTimer
 from PySide6.QtGui import QAction, QIcon
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
 
-from ..canvas.handles import Handle, face_at
+from ..canvas.handles import face_at
 from ..canvas.overlays import glyphs
 from ..canvas.overlays.listed import LISTED
 from ..canvas.overlays.overlay import Overlay
 from ..i18n import tr, translated
 from ..theme import GRID_PX
+from ..view_state import Handle
 from ..widgets.controls import column_of, heading, muted_label
 from ..workspaces import INSPECT, Workspace
 from .feature import Context, Feature

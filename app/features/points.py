@@ -12,10 +12,9 @@ from kogao_core.base.geometry import Array
 from kogao_core.warp.limits import OutOfBounds, check_faces
 
 from ..canvas import handles
-from ..canvas.handles import Handle
 from ..document import State
 from ..i18n import tr
-from ..view_state import Following
+from ..view_state import Following, Handle
 from .feature import Context, Feature
 
 # In landmark spacings: nearer than the least nobody follows, beyond the most everybody does.

@@ -13,10 +13,9 @@ from kogao_core.pipeline import Rendering
 
 from ..accessibility import announce
 from ..canvas import handles
-from ..canvas.handles import Handle
 from ..canvas.spoken import LEAST_PX, face_name, ways
 from ..i18n import bare, tr
-from ..render.live import RenderedFrame
+from ..view_state import Handle, RenderedFrame
 from .faces import Faces
 from .feature import Context, Feature
 from .history import History

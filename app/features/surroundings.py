@@ -18,7 +18,7 @@ from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.projects.json import as_line
 
 from ..i18n import reason, sentence, tr
-from ..render.live import RenderedFrame
+from ..view_state import RenderedFrame
 from .feature import Context, Feature
 
 _MASK_PX: Final = 1600  # longer side of the people's picture

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -13,14 +11,13 @@ from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.background.find import Background, BackgroundFinder
 from kogao_core.background.holding import NOTHING_HELD, Held
-from kogao_core.base.display import Rgb8
-from kogao_core.base.geometry import Affine, Box, Image
+from kogao_core.base.geometry import Image
 from kogao_core.pipeline import Rendering, render
-from kogao_core.projects.sidecar import Applied
 from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.protection import NOTHING
 
 from ..document import State
+from ..view_state import RenderedFrame, VisiblePart
 from ..workers import Lane
 from .pyramid import PicturePyramid, to_photo
 
@@ -29,55 +26,6 @@ if TYPE_CHECKING:
 
 # A gesture that moves again within this time isn't worth a whole photo.
 REST_MS: Final = 80
-
-
-@dataclass(frozen=True, eq=False)
-class RenderedFrame:
-    """One picture for the screen.
-
-    Parameters
-    ----------
-    revision : int
-        Which state of the document it shows; larger is newer.
-    rendering : Rendering
-        In px of its own: a level of the photo, or a part of one.
-    done : Applied
-        What it does to the photo, px of the photo.
-    levels : sequence of uint8 arrays
-        The picture and, for a whole photo, its halvings, in the screen's colours.
-    to_photo : Affine
-        From px of `rendering` to px of the photo.
-    took_ms : float
-        Time from the start of the job to the finished picture.
-    part : VisiblePart, optional
-        What a gesture's preview shows; None for the whole photo by the recipe's own kernel.
-    """
-
-    revision: int
-    rendering: Rendering
-    done: Applied
-    levels: Sequence[Rgb8]
-    to_photo: Affine
-    took_ms: float
-    part: VisiblePart | None
-
-    @property
-    def whole(self) -> bool:
-        """Whether it is the whole photo."""
-        return self.part is None
-
-    @property
-    def scale(self) -> float:
-        """Photo px per px of the rendering."""
-        return self.to_photo.scale
-
-
-@dataclass(frozen=True, slots=True)
-class VisiblePart:
-    """The part of the photo on screen: a box, in px of a pyramid level."""
-
-    level: int
-    box: Box
 
 
 class Holding:

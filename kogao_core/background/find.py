@@ -7,7 +7,7 @@ import threading
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -27,8 +27,9 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
-from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
+from kogao_core.warp.domain import Domain
+from kogao_core.warp.field import Field
 
 # Hair stands off further than the mask's edge: lines keep so far from people, in sides of a face.
 _APART: Final = 0.03
@@ -119,6 +120,22 @@ class Bends:
 
     lines: tuple[BentLine, ...]
     note: str = ""
+
+
+class Warped(Protocol):
+    """What the meter looks at of a rendering; `kogao_core.pipeline.Rendering` is one."""
+
+    @property
+    def field(self) -> Field:
+        """The displacement that was drawn."""
+
+    @property
+    def unheld(self) -> Field:
+        """The displacement as it would be, were nothing held."""
+
+    @property
+    def domain(self) -> Domain:
+        """Where pixels move."""
 
 
 class BackgroundFinder:
@@ -215,14 +232,14 @@ def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
     return finder.find(photo, done.faces, done.others).held(done.loose)
 
 
-def measure(photo: Image, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:
+def measure(photo: Image, rendering: Warped, done: Applied, finder: BackgroundFinder) -> Bends:
     """Measure how far a rendering bends the straight lines of its background.
 
     Parameters
     ----------
     photo : array of shape (H, W) or (H, W, C)
         The photo before the warp.
-    rendering : Rendering
+    rendering : Warped
         What became of it.
     done : Applied
         What was done to it.

@@ -1,1 +1,4 @@
-"""What every room may use: words, files, numbers, threads. It uses nothing of Kogao."""
+"""What every room may use: words and languages, files that appear whole, geometry, threads.
+
+It uses nothing of Kogao.
+"""

@@ -1,4 +1,7 @@
-"""Many photos through one recipe: in other processes, one bad file never stops the rest."""
+"""Many photos through one recipe: in other processes, one bad file never stops the rest.
+
+It may use all rooms but the command line and the laboratory.
+"""
 
 from kogao_core.batch.planning import NothingToDo, check_free, plan
 from kogao_core.batch.report import REPORT, record

@@ -1,4 +1,7 @@
-"""``kogao-cli``: the same rendering as the editor, without Qt."""
+"""``kogao-cli``: the same rendering as the editor, without Qt.
+
+It may use all rooms; of the laboratory it knows the name of one module.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ from contextlib import contextmanager
 import click
 
 import kogao_core
+from kogao_core.base.installed import has_laboratory
 from kogao_core.base.language import Text, system_languages, tr, translated, use_language
 from kogao_core.base.memory import end_at_once, keep_freed
 from kogao_core.base.stderr import open_standard_streams
@@ -53,11 +57,14 @@ Errors are one line on stderr; nothing half-written is left behind.
 # Each module that isn't needed makes the program start later.
 _MODULES = (
     *("warp", "restore", "batch", "detect", "landmarks", "presets"),
-    *("integrate", "doctor"),
+    *("experiment", "integrate", "doctor"),
 )
 _LATER = {name: f"{__name__}.{name}" for name in _MODULES}
 _LATER["licenses"] = f"{__name__}.licences"
+# The door to the laboratory, whose command this is.
 _LATER["experiment"] = "kogao_core.lab.commands.experiment"
+if not has_laboratory():
+    del _LATER["experiment"]
 
 
 @words.group(no_args_is_help=False, later=_LATER)

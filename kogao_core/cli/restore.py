@@ -12,7 +12,7 @@ from kogao_core.base.language import Text, tr
 from kogao_core.cli import common, words
 
 if TYPE_CHECKING:
-    from kogao_core.photo.originals import Originals
+    from kogao_core.base.originals import Originals
 
 
 @words.command("restore")
@@ -32,7 +32,7 @@ def command(file: Path, only_list: bool, number: int | None, force: bool) -> Non
 
     The original is the file as it was before Kogao wrote there for the first time.
     """
-    from kogao_core.photo.originals import NoOriginal, Originals
+    from kogao_core.base.originals import NoOriginal, Originals
 
     common.check_free(file, force=True)
     store = Originals.of_user()
@@ -56,7 +56,7 @@ def _listed(store: Originals, file: Path) -> str:
 
 
 def _restored(store: Originals, file: Path, number: int | None, force: bool) -> str:
-    from kogao_core.photo.originals import ChangedSince
+    from kogao_core.base.originals import ChangedSince
 
     try:
         there_was = store.restore(file, number, force=force)

@@ -287,8 +287,8 @@ def _write_to(output: Path, force: bool, photo: Photo, pixels: Image, **more: An
 
 
 def _write_in_place(temporary: bool, photo: Photo, pixels: Image, **more: Any) -> str:
+    from kogao_core.base.originals import Originals
     from kogao_core.photo import write_in_place
-    from kogao_core.photo.originals import Originals
 
     with Originals.for_now() if temporary else nullcontext(Originals.of_user()) as originals:
         return write_in_place(photo, pixels, originals, **more)

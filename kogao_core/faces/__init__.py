@@ -1,1 +1,4 @@
-"""3.1 and 3.2 of the paper: feature points, centres and target points."""
+"""Sections 3.1 and 3.2 of the paper: feature points, zones, symmetry, centres and target points.
+
+It may use `base` and `recipe`; `landmarks/` finds the points.
+"""

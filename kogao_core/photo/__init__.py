@@ -1,9 +1,12 @@
-"""Photographs in and out: pixels at full depth, upright, with the metadata they came with."""
+"""Photographs in and out: pixels at full depth, upright, with the metadata they came with.
+
+It may use `base` and `recipe`, and knows nothing of faces.
+"""
 
 from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, UnreadablePhoto
-from kogao_core.photo.formats import FORMATS, READABLE, Format
+from kogao_core.photo.formats import FORMATS, READABLE
 from kogao_core.photo.in_place import check_in_place, write_in_place
-from kogao_core.photo.model import Photo
+from kogao_core.photo.model import Format, Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
 from kogao_core.photo.writing import bits_of, check_holds, check_output, read_ahead, write
 

@@ -13,6 +13,7 @@ from typing import Final
 from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.base.originals import Originals
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput, UnreadablePhoto
@@ -20,7 +21,6 @@ from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.colour import CONVERTED
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.model import Photo, Stamp, is_same
-from kogao_core.photo.originals import Originals
 from kogao_core.photo.reading import read
 from kogao_core.photo.writing import Sign, check_output, write
 

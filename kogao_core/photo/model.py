@@ -5,17 +5,15 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final, Literal
 
 import numpy as np
 
 from kogao_core.base.geometry import Image
 from kogao_core.photo.metadata.kinds import Extra
 
-if TYPE_CHECKING:
-    from kogao_core.photo.formats import SourceFormat
-
-
+Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
+SourceFormat = Literal[Format, "HEIF", "RAW"]
 _ROWS: Final = 64
 
 

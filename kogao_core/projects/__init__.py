@@ -1,1 +1,4 @@
-"""What was done to a photo, as a file; landmarks from other programs and for them."""
+"""What was done to a photo, as a file; `interchange/`: landmarks for other programs.
+
+It may use the rooms up to `warp`.
+"""

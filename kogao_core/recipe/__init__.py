@@ -1,1 +1,4 @@
-"""What there is to set, the choices of a user as one value, and such values with names."""
+"""What there is to set, every choice of a user as one value, and such values with names.
+
+It may use `base`.
+"""

@@ -10,10 +10,10 @@ from typing import Final
 from urllib.parse import unquote
 
 from kogao_core.base.atomic import put
+from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text
 from kogao_core.base.strict import parse
 from kogao_core.base.wording import shown, system_reason
-from kogao_core.photo.originals import data_folder
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 BUILT_IN: Final[dict[str, Recipe]] = {

@@ -15,10 +15,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle, position
+from kogao_app.canvas.handles import position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.storage import Storage
+from kogao_app.view_state import Handle
 from kogao_app.widgets import messages
 from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window

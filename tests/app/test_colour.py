@@ -17,8 +17,9 @@ from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.document import State
 from kogao_app.features.strip import thumbnail
 from kogao_app.render.colour import screen_colours
-from kogao_app.render.live import Surface, VisiblePart
+from kogao_app.render.live import Surface
 from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.view_state import VisiblePart
 from PIL import ImageCms
 from PySide6.QtCore import QPointF
 from scenes import oval_face, textured_photo

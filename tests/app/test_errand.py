@@ -14,8 +14,8 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
 from scenes import textured_photo
 
+from kogao_core.base.originals import Originals
 from kogao_core.photo import read
-from kogao_core.photo.originals import Originals
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 

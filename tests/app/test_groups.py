@@ -6,8 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle, position
+from kogao_app.canvas.handles import position
 from kogao_app.canvas.overlays import glyphs
+from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest

@@ -7,10 +7,10 @@ import threading
 import cv2
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
-from kogao_app.render.live import Surface, VisiblePart
+from kogao_app.render.live import Surface
 from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.view_state import Handle, VisiblePart
 from kogao_app.workers import Lane
 from patience import LONGEST_S
 from PySide6.QtCore import QPoint

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle, position
+from kogao_app.canvas.handles import position
 from kogao_app.features.manual import SettingClock
 from kogao_app.features.modes import ModesDialog, compared
+from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton

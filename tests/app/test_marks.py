@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.overlays.listed import LISTED
-from kogao_app.view_state import MARKS
+from kogao_app.view_state import MARKS, Handle
 from kogao_app.workspaces import INSPECT
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle, face_at, position
+from kogao_app.canvas.handles import face_at, position
 from kogao_app.canvas.overlays.overlay import Place, affine
 from kogao_app.canvas.overlays.unlisted import badges
 from kogao_app.canvas.photo_canvas import GRAB_RADIUS_PX
+from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from scenes import oval_face
 

@@ -8,7 +8,7 @@ import urllib.error
 import urllib.request
 
 import pytest
-from kogao_app.features import rating
+from kogao_app.features.experiments import rating
 from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication

@@ -17,11 +17,11 @@ from unittest.mock import Mock
 import cv2
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.document import State
 from kogao_app.features.files.opening import project_of
 from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
+from kogao_app.view_state import Handle
 from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import textured_photo
@@ -41,7 +41,7 @@ VICTIM = """
     from PySide6.QtTest import QTest
     from PySide6.QtWidgets import QApplication
     from kogao_app.editor import Editor
-    from kogao_app.canvas.handles import Handle
+    from kogao_app.view_state import Handle
     from kogao_app.storage import Storage
     from scenes import KnownFaces, oval_face
 

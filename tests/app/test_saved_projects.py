@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.__main__ import main
-from kogao_app.canvas.handles import Handle
 from kogao_app.features.files import opening
+from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog

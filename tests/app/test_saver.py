@@ -8,8 +8,8 @@ import threading
 import cv2
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.features import files
+from kogao_app.view_state import Handle
 from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
+from kogao_app.view_state import Handle
 from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.overlays.overlay import Place, affine
 from kogao_app.canvas.overlays.unlisted import FollowingBand
+from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtTest import QTest

@@ -5,10 +5,10 @@ from __future__ import annotations
 import gc
 
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.spoken import Part
 from kogao_app.features import speech
 from kogao_app.features.recipe import fields
+from kogao_app.view_state import Handle
 from kogao_app.widgets.messages import BarAction
 from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer

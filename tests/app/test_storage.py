@@ -9,7 +9,7 @@ from kogao_app.features.files.options import Told
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 
-from kogao_core.photo import originals
+from kogao_core.base import originals
 from kogao_core.recipe import presets
 
 # The system tells nothing of it, as of a folder closed to us or a drive that is away.

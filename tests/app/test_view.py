@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from kogao_app.canvas.handles import Handle
 from kogao_app.canvas.overlays.glyphs import outward_plate, plate
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.i18n import translated
+from kogao_app.view_state import Handle
 from kogao_app.widgets.docks import ColumnArea
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage

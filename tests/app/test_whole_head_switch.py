@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from kogao_app.document import State
-from kogao_app.render.live import Surface, VisiblePart
+from kogao_app.render.live import Surface
 from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.view_state import VisiblePart
 from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import Qt
 from scenes import KnownFaces, oval_face, textured_photo

@@ -32,13 +32,12 @@ def graph():
     return {name: imported(path, known) for name, path in known.items()}
 
 
-def floors():
-    """Return the floor of every room of the core, as the document draws them from the ground up."""
+def rooms():
+    """Return the rooms of the core in the order in which the document names them."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    block = re.search(r"^Imports point one way.*?```\n(.*?)```", text, re.DOTALL | re.MULTILINE)[1]
-    drawn = [line.split() for line in block.splitlines()]
-    assert len({room for line in drawn for room in line}) == sum(map(len, drawn))
-    return {room: height for height, line in enumerate(drawn) for room in line}
+    return re.search(r"^Imports point one way.*?```\n(.*?)```", text, re.DOTALL | re.MULTILINE)[
+        1
+    ].split()
 
 
 def room(name):
@@ -46,19 +45,34 @@ def room(name):
     return [*name.split("."), ""][1]
 
 
-def test_every_room_imports_only_from_floors_below():
-    height = floors()
+def test_every_room_imports_only_from_rooms_before_it():
+    order = rooms()
     inner = {name: found for name, found in graph().items() if name != CORE}
-    assert height.keys() == {room(name) for name in inner}
-    upwards = [
+    assert sorted(order) == sorted({room(name) for name in inner})
+    wrong = [
         f"{name} imports {other}"
         for name, found in inner.items()
         for other in found
-        if other.startswith(f"{CORE}.")
-        and room(other) != room(name)
-        and height[room(other)] >= height[room(name)]
+        if other.startswith(f"{CORE}.") and order.index(room(other)) > order.index(room(name))
     ]
-    assert upwards == []
+    assert wrong == []
+
+
+def test_every_room_says_what_it_is_for():
+    for name in rooms():
+        package = ROOT / CORE / name / "__init__.py"
+        if name != "pipeline":
+            assert len(ast.get_docstring(tree(package))) > 60, name
+
+
+def test_measuring_needs_no_command_line():
+    measuring = {
+        name: found
+        for name, found in graph().items()
+        if room(name) == "lab" and not name.startswith(f"{CORE}.lab.commands")
+    }
+    assert measuring
+    assert not [n for n, found in measuring.items() for one in found if room(one) == "cli"]
 
 
 def test_no_module_imports_itself_by_way_of_others():

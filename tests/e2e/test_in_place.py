@@ -17,8 +17,8 @@ import pytest
 from PIL import Image
 
 from kogao_core import photo
-from kogao_core.photo import originals
-from kogao_core.photo.originals import Originals
+from kogao_core.base import originals
+from kogao_core.base.originals import Originals
 
 
 @pytest.fixture(autouse=True)

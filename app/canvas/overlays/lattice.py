@@ -17,8 +17,7 @@ from kogao_core.warp import domain
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Grid, Lattice
 
-from ...render.live import RenderedFrame
-from ...view_state import ViewState
+from ...view_state import RenderedFrame, ViewState
 from . import glyphs
 from .overlay import FrameOverlay, Place
 

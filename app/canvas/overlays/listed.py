@@ -13,7 +13,7 @@ from kogao_core.base.language import Text
 from kogao_core.recipe.settings import DOMAINS
 
 from ...i18n import tr, translated
-from ..handles import Kind
+from ...view_state import Kind
 from . import glyphs
 from .background import BentLines, People
 from .lattice import Displacement, DomainRegions, Folds, LatticeLines

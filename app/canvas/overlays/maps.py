@@ -14,8 +14,8 @@ from kogao_core.base.geometry import Array
 from kogao_core.base.language import Text
 
 from ...i18n import tr
-from ...render.live import RenderedFrame
 from ...render.pictures import qt_image
+from ...view_state import RenderedFrame
 from . import glyphs
 from .overlay import FrameOverlay, Place
 

@@ -16,9 +16,7 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.language import Text
 
-from ...render.live import RenderedFrame
-from ...view_state import ViewState
-from ..handles import Kind
+from ...view_state import Kind, RenderedFrame, ViewState
 
 _EVERYWHERE: Final = QRectF(-1e7, -1e7, 2e7, 2e7)
 

@@ -16,9 +16,8 @@ from kogao_core.faces.doubt import verdicts
 
 from ...document import CORNERS
 from ...i18n import tr
-from ...view_state import ViewState
+from ...view_state import Handle, ViewState
 from .. import handles
-from ..handles import Handle
 from . import glyphs
 from .compare import Divider
 from .listed import LISTED, kinds

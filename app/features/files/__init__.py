@@ -10,6 +10,7 @@ from PySide6.QtCore import Signal
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
+from kogao_core.base.originals import Originals
 from kogao_core.base.threads import beside
 from kogao_core.photo import (
     FORMATS,
@@ -21,7 +22,6 @@ from kogao_core.photo import (
     write_in_place,
 )
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
-from kogao_core.photo.originals import Originals
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import SUFFIX
 

@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWi
 
 from kogao_core.projects.project import Mode
 
-from ...canvas.handles import Handle
 from ...document import State
 from ...i18n import tr
 from ...theme import GRID_PX
+from ...view_state import Handle
 from ...widgets.controls import Fold, action_button, column_of, heading, muted_label, row_of
 from ..feature import Context, Feature
 from ..points import Points

@@ -11,9 +11,10 @@ from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import MIDDLE, across, reflection
 
-from ...canvas.handles import Handle, name
+from ...canvas.handles import name
 from ...document import CORNERS, Mark, State
 from ...i18n import tr
+from ...view_state import Handle
 
 _EYES: Final = 4
 FEWEST: Final = 3

@@ -12,7 +12,7 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
 
 from ...i18n import tr, translated
-from ...render.live import RenderedFrame
+from ...view_state import RenderedFrame
 from ..feature import Context, Feature
 from ..points import Points
 from . import fields

@@ -16,8 +16,8 @@ from kogao_core.warp import fit, whole_head
 
 from ...document import DEFAULT, State
 from ...i18n import tr, translated
-from ...render.live import RenderedFrame
 from ...theme import GRID_PX
+from ...view_state import RenderedFrame
 from ...widgets.controls import ChoiceBox, Fold, column_of, muted_label
 from ...widgets.sliders import ValueSlider
 from . import fields

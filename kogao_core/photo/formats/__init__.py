@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Final, Literal, cast
+from typing import Final, cast
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
@@ -18,10 +18,7 @@ from kogao_core.photo.formats.png import PNG
 from kogao_core.photo.formats.raw import RAW
 from kogao_core.photo.formats.tiff import TIFF
 from kogao_core.photo.formats.webp import WEBP
-from kogao_core.photo.model import channels_of
-
-Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
-SourceFormat = Literal[Format, "HEIF", "RAW"]
+from kogao_core.photo.model import Format, SourceFormat, channels_of
 
 # In the order of sentences and documents.
 ALL: Final = (JPEG, PNG, TIFF, WEBP, HEIF, RAW)
@@ -55,7 +52,6 @@ __all__ = [
     "FileFormat",
     "Format",
     "Source",
-    "SourceFormat",
     "either",
     "exact_endings",
     "of",

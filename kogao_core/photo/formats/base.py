@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal
+from typing import IO, Any, Literal
 
 from PIL import Image as Pillow
 
@@ -15,10 +15,7 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra, Kind
-from kogao_core.photo.model import Photo, channels_of
-
-if TYPE_CHECKING:
-    from kogao_core.photo.formats import SourceFormat
+from kogao_core.photo.model import Photo, SourceFormat, channels_of
 
 Encode = Callable[[Box | None], Pieces]
 Ahead = Callable[[], Any]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
@@ -17,10 +17,7 @@ from kogao_core.photo.formats.turning import turn_upright
 from kogao_core.photo.formats.webp import is_lossless
 from kogao_core.photo.jpeg import decoding
 from kogao_core.photo.metadata import contents, upright
-from kogao_core.photo.model import Photo, channels_of
-
-if TYPE_CHECKING:
-    from kogao_core.photo.formats import SourceFormat
+from kogao_core.photo.model import Photo, SourceFormat, channels_of
 
 _USUAL, _DEEP = 8, 16  # bits of a channel
 _HEAD_BYTES = 16  # by which Pillow recognises a format

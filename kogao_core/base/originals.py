@@ -6,7 +6,6 @@ import hashlib
 import json
 import os
 import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.base.atomic import Pieces, is_aside, put
+from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, parse
 
@@ -32,19 +32,6 @@ class NoOriginal(Exception):
 
 class ChangedSince(NoOriginal):
     """What others have written there since would be lost."""
-
-
-def data_folder() -> Path:
-    """Return where the system keeps this user's data of this program, as Qt would say."""
-    home = Path.home()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Application Support"
-    else:
-        named = Path(os.environ.get("XDG_DATA_HOME", ""))
-        base = named if named.is_absolute() else home / ".local" / "share"
-    return base / "kogao"
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ from PySide6.QtGui import QDesktopServices, QGuiApplication
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import system_reason
 
-from ..i18n import tr
-from ..widgets.dialogs import ask_path
-from ..widgets.messages import BarAction
-from .feature import Context, Feature
+from ...i18n import tr
+from ...widgets.dialogs import ask_path
+from ...widgets.messages import BarAction
+from ..feature import Context, Feature
 
 if TYPE_CHECKING:
     from kogao_core.lab.study.server import Server
