@@ -36,22 +36,7 @@ _OF_SCREENSHOT: Final = ("show", "percent", "protect")  # what only a picture ca
 
 
 def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None) -> int:
-    """Run the editor.
-
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        Arguments; those of the process when absent.
-    source : LandmarkSource, optional
-        What finds the faces; the mesh network when absent.
-
-    Returns
-    -------
-    int
-        0, or with ``--screenshot`` 1 when the picture can't be rendered or the search for faces
-        fails, 2 for a line to protect that lies far outside the photo, 3 for a file that can't be
-        read or written and 4 for no face; with ``--edit`` 6 when nothing was saved.
-    """
+    """Run the editor."""
     open_standard_streams()
     without_blas_threads()
     take_short_turns()

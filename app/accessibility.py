@@ -27,15 +27,7 @@ _INTERFACES: Final[dict[type[QObject], Callable[[Any], QAccessibleInterface]]] =
 
 
 def speak(kind: type[QObject], interface: Callable[[Any], QAccessibleInterface]) -> None:
-    """Tell Qt which interface objects of a kind have; it holds for as long as the program runs.
-
-    Parameters
-    ----------
-    kind : type
-        Of `QObject`. Called before the first of them is told of, for Qt asks but once.
-    interface : callable
-        Takes such an object.
-    """
+    """Tell Qt which interface objects of a kind have; it holds for as long as the program runs."""
     if not _INTERFACES:
         QAccessible.installFactory(_interface)
     _INTERFACES[kind] = interface
@@ -47,17 +39,7 @@ def _interface(_: str, thing: QObject) -> QAccessibleInterface | None:
 
 
 def announce(widget: QWidget, text: str, *, urgent: bool = False) -> None:
-    """Have a screen reader say something that just happened.
-
-    Parameters
-    ----------
-    widget : QWidget
-        Where it happened.
-    text : str
-        What to say.
-    urgent : bool
-        Whether it is said at once instead of after what is being said.
-    """
+    """Have a screen reader say something that just happened."""
     event = QAccessibleAnnouncementEvent(widget, text)
     if urgent:
         event.setPoliteness(QAccessible.AnnouncementPoliteness.Assertive)

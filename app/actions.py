@@ -13,14 +13,7 @@ FIRST_KEY = "first_key"
 
 
 def layout(actions: Sequence[str]) -> dict[str, Names]:
-    """Return the menus: their titles, and the names in each; None is a line.
-
-    Parameters
-    ----------
-    actions : sequence of str
-        All names there are. Of some kinds there are as many as features have declared, and they
-        follow in that order: workspaces, overlays, tools, experiments and sources of landmarks.
-    """
+    """Return the menus: their titles, and the names in each; None is a line."""
 
     def every(kind: str) -> Names:
         return tuple(name for name in actions if name.startswith(kind))

@@ -17,20 +17,7 @@ from .render.pyramid import PicturePyramid
 
 
 class Ahead:
-    """Reads a photo in a thread of its own, makes its levels, then looks for faces.
-
-    Parameters
-    ----------
-    path : Path
-        The photo; of anything else only an exception comes.
-
-    Attributes
-    ----------
-    photo, pyramid : Future
-        Of a `Photo` and its `PicturePyramid`.
-    search : FaceSearch or None
-        The search, once it was begun.
-    """
+    """Reads a photo in a thread of its own, makes its levels, then looks for faces."""
 
     def __init__(self, path: Path) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="ahead")
@@ -48,26 +35,7 @@ class Ahead:
 
 
 class FaceSearch:
-    """A search for the faces of a photo: its thread adds to it, the window looks on.
-
-    Parameters
-    ----------
-    source : LandmarkSource
-        What finds the faces.
-    first : bool
-        False for one that was asked for in place of what is there.
-
-    Attributes
-    ----------
-    found : list of Face
-        What it has found so far.
-    shown : tuple of Face
-        Those of them that went into the document.
-    took_s : float
-        How long it took, once it is over.
-    came : callable
-        Called after each face, in any thread.
-    """
+    """A search for the faces of a photo: its thread adds to it, the window looks on."""
 
     def __init__(self, source: LandmarkSource, *, first: bool = True) -> None:
         self._source, self.first = source, first
@@ -81,12 +49,7 @@ class FaceSearch:
     def run(self, photo: Photo) -> list[Face]:
         """Return the faces of a photo; who asks while they are sought waits for them.
 
-        Raises
-        ------
-        Stopped
-            If nobody wants them any more.
-        Exception
-            What the source raises.
+        Raises Stopped.
         """
         with self._one_at_a_time:
             if self._faces is None:

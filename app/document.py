@@ -36,33 +36,15 @@ DEFAULT: Final = Recipe()
 
 @dataclass(frozen=True, eq=False)
 class State(Sheet):
-    """Everything that undo brings back.
+    """Everything that undo brings back."""
 
-    Parameters
-    ----------
-    faces : tuple of Face
-        Px of the photo.
-    off : frozenset of int
-        Indices of the faces left as they are.
-    recipe : Recipe
-        The photo's choices, for all faces but those with some of their own.
-    protection : Protection
-        Places that must not move, px of the photo.
-    loose : tuple of Line
-        Straight lines of the background that aren't held, px of the photo.
-    mode : {"automatic", "manual"}
-        Whose faces these are: the machine's, or those marked by hand.
-    kept : Sheet, optional
-        Faces and recipe of the other mode; None until it is first switched to.
-    draft : tuple of Mark
-        Points of a face being marked that aren't a face yet.
-    """
-
-    protection: Protection = NOTHING
+    protection: Protection = NOTHING  # places that must not move, px of the photo
+    # Straight lines of the background that aren't held, px of the photo.
     loose: tuple[Line, ...] = ()
-    mode: Mode = "automatic"
+    mode: Mode = "automatic"  # whose faces these are: the machine's, or those marked by hand
+    # Faces and recipe of the other mode; None until it is first switched to.
     kept: Sheet | None = None
-    draft: tuple[Mark, ...] = ()
+    draft: tuple[Mark, ...] = ()  # points of a face being marked that aren't a face yet
 
     @cached_property
     def pairs(self) -> tuple[Pairs, ...]:
@@ -182,19 +164,7 @@ class Saving:
 
 
 class Document(QObject):
-    """One open photo; a gesture previews many states and commits one.
-
-    Signals
-    -------
-    opened
-        Another photo is here.
-    changed
-        The state is another one.
-    marked
-        Another state counts as saved.
-    aborted
-        The gesture in hand is over; whoever makes it lets go.
-    """
+    """One open photo; a gesture previews many states and commits one."""
 
     opened = Signal()
     changed = Signal()
@@ -303,17 +273,7 @@ class Document(QObject):
         self.marked.emit()
 
     def preview(self, state: State, text: str, change: str = "") -> None:
-        """Show a state while a gesture lasts.
-
-        Parameters
-        ----------
-        state : State
-            What to show.
-        text : str
-            What the gesture does; another text is another gesture.
-        change : str
-            From which value to which, so far: it stands behind the text in the history.
-        """
+        """Show a state while a gesture lasts."""
         if text != self._text:
             self.commit()
         self._text, self._change, self._state = text, change, state
@@ -348,17 +308,7 @@ class Document(QObject):
 
 
 class ReplaceState(QUndoCommand):
-    """Put one state in place of another.
-
-    Parameters
-    ----------
-    document : Document
-        Whose state it is.
-    before, after : State
-        Around the gesture.
-    text : str
-        What the gesture did, as the Edit menu names it.
-    """
+    """Put one state in place of another."""
 
     def __init__(self, document: Document, before: State, after: State, text: str) -> None:
         super().__init__(text)

@@ -53,21 +53,7 @@ from .window import Window
 
 
 class Editor(QObject):
-    """Builds the features and mounts them in the window.
-
-    Parameters
-    ----------
-    app : QApplication
-        The application, for its theme.
-    source : LandmarkSource
-        What finds the faces.
-    storage : Storage
-        Where settings and recovery files lie.
-    choice : {"system", "light", "dark"}, optional
-        Colours of the window; those that the user prefers when absent.
-    workspace : str, optional
-        Name of the workspace to begin in; the one that was left last when absent.
-    """
+    """Builds the features and mounts them in the window."""
 
     def __init__(
         self,

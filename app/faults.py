@@ -26,18 +26,7 @@ _LARGEST_LOG: Final = 2**20  # bytes; the one before is kept, too
 
 
 class Faults(QObject):
-    """Hears of every exception that nothing else has caught, in whatever thread.
-
-    Parameters
-    ----------
-    log : Path
-        Where tracebacks go, besides stderr.
-
-    Signals
-    -------
-    caught(str)
-        What it says of itself; once for each place in the program.
-    """
+    """Hears of every exception that nothing else has caught, in whatever thread."""
 
     caught = Signal(str)
 

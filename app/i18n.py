@@ -38,15 +38,7 @@ _QT: Final = "qtbase"  # its own texts: buttons of dialogs, menus of text fields
 
 
 def speak(app: QCoreApplication, asked: str) -> None:
-    """Say everything in a language, Qt's own words, numbers and dates too.
-
-    Parameters
-    ----------
-    app : QCoreApplication
-        Which shows nothing yet.
-    asked : str
-        The language that somebody chose; if empty, the system's, where there is a catalogue.
-    """
+    """Say everything in a language, Qt's own words, numbers and dates too."""
     system = QLocale.system()
     if asked:
         use_language(asked)

@@ -22,24 +22,14 @@ Kind = Literal["choice", "recipe", "folder"]
 
 @dataclass(frozen=True, slots=True)
 class Preference:
-    """One of them; it is kept as a text, and an empty one is what the program starts with.
+    """One of them; it is kept as a text, and an empty one is what the program starts with."""
 
-    Parameters
-    ----------
-    name : str
-        By which the settings know it.
-    title, tip : Text
-        What it is called, with its mnemonic, and what it does.
-    kind : {"choice", "recipe", "folder"}
-        What its text stands for.
-    choices : callable, optional
-        Texts that there are to choose from, and how each reads, the first one first.
-    """
-
-    name: str
+    name: str  # by which the settings know it
+    # What it is called, with its mnemonic, and what it does.
     title: Text
     tip: Text
-    kind: Kind = "choice"
+    kind: Kind = "choice"  # what its text stands for
+    # Texts that there are to choose from, and how each reads, the first one first.
     choices: Callable[[], dict[str, str]] = dict
 
 

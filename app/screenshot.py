@@ -34,21 +34,7 @@ def names() -> frozenset[str]:
 
 
 class Screenshot(QObject):
-    """Waits for the editor to settle and photographs it.
-
-    Parameters
-    ----------
-    editor : Editor
-        Whose window; it is closed at the end, and with it the application.
-    path : Path
-        Where the picture goes.
-    show : frozenset of str, optional
-        What it shows, from `names`; what the workspace shows when absent.
-    percent : float, optional
-        Warp distance, % of D; the recipe's when absent.
-    protect : tuple of (x, y), optional
-        Corners of a line that must not move, px of the photo.
-    """
+    """Waits for the editor to settle and photographs it."""
 
     def __init__(
         self,

@@ -21,18 +21,7 @@ _MARGIN_PX: Final = 3 * GRID_PX
 
 
 class Stage(QWidget):
-    """Holds the views of the photo side by side, and lays messages where they hide no face.
-
-    Parameters
-    ----------
-    canvas : PhotoCanvas
-        The photo as it becomes, whose faces are kept in sight; it takes the keys when a message
-        goes.
-    original : OriginalView
-        The photo as it was.
-    bar : MessageBar
-        What is said over them.
-    """
+    """Holds the views of the photo side by side, and lays messages where they hide no face."""
 
     def __init__(self, canvas: PhotoCanvas, original: OriginalView, bar: MessageBar) -> None:
         super().__init__()
@@ -107,20 +96,7 @@ class Stage(QWidget):
 def clear_place(
     size: QSizeF, area: QRectF, kept: Sequence[QRectF], now: QRectF | None = None
 ) -> QRectF:
-    """Return the place of `size` in `area` that covers least of what is to be `kept` in sight.
-
-    Parameters
-    ----------
-    size : QSizeF
-        Of what is laid over the picture.
-    area : QRectF
-        Where it may lie.
-    kept : sequence of QRectF
-        What it should not cover.
-    now : QRectF, optional
-        Where it lies; it moves only for a place that covers less. Without one the upper places
-        come before the lower ones, and the middle before the sides.
-    """
+    """Return the place of `size` in `area` that covers least of what is to be `kept` in sight."""
     places = list(_places(size, area))
     if now is not None and now in places:
         places.insert(0, now)

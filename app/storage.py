@@ -18,18 +18,10 @@ _NOT_OURS = ("@Variant(", "@DateTime(")
 
 @dataclass(frozen=True, slots=True)
 class Storage:
-    """Two folders; they are made when something is first written.
+    """Two folders; they are made when something is first written."""
 
-    Parameters
-    ----------
-    config : Path
-        For settings.
-    data : Path
-        For recovery files, presets, and a log of what went wrong.
-    """
-
-    config: Path
-    data: Path
+    config: Path  # for settings
+    data: Path  # for recovery files, presets, and a log of what went wrong
 
     @staticmethod
     def of_user() -> Storage:

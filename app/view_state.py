@@ -48,32 +48,16 @@ class VisiblePart:
 
 @dataclass(frozen=True, eq=False)
 class RenderedFrame:
-    """One picture for the screen.
+    """One picture for the screen."""
 
-    Parameters
-    ----------
-    revision : int
-        Which state of the document it shows; larger is newer.
-    rendering : Rendering
-        In px of its own: a level of the photo, or a part of one.
-    done : Applied
-        What it does to the photo, px of the photo.
-    levels : sequence of uint8 arrays
-        The picture and, for a whole photo, its halvings, in the screen's colours.
-    to_photo : Affine
-        From px of `rendering` to px of the photo.
-    took_ms : float
-        Time from the start of the job to the finished picture.
-    part : VisiblePart, optional
-        What a gesture's preview shows; None for the whole photo by the recipe's own kernel.
-    """
-
-    revision: int
-    rendering: Rendering
-    done: Applied
+    revision: int  # which state of the document it shows; larger is newer
+    rendering: Rendering  # in px of its own: a level of the photo, or a part of one
+    done: Applied  # what it does to the photo, px of the photo
+    # The picture and, for a whole photo, its halvings, in the screen's colours.
     levels: Sequence[Rgb8]
-    to_photo: Affine
-    took_ms: float
+    to_photo: Affine  # from px of `rendering` to px of the photo
+    took_ms: float  # time from the start of the job to the finished picture
+    # What a gesture's preview shows; None for the whole photo by the recipe's own kernel.
     part: VisiblePart | None
 
     @property
@@ -89,21 +73,12 @@ class RenderedFrame:
 
 @dataclass(frozen=True, slots=True)
 class Brush:
-    """The tool in hand.
+    """The tool in hand."""
 
-    Parameters
-    ----------
-    tool : {"points", "brush", "line", "eraser"}
-        What a drag does.
-    radius_px : float
-        Half the width of brush, line and eraser, px of the photo.
-    hard : bool
-        Whether a stroke's own pixels keep every byte, by a feather beside it; a soft one only
-        asks the fit to leave the place alone.
-    """
-
-    tool: ToolName = "points"
-    radius_px: float = 16.0
+    tool: ToolName = "points"  # what a drag does
+    radius_px: float = 16.0  # half the width of brush, line and eraser, px of the photo
+    # Whether a stroke's own pixels keep every byte, by a feather beside it; a soft one only asks
+    # the fit to leave the place alone.
     hard: bool = False
 
     @property
@@ -114,91 +89,46 @@ class Brush:
 
 @dataclass(frozen=True, slots=True)
 class Following:
-    """What goes along with a landmark of the outline that is moved by hand.
+    """What goes along with a landmark of the outline that is moved by hand."""
 
-    Parameters
-    ----------
-    soft : bool
-        Whether its neighbours follow, the less the farther they are along the outline.
-    reach : float
-        How far neighbours follow to either side, in landmark spacings.
-    symmetric : bool
-        Whether the landmark across the midline makes the mirrored move.
-    """
-
+    # Whether its neighbours follow, the less the farther they are along the outline.
     soft: bool = False
-    reach: float = 4.0
-    symmetric: bool = False
+    reach: float = 4.0  # how far neighbours follow to either side, in landmark spacings
+    symmetric: bool = False  # whether the landmark across the midline makes the mirrored move
 
 
 @dataclass
 class ViewState:
-    """What to draw and how.
+    """What to draw and how."""
 
-    Parameters
-    ----------
-    document : Document
-        Whose photo and state these are.
-    frame : RenderedFrame, optional
-        The newest rendering; it may lag behind `state` by one.
-    switched : set of str
-        Names of the overlays switched on.
-    pointed : frozenset of int, optional
-        The faces whose marks are shown; None for those of all faces.
-    explained : frozenset of str
-        Overlays that a new user sees beside those switched on, unless all are hidden.
-    original : bool
-        True while the photo is shown as it was.
-    hovered, selected : Handle, optional
-        The point under the cursor, and the one that the arrow keys move.
-    placing : int, optional
-        The face that is being placed as a whole.
-    face : int, optional
-        The face whose settings are edited; None for those of the photo.
-    lines : tuple of BentLine
-        Straight lines of the background and their bend, the most bent first.
-    people : uint8 array of shape (H, W), optional
-        Where people are in the photo, at a size of its own; 255 is a person.
-    counts : mapping of str to int
-        How many pixels each domain of the newest whole result holds; empty for not known.
-    marking : bool
-        True while a press on the photo marks a landmark.
-    compare : {"off", "wipe", "side", "difference"}
-        How before and after are compared.
-    wipe : float
-        Where the divider stands, as a share of the canvas's width.
-    loupe : bool
-        Whether what lies under the cursor is magnified.
-    brush : Brush
-        The tool in hand.
-    following : Following
-        What goes along with a dragged landmark.
-    other_mode : bool
-        Whether the state is that of the mode that isn't at work.
-    cursor : array of shape (2,), optional
-        Where the mouse is, px of the photo; None when it is elsewhere.
-    """
-
-    document: Document
-    frame: RenderedFrame | None = None
-    switched: set[str] = field(default_factory=set)
+    document: Document  # whose photo and state these are
+    frame: RenderedFrame | None = None  # the newest rendering; it may lag behind `state` by one
+    switched: set[str] = field(default_factory=set)  # names of the overlays switched on
+    # The faces whose marks are shown; None for those of all faces.
     pointed: frozenset[int] | None = None
+    # Overlays that a new user sees beside those switched on, unless all are hidden.
     explained: frozenset[str] = frozenset()
-    original: bool = False
+    original: bool = False  # true while the photo is shown as it was
+    # The point under the cursor, and the one that the arrow keys move.
     hovered: Handle | None = None
     selected: Handle | None = None
-    placing: int | None = None
-    face: int | None = None
+    placing: int | None = None  # the face that is being placed as a whole
+    face: int | None = None  # the face whose settings are edited; None for those of the photo
+    # How many pixels each domain of the newest whole result holds; empty for not known.
     counts: Mapping[DomainName, int] = field(default_factory=dict)
-    marking: bool = False
+    marking: bool = False  # true while a press on the photo marks a landmark
+    # Straight lines of the background and their bend, the most bent first.
     lines: tuple[BentLine, ...] = ()
+    # Uint8 (H, W): where people are in the photo, at a size of its own; 255 is a person.
     people: Rgb8 | None = None
-    compare: CompareName = "off"
-    wipe: float = 0.5
-    loupe: bool = False
-    brush: Brush = field(default_factory=Brush)
+    compare: CompareName = "off"  # how before and after are compared
+    wipe: float = 0.5  # where the divider stands, as a share of the canvas's width
+    loupe: bool = False  # whether what lies under the cursor is magnified
+    brush: Brush = field(default_factory=Brush)  # the tool in hand
+    # What goes along with a dragged landmark.
     following: Following = field(default_factory=Following)
-    other_mode: bool = False
+    other_mode: bool = False  # whether the state is that of the mode that isn't at work
+    # (2,): where the mouse is, px of the photo; None when it is elsewhere.
     cursor: Array | None = None
     _turned: tuple[State, State] | None = None
 

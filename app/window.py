@@ -41,21 +41,7 @@ _ALONE: Final = Qt.ToolButtonStyle.ToolButtonIconOnly
 
 
 class Window(QMainWindow):
-    """The editor's window.
-
-    Signals
-    -------
-    dropped(list of Path)
-        Files or folders were dropped, or none of this computer.
-    original_held(bool)
-        The key for the original goes down or up.
-    activated(bool)
-        The window has the focus, or another one.
-    asked_to_close
-        The user wants to close; `really_close` does.
-    arranged(Workspace)
-        Another workspace is shown, or the same one anew.
-    """
+    """The editor's window."""
 
     dropped = Signal(object)
     original_held = Signal(bool)
@@ -79,14 +65,7 @@ class Window(QMainWindow):
         self.stage = Stage(self.canvas, self.original, self.bar)
 
     def lay_out(self, panels: Mapping[str, tuple[QWidget, Dock | None]]) -> None:
-        """Put everything in its place, once all features have added their actions.
-
-        Parameters
-        ----------
-        panels : mapping of str to (QWidget, Dock or None)
-            By name, from the left, top and front; those without a dock stand in the column at the
-            side.
-        """
+        """Put everything in its place, once all features have added their actions."""
         menus = actions.layout(list(self.actions_by_name))
         first = [name for names in menus.values() for name in names if name in self.actions_by_name]
         there = (*first, *self.actions_by_name)
@@ -117,15 +96,7 @@ class Window(QMainWindow):
         self.canvas.setFocus()
 
     def arrange(self, workspace: Workspace, docks: QByteArray | None = None) -> None:
-        """Show a workspace.
-
-        Parameters
-        ----------
-        workspace : Workspace
-            Which one.
-        docks : QByteArray, optional
-            Where its docks were left, as `Docks.state` returned it.
-        """
+        """Show a workspace."""
         self._workspace = workspace
         there = {**self.actions_by_name, "hold-original": self._holding}
         self._bar.fill(workspace.tools, there)
@@ -253,15 +224,7 @@ class ToolBar(QToolBar):
         self.addWidget(first)
 
     def fill(self, names: actions.Names, actions: Mapping[str, QAction]) -> None:
-        """Lay tools out in place of those that are there.
-
-        Parameters
-        ----------
-        names : tuple of str or None
-            The most important first; None is a line between two groups.
-        actions : mapping of str to QAction
-            By name.
-        """
+        """Lay tools out in place of those that are there."""
         # What stands first stays: it may be what was pressed.
         for action in self.actions()[1:]:
             self.removeAction(action)

@@ -18,20 +18,6 @@ class Lane(QObject):
     A request that arrives while a job runs replaces the one that waits. The next job starts only
     after the listeners of `done` have returned, so a job may write where the last result but one
     was read from.
-
-    Parameters
-    ----------
-    pool : QThreadPool
-        Where jobs run.
-    failed : callable
-        Tells the user of the exception that a job raised; called on the lane's own thread.
-    parent : QObject, optional
-        Owner.
-
-    Signals
-    -------
-    done(object)
-        What a job returned.
     """
 
     done = Signal(object)

@@ -10,38 +10,22 @@ from kogao_core.base.language import Text
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """One way to work; menu, keys, ``--workspace``, settings and their tests follow from it.
+    """One way to work; menu, keys, ``--workspace``, settings and their tests follow from it."""
 
-    Parameters
-    ----------
-    name : str
-        By which settings and the command line know it.
-    title, key, help : str
-        What it is called, its shortcut, and what it is for.
-    panels : tuple of str
-        Features whose panels stand there, by their `Feature.name`. Any other panel beside the
-        photo comes when it is needed; docks also come when the user opens them.
-    overlays : tuple of str
-        Those that are on at first.
-    tools : tuple of str or None
-        The toolbar, behind the switch between workspaces, the most important first: where room is
-        short the last ones go behind »; None is a line.
-    plain : bool
-        Whether panels use everyday words and fold away what a retoucher rarely sets, instead of
-        the paper's terms and figures.
-    quiet : bool
-        Whether the marks of faces step back while nobody points at them.
-    """
-
-    name: str
+    name: str  # by which settings and the command line know it
+    # What it is called, its shortcut, and what it is for.
     title: str
     key: str
     help: str
-    panels: tuple[str, ...]
-    overlays: tuple[str, ...]
+    panels: tuple[str, ...]  # features whose panels stand there, by their `Feature.name`
+    overlays: tuple[str, ...]  # those that are on at first
+    # The toolbar, behind the switch between workspaces, the most important first: where room is
+    # short the last ones go behind ».
     tools: tuple[str | None, ...]
+    # Whether panels use everyday words and fold away what a retoucher rarely sets, instead of the
+    # paper's terms and figures.
     plain: bool = False
-    quiet: bool = False
+    quiet: bool = False  # whether the marks of faces step back while nobody points at them
 
 
 RETOUCH: Final = Workspace(

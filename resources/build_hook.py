@@ -64,20 +64,11 @@ class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
 
 
 class Pin(NamedTuple):
-    """One wheel of the index.
+    """One wheel of the index."""
 
-    Parameters
-    ----------
-    name : str
-        Project and version, as requirements state them.
-    sha256 : str
-        Of the whole wheel.
-    tags : tuple of str
-        pip's options for the platform that the wheel was built for; none for one that fits all.
-    """
-
-    name: str
-    sha256: str
+    name: str  # project and version, as requirements state them
+    sha256: str  # of the whole wheel
+    # Pip's options for the platform that the wheel was built for; none for one that fits all.
     tags: tuple[str, ...]
 
     @staticmethod
@@ -113,13 +104,7 @@ def _fetch(wheel: dict[str, Any], whole: Callable[[Pin], IO[bytes]]) -> bytes:
 
 
 class Remote(io.RawIOBase):
-    """A file on a server that sends parts of it.
-
-    Raises
-    ------
-    OSError
-        If the server doesn't answer, or sends the whole.
-    """
+    """A file on a server that sends parts of it."""
 
     def __init__(self, address: str) -> None:
         super().__init__()

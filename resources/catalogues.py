@@ -80,24 +80,12 @@ _OPTION: Final = "option"  # of the command line: what its help says is words, t
 
 
 class Words(NamedTuple):
-    """Something to be translated.
+    """Something to be translated."""
 
-    Parameters
-    ----------
-    line : int
-        Where it stands.
-    texts : tuple of str
-        One, or the sentences for one and for many.
-    context : str, optional
-        What a text means that alone could mean several things.
-    comment : str
-        What the code says to translators in the lines above: ``# Translators: ...``.
-    """
-
-    line: int
-    texts: tuple[str, ...]
-    context: str | None
-    comment: str
+    line: int  # where it stands
+    texts: tuple[str, ...]  # one, or the sentences for one and for many
+    context: str | None  # what a text means that alone could mean several things
+    comment: str  # what the code says to translators in the lines above: ``# Translators: ...``
 
 
 class NotALiteral(ValueError):
@@ -129,10 +117,7 @@ def gathered() -> Catalog:
 def words(source: str, place: str) -> Iterator[Words]:
     """Yield the words of a module, and what the docstrings of its commands say.
 
-    Raises
-    ------
-    NotALiteral
-        If words are put together.
+    Raises NotALiteral.
     """
     lines = source.splitlines()
     for node in ast.walk(ast.parse(source)):
@@ -152,17 +137,7 @@ def words(source: str, place: str) -> Iterator[Words]:
 def merge(path: Path, template: Catalog) -> Catalog:
     """Bring a catalogue up to date, or begin it; what nobody says any more goes.
 
-    Parameters
-    ----------
-    path : Path
-        Of the catalogue, named after its language.
-    template : Catalog
-        The words.
-
-    Returns
-    -------
-    Catalog
-        As it was written.
+    Result: as it was written.
     """
     catalog = read(path) if path.exists() else _begun(path.stem)
     began = catalog.creation_date

@@ -31,17 +31,7 @@ _ROOM_PX: Final = 8.0
 def handles(
     state: State, kinds: AbstractSet[Kind], placing: int | None = None
 ) -> Iterator[tuple[Handle, Array]]:
-    """Yield the handles of all active faces with their positions, px; the first ones lie on top.
-
-    Parameters
-    ----------
-    state : State
-        What is shown.
-    kinds : set of str
-        The kinds on screen.
-    placing : int, optional
-        The face whose frame can be dragged as a whole.
-    """
+    """Yield the handles of all active faces with their positions, px; the first ones lie on top."""
     if placing is not None:
         yield from _numbered(state, "corner", placing)
     shown = [kind for kind in _POINTS if kind in kinds]
@@ -200,17 +190,7 @@ def _turn(pivot: Array, start: npt.ArrayLike, to: npt.ArrayLike) -> Affine:
 
 
 def face_at(faces: Sequence[Face], at: Array, margin_px: float) -> int | None:
-    """Return the face that a point lies deepest in, by the face's own measure.
-
-    Parameters
-    ----------
-    faces : sequence of Face
-        Px of the photo.
-    at : array of shape (2,)
-        The point, px of the photo.
-    margin_px : float
-        How far outside its rim a face still counts, px of the photo.
-    """
+    """Return the face that a point lies deepest in, by the face's own measure. `at` (2,) px."""
     found, deepest = None, -np.inf
     for index, face in enumerate(faces):
         x, y = at.tolist()

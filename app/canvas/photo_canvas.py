@@ -49,36 +49,7 @@ _POINTER_STEP_PX: Final = 4
 
 
 class PhotoCanvas(Viewport):
-    """The canvas of the editor.
-
-    Signals
-    -------
-    picked(int)
-        A face is clicked.
-    line_clicked(BentLine)
-        A straight line of the background is clicked that is held or let go.
-    menu_wanted(int, QPoint)
-        The menu of a face is asked for, by a right click or by key, at a place of the screen.
-    grabbed(Handle, float, float), dragged(float, float), released
-        A handle is taken at (x, y) px of the photo, moved there, and let go.
-    fetched(object, float, float)
-        The landmark of the outline nearest to (x, y), px of the photo, is called there and in hand;
-        None where none is near.
-    widened(float)
-        The wheel was turned this many notches while a landmark is in hand that others follow.
-    hovered(object, float, float)
-        The handle under the cursor, or None, and where the cursor is, px of the photo.
-    stroke_begun(float, float), stroked(float, float, bool), stroke_ended
-        A painting tool goes down at (x, y) px of the photo, moves, straight with Shift, and lifts.
-    wiped(float)
-        The divider between before and after is dragged to this share of the width.
-    nudged(int, int), nudge_ended
-        Arrow keys: steps in px of the photo, and the key let go.
-    taken(Handle)
-        A screen reader takes a point for the arrow keys.
-    entered
-        The canvas has the focus now.
-    """
+    """The canvas of the editor."""
 
     picked = Signal(int)
     line_clicked = Signal(object)

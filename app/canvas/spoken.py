@@ -37,17 +37,7 @@ _query = QAccessible.queryAccessibleInterface
 
 
 class Part(QObject):
-    """A face on the canvas, or one of its points.
-
-    Parameters
-    ----------
-    canvas : PhotoCanvas
-        Where it is shown.
-    face : int
-        Which face it is, or is of.
-    handle : Handle, optional
-        The point; None for the face itself.
-    """
+    """A face on the canvas, or one of its points."""
 
     def __init__(self, canvas: PhotoCanvas, face: int, handle: Handle | None = None) -> None:
         super().__init__(canvas)
@@ -103,13 +93,7 @@ class Part(QObject):
 
 
 class Parts(QObject):
-    """Keeps the parts of a canvas up with its document, and tells what becomes of them.
-
-    Parameters
-    ----------
-    canvas : PhotoCanvas
-        Its faces are parts; the points of the face in hand are parts of that.
-    """
+    """Keeps the parts of a canvas up with its document, and tells what becomes of them."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         super().__init__(canvas)

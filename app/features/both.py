@@ -25,13 +25,7 @@ from .modes import MODES, FaceCompared, computing_s_of, faces_compared, seconds,
 
 
 class ComparisonPanel(QWidget):
-    """Table 2 of this photo, how far the points lie apart, and where to read more.
-
-    Parameters
-    ----------
-    more : tuple of QAction
-        What tells more.
-    """
+    """Table 2 of this photo, how far the points lie apart, and where to read more."""
 
     def __init__(self, more: tuple[QAction, ...]) -> None:
         super().__init__()

@@ -37,15 +37,7 @@ _GROUP = "shortcuts"
 
 
 class Palette(Dialog):
-    """Type to narrow the list, Return to run what is selected, Escape to leave.
-
-    Parameters
-    ----------
-    actions : iterable of QAction
-        What can be run; those that can't be now are left out.
-    parent : QWidget
-        The window.
-    """
+    """Type to narrow the list, Return to run what is selected, Escape to leave."""
 
     def __init__(self, actions: Iterable[QAction], parent: QWidget) -> None:
         super().__init__(tr("Commands"), parent, _PALETTE_PX)
@@ -97,17 +89,7 @@ def _title(action: QAction) -> str:
 
 
 class ShortcutsDialog(Dialog):
-    """A list of actions, and a field that takes a new key for the selected one.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        By name.
-    settings : QSettings
-        Where keys other than the first ones are kept.
-    parent : QWidget
-        The window.
-    """
+    """A list of actions, and a field that takes a new key for the selected one."""
 
     def __init__(
         self, actions: Mapping[str, QAction], settings: QSettings, parent: QWidget

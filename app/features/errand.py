@@ -50,17 +50,7 @@ class Errand(Feature):
         ahead: Ahead | None = None,
         originals: Originals | None = None,
     ) -> None:
-        """Open the photos that another program asks for; several make a film strip.
-
-        Parameters
-        ----------
-        photos : sequence of Path
-            At least one.
-        ahead : Ahead, optional
-            The only photo, if it is being read already.
-        originals : Originals, optional
-            Where originals are kept; the user's store when absent.
-        """
+        """Open the photos that another program asks for; several make a film strip."""
         self._asked = True
         self.actions["done"].setVisible(True)
         # A project would be a second file in that program's folder, about a photo that is gone.

@@ -35,15 +35,7 @@ _ALL_ROWS = 1  # the row of all faces comes before those of single ones
 
 
 class Faces(Feature):
-    """Finds faces and lists them.
-
-    Signals
-    -------
-    found(int)
-        The search for faces is over, with so many.
-    not_found(str)
-        The search for faces failed, and why; `found(0)` follows.
-    """
+    """Finds faces and lists them."""
 
     name = "faces"
     found = Signal(int)
@@ -96,13 +88,7 @@ class Faces(Feature):
         self.look(FaceSearch(self._source, first=False))
 
     def look(self, search: FaceSearch | None = None) -> None:
-        """Look for faces in the open photo; what is done to the first ones meanwhile stays.
-
-        Parameters
-        ----------
-        search : FaceSearch, optional
-            Under way already, perhaps; a new one by the source in use when absent.
-        """
+        """Look for faces in the open photo; what is done to the first ones meanwhile stays."""
         photo = self.document.photo
         if photo is None:
             return
@@ -248,15 +234,7 @@ class Faces(Feature):
 
 
 class FacesPanel(QWidget):
-    """All faces in the first row, then each with a check box, a thumbnail and its score.
-
-    Signals
-    -------
-    switched(int, bool)
-        A face is switched on or off.
-    chosen(object)
-        The face whose settings are to be edited; None for those of the photo.
-    """
+    """All faces in the first row, then each with a check box, a thumbnail and its score."""
 
     switched = Signal(int, bool)
     chosen = Signal(object)

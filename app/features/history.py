@@ -80,13 +80,7 @@ class History(Feature):
 
 
 class Steps(QUndoView):
-    """The list of steps; a click or an arrow key goes to another one.
-
-    Signals
-    -------
-    left(int)
-        The step that was at hand before.
-    """
+    """The list of steps; a click or an arrow key goes to another one."""
 
     left = Signal(int)
 

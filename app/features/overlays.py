@@ -31,13 +31,7 @@ _MARGIN: Final = 1.5
 
 
 class OverlaysPanel(QWidget):
-    """A check box for every overlay.
-
-    Parameters
-    ----------
-    actions : sequence of QAction
-        The checkable action of each of `LISTED`.
-    """
+    """A check box for every overlay."""
 
     def __init__(self, actions: Sequence[QAction]) -> None:
         super().__init__()

@@ -25,19 +25,7 @@ _GROUP: Final = "soft-selection"
 
 
 class Points(Feature):
-    """Drags, nudges and names points; each gesture is one undo step.
-
-    Signals
-    -------
-    escaped
-        There was nothing to abort and no point to let go.
-    restyled
-        Something is marked otherwise: the overlays need drawing.
-    took(int)
-        A point of this face is in hand.
-    center_taken(int, int)
-        A centre candidate of a face was clicked: face and number.
-    """
+    """Drags, nudges and names points; each gesture is one undo step."""
 
     escaped = Signal()
     restyled = Signal()
@@ -267,13 +255,7 @@ class Points(Feature):
 
 
 class SoftSelection(Feature):
-    """Switches the soft and the symmetric drag, and says how far neighbours follow.
-
-    Signals
-    -------
-    changed
-        Something else follows, as `ViewState.following` says.
-    """
+    """Switches the soft and the symmetric drag, and says how far neighbours follow."""
 
     changed = Signal()
 

@@ -30,13 +30,7 @@ _SIZE_PX: Final = (520, 0)
 
 
 class PreferencesDialog(Dialog):
-    """A row for each of `PREFERENCES`.
-
-    Signals
-    -------
-    changed
-        One of them is another now.
-    """
+    """A row for each of `PREFERENCES`."""
 
     changed = Signal()
 
@@ -101,13 +95,7 @@ def _texts(recipes: Mapping[str, Recipe], now: str) -> dict[str, str]:
 
 
 class Preferences(Feature):
-    """Shows the dialog, and lets photos start with the preferred settings.
-
-    Signals
-    -------
-    changed
-        Something else is preferred.
-    """
+    """Shows the dialog, and lets photos start with the preferred settings."""
 
     changed = Signal()
 

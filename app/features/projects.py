@@ -46,13 +46,7 @@ class Projects(Feature):
         files.restored.connect(self._take_up)
 
     def save(self, then: Then | None = None) -> None:
-        """Write the project beside its photo; ask where that isn't ours to write.
-
-        Parameters
-        ----------
-        then : callable, optional
-            What to do once it is written, see `Saver`.
-        """
+        """Write the project beside its photo; ask where that isn't ours to write."""
         path = self.document.path
         if path is None:
             return

@@ -36,13 +36,7 @@ _PRESSES_PER_OCTAVE: Final = 4
 
 
 class Protect(Feature):
-    """Paints and erases.
-
-    Signals
-    -------
-    changed
-        Another tool, size or edge, as `ViewState.brush` says.
-    """
+    """Paints and erases."""
 
     name = "protect"
     changed = Signal()
@@ -220,17 +214,7 @@ def _squared(start: tuple[float, float], end: tuple[float, float]) -> tuple[floa
 
 
 class ProtectPanel(QWidget):
-    """Tools, size, edge, and a way to remove everything.
-
-    Parameters
-    ----------
-    tools : iterable of QAction
-        The checkable action of each tool.
-    hard : QAction
-        Whether the next strokes have a hard edge.
-    clear : QAction
-        Removes all protection.
-    """
+    """Tools, size, edge, and a way to remove everything."""
 
     def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
         super().__init__()

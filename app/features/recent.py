@@ -56,18 +56,7 @@ def add(settings: QSettings, path: Path) -> None:
 
 
 class EmptyState(QFrame):
-    """Buttons to begin with.
-
-    Parameters
-    ----------
-    begin : sequence of QAction
-        Open a photo, open the sample.
-
-    Signals
-    -------
-    wanted(Path)
-        A photo opened lately is wanted again.
-    """
+    """Buttons to begin with."""
 
     wanted = Signal(object)
 

@@ -224,13 +224,7 @@ def _decoded(path: Path) -> QImage:
 
 
 class FilmStrip(QListWidget):
-    """A row of thumbnails.
-
-    Signals
-    -------
-    wanted(Path)
-        The user wants to open this photo.
-    """
+    """A row of thumbnails."""
 
     wanted = Signal(object)
 

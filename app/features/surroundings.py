@@ -26,33 +26,15 @@ _MASK_PX: Final = 1600  # longer side of the people's picture
 
 @dataclass(frozen=True, eq=False)
 class BackgroundSeen:
-    """What a look at the background brought, as far as anyone asked.
+    """What a look at the background brought, as far as anyone asked."""
 
-    Parameters
-    ----------
-    bends : Bends
-        Lines and their bend.
-    people : uint8 array of shape (H, W), optional
-        See `ViewState.people`.
-    note : str
-        What is worth knowing of it; empty for nothing.
-    """
-
-    bends: Bends
-    people: Rgb8 | None
-    note: str
+    bends: Bends  # lines and their bend
+    people: Rgb8 | None  # uint8 (H, W): see `ViewState.people`
+    note: str  # what is worth knowing of it; empty for nothing
 
 
 class Surroundings(Feature):
-    """Keeps lines and people up with the newest whole photo while their overlays are on.
-
-    Signals
-    -------
-    seen
-        `ViewState.lines` and `ViewState.people` are new.
-    not_seen(str)
-        The look failed, and why.
-    """
+    """Keeps lines and people up with the newest whole photo while their overlays are on."""
 
     seen = Signal()
     not_seen = Signal(str)
@@ -148,23 +130,7 @@ class Surroundings(Feature):
 def look(
     photo: Image, frame: RenderedFrame, finder: BackgroundFinder, wanted: set[str]
 ) -> BackgroundSeen:
-    """Look at the background of a whole result.
-
-    Parameters
-    ----------
-    photo : array of shape (H, W) or (H, W, C)
-        The photo as it was read: the command line looks at the same pixels.
-    frame : RenderedFrame
-        What became of it.
-    finder : BackgroundFinder
-        The one that renderings go by.
-    wanted : set of {"straight", "people"}
-        The overlays that are on.
-
-    Returns
-    -------
-    BackgroundSeen
-    """
+    """Look at the background of a whole result."""
     bends, people, note = Bends(()), None, ""
     if frame.done.faces and "people" in wanted:
         people, note = _people(photo, frame, finder.people)

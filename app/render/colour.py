@@ -26,20 +26,11 @@ _ONE_LEVEL: Final = 1
 
 @dataclass(frozen=True, eq=False)
 class ScreenColours:
-    """How the colours of a photo get onto the screen.
+    """How the colours of a photo get onto the screen."""
 
-    Parameters
-    ----------
-    name : str
-        What its profile calls itself; empty without one.
-    usable : bool
-        False for a damaged profile, or one for another kind of picture.
-    show : callable, optional
-        See `PicturePyramid`; None where the colours are the screen's already.
-    """
-
-    name: str = ""
-    usable: bool = True
+    name: str = ""  # what its profile calls itself; empty without one
+    usable: bool = True  # false for a damaged profile, or one for another kind of picture
+    # See `PicturePyramid`; None where the colours are the screen's already.
     show: Show | None = None
 
 

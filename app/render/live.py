@@ -29,15 +29,7 @@ REST_MS: Final = 80
 
 
 class Holding:
-    """Looks once for each state of the faces; a gesture's previews go by the last look.
-
-    Parameters
-    ----------
-    photo : array of shape (H, W) or (H, W, C)
-        The photo as it was read: the command line looks at the same pixels.
-    finder : BackgroundFinder
-        What looks.
-    """
+    """Looks once for each state of the faces; a gesture's previews go by the last look."""
 
     def __init__(self, photo: Image, finder: BackgroundFinder) -> None:
         self._photo, self._finder = photo, finder
@@ -70,13 +62,6 @@ class Surface:
 
     `render` belongs to a worker, `shown` to the GUI thread while no worker runs. A buffer in which
     a rendering failed is given up: who knows how far its halvings had come.
-
-    Parameters
-    ----------
-    photo : PicturePyramid
-        The photo as 8-bit RGB.
-    holding : Holding, optional
-        What is held of its background; nothing, if not given.
     """
 
     def __init__(self, photo: PicturePyramid, holding: Holding | None = None) -> None:
@@ -88,18 +73,7 @@ class Surface:
         self._is_lent = False
 
     def render(self, revision: int, state: State, part: VisiblePart | None = None) -> RenderedFrame:
-        """Return a frame in the buffer off screen.
-
-        Parameters
-        ----------
-        revision : int
-            Which state of the document it is.
-        state : State
-            What to render.
-        part : VisiblePart, optional
-            What a gesture's preview shows, sampled bilinearly at about the screen's resolution;
-            absent for the whole photo, as it would be saved.
-        """
+        """Return a frame in the buffer off screen."""
         start = time.perf_counter()
         if part != self._part:
             self._part, self._front, self._back = part, None, None
@@ -164,17 +138,6 @@ class Live(QObject):
     3. `_show_preview` swaps the buffers and paints, unless a newer whole photo is there.
     4. At rest the same goes for the whole photo, by the recipe's own kernel.
     5. A worker counts its pixels. Once nothing is under way, the picture is settled.
-
-    Signals
-    -------
-    drawn(RenderedFrame)
-        A new picture is on the canvas.
-    measured(Rendering)
-        The newest whole photo, with its pixels counted.
-    settled
-        The picture shows the document's state at full resolution, and nothing is under way.
-    failed(object)
-        Rendering raised this exception.
     """
 
     drawn = Signal(object)

@@ -24,13 +24,6 @@ class PicturePyramid:
     """Levels of a picture; a pixel of level k is the mean of 2^k x 2^k pixels.
 
     `levels` are in the photo's own colours, to work on; `shown` are the same in the screen's.
-
-    Parameters
-    ----------
-    pixels : uint8 array of shape (H, W, 3), or (H, W, 4) with straight alpha
-        Level 0, held, not copied. An odd last row or column is left out of the next level.
-    show : callable, optional
-        Turns colours into the screen's; absent where they already are, and `shown` is `levels`.
     """
 
     def __init__(self, pixels: Rgb8, show: Show | None = None) -> None:

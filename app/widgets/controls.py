@@ -72,17 +72,7 @@ class WholeNumber(QSpinBox):
 
 
 class Fold(QWidget):
-    """A group that opens and closes under its title.
-
-    Parameters
-    ----------
-    title : str
-        What the group is called, with its mnemonic.
-    content : QWidget
-        What is shown or not.
-    name : str
-        By which workspaces remember whether it is open; empty for one that opens by need.
-    """
+    """A group that opens and closes under its title."""
 
     def __init__(self, title: str, content: QWidget, name: str = "") -> None:
         super().__init__()
@@ -150,15 +140,7 @@ def _reached(action: QAction) -> QToolButton:
 
 
 def segmented(name: str, actions: Sequence[QAction]) -> QWidget:
-    """Return the actions of an exclusive group side by side, without gaps.
-
-    Parameters
-    ----------
-    name : str
-        What the control is for screen readers.
-    actions : sequence of QAction
-        From the left; their texts are the buttons'.
-    """
+    """Return the actions of an exclusive group side by side, without gaps."""
     whole = QWidget()
     whole.setAccessibleName(name)
     row = QHBoxLayout(whole)

@@ -96,23 +96,6 @@ def ask_path(
 
     Every path that a user chooses comes through here. Of the dialog itself callers use no more than
     `reject` and `rejected`: of the desktop's there is no more.
-
-    Parameters
-    ----------
-    parent : QWidget
-        The window.
-    title : str
-        What is wanted.
-    taken : callable
-        Takes the answer, of several files one after the other; not called without one.
-    kind : {"file", "files", "folder", "new"}
-        A file that is there, several of them, a folder, or where something is to be written.
-    filters : sequence of str
-        Kinds of files.
-    endings : sequence of str
-        What a new name gets that has no ending, such as ".png": one for each of the filters.
-    at : Path, optional
-        The folder to begin in, or a file that is suggested.
     """
     dialog = QFileDialog(parent, title)
     # Qt's own catalogues lack these two.
@@ -202,19 +185,7 @@ class PathEdit(QLineEdit):
 
 
 class PathLine(QWidget):
-    """A line for a path, and a button to look for one.
-
-    Parameters
-    ----------
-    title : str
-        What the path leads to.
-    path : str
-        Where that is so far.
-    filters : sequence of str
-        Kinds of files.
-    kind : {"file", "folder"}
-        What is looked for.
-    """
+    """A line for a path, and a button to look for one."""
 
     def __init__(
         self,

@@ -112,17 +112,7 @@ class Docks(QObject):
     def arrange(
         self, shown: Collection[str], staying: Collection[str], state: QByteArray | None = None
     ) -> None:
-        """Put the docks where they were.
-
-        Parameters
-        ----------
-        shown : collection of str
-            Those to show where they first were, if `state` is of no use.
-        staying : collection of str
-            Those that are shown or hidden whatever the arrangement.
-        state : QByteArray, optional
-            What `state` returned.
-        """
+        """Put the docks where they were."""
         first = self._first = self._first or self.state()
         before = {name: self._docks[name].isHidden() for name in staying}
         if state is None or not self._window.restoreState(state, _VERSION):
@@ -158,15 +148,7 @@ def _follow_place(widget: QWidget) -> None:
 
 
 class ColumnArea(QScrollArea):
-    """A column that scrolls up and down and is as wide as its content asks.
-
-    Parameters
-    ----------
-    content : QWidget
-        What it holds.
-    least_px : int
-        Its width while the content asks for no more.
-    """
+    """A column that scrolls up and down and is as wide as its content asks."""
 
     def __init__(self, content: QWidget, least_px: int) -> None:
         super().__init__()

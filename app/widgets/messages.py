@@ -32,24 +32,12 @@ class BarAction:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What the bar says.
+    """What the bar says."""
 
-    Parameters
-    ----------
-    text : str
-        What happened.
-    steps : tuple of BarAction
-        What can be done about it.
-    wrong : bool
-        Whether something went wrong.
-    holds : callable, optional
-        Whether it still holds; such a message stays until it doesn't, or is answered. One without
-        is about the last action and goes with the next one, and after a while if it only informs.
-    """
-
-    text: str
-    steps: tuple[BarAction, ...] = ()
-    wrong: bool = True
+    text: str  # what happened
+    steps: tuple[BarAction, ...] = ()  # what can be done about it
+    wrong: bool = True  # whether something went wrong
+    # Whether it still holds; such a message stays until it doesn't, or is answered.
     holds: Callable[[], bool] | None = None
 
 
@@ -58,15 +46,6 @@ class MessageBar(QFrame):
 
     A message about the last action goes with the next step of the document (`move_on`) or the next
     attempt to open, save or find something (`clear`). One that only informs also goes by itself.
-
-    Signals
-    -------
-    left
-        The button that had the focus goes away.
-    dismissed
-        A message was read and sent away; nothing is shown now.
-    appeared
-        Another message is shown: it wants a place.
     """
 
     left = Signal()

@@ -36,17 +36,7 @@ _COMPACT = (5, 4, 3)
 
 
 class GestureSlider(QSlider):
-    """A slider that tells a gesture from its end.
-
-    Signals
-    -------
-    rested
-        The user let go of the button or the key.
-    reset
-        A double click asks for the first value.
-    entered
-        Enter: a value is to be typed.
-    """
+    """A slider that tells a gesture from its end."""
 
     rested = Signal()
     reset = Signal()
@@ -86,13 +76,7 @@ class GestureSlider(QSlider):
         return self.scale.text(self.amount())
 
     def take_figure(self, figure: float) -> None:
-        """Go where a figure is asked for, as a gesture of its own; one out of range is brought in.
-
-        Parameters
-        ----------
-        figure : float
-            What the number in `amount_text` is to be.
-        """
+        """Go where a figure is asked for, as a gesture of its own; kept within range."""
         ends = self.scale.value(self.minimum()), self.scale.value(self.maximum())
         self.take_step(self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1])))
 
@@ -184,32 +168,7 @@ class _Title(QLabel):
 
 
 class ValueSlider(QWidget):
-    """A named slider, its value to be typed as well, and a line of explanation.
-
-    Parameters
-    ----------
-    title : str
-        Name, with a mnemonic.
-    scale : SliderScale
-        Steps and values.
-    tip : str
-        What it does.
-    note_lines : int
-        Room for the explanation, so that nothing jumps when it comes.
-    compact : bool
-        Whether name, slider and value share one line.
-
-    Signals
-    -------
-    edited(float)
-        A new value, while the gesture lasts.
-    rested
-        The gesture's end.
-    reset
-        The first value is wanted: its name or its handle was clicked twice.
-    refused(str)
-        What was typed is no value, in a sentence that says which are.
-    """
+    """A named slider, its value to be typed as well, and a line of explanation."""
 
     edited = Signal(float)
     rested = Signal()

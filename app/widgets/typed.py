@@ -22,26 +22,17 @@ _DECIMALS: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class SliderScale:
-    """How the whole steps of a slider stand for values.
+    """How the whole steps of a slider stand for values."""
 
-    Parameters
-    ----------
-    low, high, page : int
-        Range and Page-key step of the slider.
-    value, step : callable
-        Value of a step, and the step nearest to a value.
-    text : callable
-        How a value reads.
-    typed : callable
-        The value that a number typed in place of the one in `text` stands for.
-    """
-
+    # Range and Page-key step of the slider.
     low: int
     high: int
     page: int
+    # Value of a step, and the step nearest to a value.
     value: Callable[[int], float]
     step: Callable[[float], int]
-    text: Callable[[float], str]
+    text: Callable[[float], str]  # how a value reads
+    # The value that a number typed in place of the one in `text` stands for.
     typed: Callable[[float], float] = lambda number: round(number, _DECIMALS)
 
     @property
@@ -84,22 +75,6 @@ class ValueField(QLineEdit):
 
     Enter and leaving the field take what is typed, Escape gives it up; after either the value
     stands there again as it is.
-
-    Parameters
-    ----------
-    name : str
-        What the value is of.
-    scale : SliderScale
-        How values read, and which there are.
-
-    Signals
-    -------
-    typed(float)
-        Another value is wanted.
-    refused(str)
-        What was typed is no value, in a sentence that says which are.
-    left
-        Enter or Escape: the keys are wanted elsewhere.
     """
 
     typed = Signal(float)

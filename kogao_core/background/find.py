@@ -43,83 +43,40 @@ _SAME: Final = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Background:
-    """What was seen of a photo's background.
+    """What was seen of a photo's background."""
 
-    Parameters
-    ----------
-    lines : array of shape (N, 2, 2)
-        Ends (x, y) of each straight line, px.
-    neighbours : tuple of arrays of shape (M, 2)
-        For each face, points of other people beside it, px.
-    shortest_px : float
-        How long a line must be to count.
-    note : str
-        Why they may not all be lines of the background; empty where they are.
-    told : bool
-        Whether people could be told from the background: else no line is held.
-    """
-
-    lines: Array
+    lines: Array  # (N, 2, 2): ends (x, y) of each straight line, px
+    # (M, 2): for each face, points of other people beside it, px.
     neighbours: tuple[Array, ...] = ()
-    shortest_px: float = 1.0
-    note: str = ""
-    told: bool = True
+    shortest_px: float = 1.0  # how long a line must be to count
+    note: str = ""  # why they may not all be lines of the background; empty where they are
+    told: bool = True  # whether people could be told from the background: else no line is held
 
     def held(self, loose: Sequence[Line] = ()) -> Held:
-        """Return what is to be held.
-
-        Parameters
-        ----------
-        loose : sequence of Line
-            Those that the user lets go, px.
-        """
+        """Return what is to be held."""
         if not self.told:
             return NOTHING_HELD
         free = [self.is_loose(line, loose) for line in self.lines]
         return Held(self.lines[~np.array(free, bool)], self.neighbours)
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
-        """Return the lines let go, with one more, or without it where it is one of them.
-
-        Parameters
-        ----------
-        line : Line
-            One of `lines`.
-        loose : sequence of Line
-            See `held`.
-        """
+        """Return the lines let go, with one more, or without it where it is one of them."""
         ends, reach = np.array(line), _SAME * self.shortest_px
         others = [one for one in loose if not _is_part_of(ends, np.array(one), reach)]
         return tuple(others) if len(others) < len(loose) else (*loose, line)
 
     def is_loose(self, line: Array, loose: Sequence[Line]) -> bool:
-        """Return whether a line is one of those that the user lets go.
-
-        Parameters
-        ----------
-        line : array of shape (2, 2)
-            Its ends, px.
-        loose : sequence of Line
-            See `held`.
-        """
+        """Return whether a line is one of those that the user lets go. `line` (2, 2) px."""
         reach = _SAME * self.shortest_px
         return any(_is_part_of(line, np.array(other), reach) for other in loose)
 
 
 @dataclass(frozen=True, slots=True)
 class Bends:
-    """What the meter says.
+    """What the meter says."""
 
-    Parameters
-    ----------
-    lines : tuple of BentLine
-        The most bent first.
-    note : str
-        See `Background`.
-    """
-
-    lines: tuple[BentLine, ...]
-    note: str = ""
+    lines: tuple[BentLine, ...]  # the most bent first
+    note: str = ""  # see `Background`
 
 
 class Warped(Protocol):
@@ -142,11 +99,6 @@ class BackgroundFinder:
     """Looks at the background of photos; what it saw of the newest is kept.
 
     One finder may be shared between threads.
-
-    Parameters
-    ----------
-    people : PersonFinder, optional
-        What tells people from the background.
     """
 
     def __init__(self, people: PersonFinder | None = None) -> None:
@@ -161,19 +113,6 @@ class BackgroundFinder:
 
         Lines that touch a person are cut there. Where people can't be told from the background,
         only lines on the faces are left out.
-
-        Parameters
-        ----------
-        photo : array of shape (H, W) or (H, W, C)
-            The photo before the warp. The same array is taken for the same photo.
-        faces : sequence of Face
-            Those that the warp makes smaller, px of `photo`.
-        others : sequence of Face
-            More faces of the photo, which it leaves alone.
-
-        Returns
-        -------
-        Background
         """
         with self._lock:
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
@@ -213,19 +152,6 @@ def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
     """Return what is to be held where a project, or choices, are done to a photo.
 
     Without looking, where the recipe holds nothing.
-
-    Parameters
-    ----------
-    photo : array of shape (H, W) or (H, W, C)
-        The photo before the warp.
-    done : Applied
-        What is done to it.
-    finder : BackgroundFinder
-        Keep it for the next look at the same photo.
-
-    Returns
-    -------
-    Held
     """
     if not done.faces or not done.recipe.hold_background:
         return NOTHING_HELD
@@ -235,21 +161,7 @@ def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
 def measure(photo: Image, rendering: Warped, done: Applied, finder: BackgroundFinder) -> Bends:
     """Measure how far a rendering bends the straight lines of its background.
 
-    Parameters
-    ----------
-    photo : array of shape (H, W) or (H, W, C)
-        The photo before the warp.
-    rendering : Warped
-        What became of it.
-    done : Applied
-        What was done to it.
-    finder : BackgroundFinder
-        Keep it for the next rendering of the same photo.
-
-    Returns
-    -------
-    Bends
-        Of the lines near the warp's domain.
+    Result: of the lines near the warp's domain.
     """
     if not done.faces:
         return Bends(())

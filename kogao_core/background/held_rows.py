@@ -31,31 +31,17 @@ _NOWHERE: Final = -1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldRows:
-    """What is asked of a change, a row for each place and direction.
+    """What is asked of a change, a row for each place and direction."""
 
-    Parameters
-    ----------
-    places_px, across : arrays of shape (S, 2)
-        Where, and the unit vector along which the displacement is to vanish.
-    away : array of shape (S,)
-        How far from the nearest landmark, in lattice spacings.
-    line : int array of shape (S,)
-        Which line's that may shift and turn as a whole; -1 for those of none.
-    """
-
+    # (S, 2): where, and the unit vector along which the displacement is to vanish.
     places_px: Array
     across: Array
-    away: Array
+    away: Array  # (S,): how far from the nearest landmark, in lattice spacings
+    # Int (S,): which line's that may shift and turn as a whole; -1 for those of none.
     line: npt.NDArray[np.int64]
 
     def part(self, which: npt.NDArray[Any]) -> HeldRows:
-        """Return some of the rows.
-
-        Parameters
-        ----------
-        which : array
-            An index.
-        """
+        """Return some of the rows."""
         return HeldRows(
             self.places_px[which], self.across[which], self.away[which], self.line[which]
         )
@@ -80,21 +66,7 @@ class HeldRows:
 def rows_of(problem: Problem, landmarks: Array, lines: Array, neighbours: Array) -> HeldRows | None:
     """Return what lines and neighbours ask of a face's lattice, if anything.
 
-    Parameters
-    ----------
-    problem : Problem
-        The face's.
-    landmarks : array of shape (N, 2)
-        Of it and of all faces that its lattice meets, px.
-    lines : array of shape (L, 2, 2)
-        Their ends, px.
-    neighbours : array of shape (M, 2)
-        Points of other people, px.
-
-    Returns
-    -------
-    HeldRows, optional
-        None where there is nothing in reach.
+    `lines` (L, 2, 2) px. Result: None where there is nothing in reach.
     """
     step, reaches = STILL_STEP * problem.grid.spacing_px, problem.support.empty.reaches
     parts = []
@@ -117,17 +89,7 @@ def rows_of(problem: Problem, landmarks: Array, lines: Array, neighbours: Array)
 def still_places(problem: Problem, landmarks: Array) -> Array:
     """Return the places where a change is nothing: landmarks, and what is protected.
 
-    Parameters
-    ----------
-    problem : Problem
-        The face's.
-    landmarks : array of shape (N, 2)
-        See `rows_of`.
-
-    Returns
-    -------
-    array of shape (N or more, 2)
-        Px.
+    Result (N or more, 2) px.
     """
     protected = problem.target_px[problem.movers :]
     nowhere = np.zeros(len(protected))
@@ -137,18 +99,7 @@ def still_places(problem: Problem, landmarks: Array) -> Array:
 
 
 def face_places(problem: Problem) -> Array:
-    """Return places all over a face, from the chin to the brows.
-
-    Parameters
-    ----------
-    problem : Problem
-        The face's.
-
-    Returns
-    -------
-    array of shape (N, 2)
-        Px.
-    """
+    """Return places all over a face, from the chin to the brows. Result (N, 2) px."""
     outline = problem.target_px[: problem.movers]
     first, last = outline[0], outline[-1]
     up = _ABOVE * np.array([last[1] - first[1], first[0] - last[0]])
@@ -164,19 +115,7 @@ def face_places(problem: Problem) -> Array:
 
 
 def away(problem: Problem, landmarks: Array, places: Array) -> Array:
-    """Return how far places are from the nearest landmark, in lattice spacings.
-
-    Parameters
-    ----------
-    problem : Problem
-        Whose lattice.
-    landmarks, places : arrays of shape (N, 2) and (M, 2)
-        Px.
-
-    Returns
-    -------
-    array of shape (M,)
-    """
+    """Return how far places are from the nearest landmark, in lattice spacings. Result (M,)."""
     apart = places[:, None] - landmarks
     nearest = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf)
     return np.asarray(nearest / problem.grid.spacing_px)

@@ -54,18 +54,12 @@ _LEAST_RIDGE: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """What a warp leaves as it is where it can.
+    """What a warp leaves as it is where it can."""
 
-    Parameters
-    ----------
-    lines : array of shape (N, 2, 2)
-        Ends (x, y) of straight lines of the background, px.
-    neighbours : tuple of arrays of shape (M, 2)
-        For each face, points on the edge of other people, whom it isn't to drag along, px; empty
-        where there are none.
-    """
-
+    # (N, 2, 2): ends (x, y) of straight lines of the background, px.
     lines: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
+    # (M, 2): for each face, points on the edge of other people, whom it isn't to drag along, px;
+    # empty where there are none.
     neighbours: tuple[Array, ...] = ()
 
     def mapped(self, transform: Affine) -> Held:
@@ -81,38 +75,7 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     """Change a field so that lines stay straight and neighbours where they are.
 
     Where that would squeeze the photo too much, lines and neighbours give way, as little as it
-    takes; faces never do.
-
-    Parameters
-    ----------
-    field : Field
-        The fit, held back by the guard or not.
-    problems : sequence of Problem
-        What its lattices were fitted to.
-    faces : sequence of Face
-        Whose they are: eyes and mouth stay as they are, or nearly.
-    held : Held
-        What is to be left as it is.
-
-    Returns
-    -------
-    Field
-        One-to-one where `field` is.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.background.lines import bends
-    >>> from kogao_core.background.holding import Held
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> door = Held(np.array([[(360.0, 40.0), (360.0, 320.0)]]))
-    >>> photo, recipe = np.zeros((360, 480), np.uint8), kogao.Recipe(percent=6)
-    >>> for kept in (Held(), door):
-    ...     rendering = kogao.render(photo, [face], recipe, held=kept)
-    ...     print(round(bends(rendering.field, door.lines)[0].bend_px, 1))
-    1.8
-    0.0
+    takes; faces never do. Result: one-to-one where `field` is.
     """
     if not len(held.lines) and not any(len(points) for points in held.neighbours):
         return field

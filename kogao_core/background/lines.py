@@ -30,57 +30,24 @@ _PLAIN: Final = np.uint8(128)
 
 @dataclass(frozen=True, slots=True)
 class BentLine:
-    """A straight line of the photo.
+    """A straight line of the photo."""
 
-    Parameters
-    ----------
-    start_px, end_px : tuple of float
-        Where it runs in the photo (x, y).
-    bend_px : float
-        How far the warp makes a straight line there depart from straight, px.
-    before_px, after_px : float
-        How far its own edge, as it is found in the photo, departs from straight before and after
-        the warp, px; None where no photo was looked at.
-    unheld_px : float
-        `bend_px` if no line were held.
-    holding : {"held", "gave way", "let go", ""}
-        Whether it was held straight; was to be, but bends by `SEEN_PX` or more for the face's sake;
-        or was let go by the user. Empty where lines aren't held.
-    """
-
+    # Where it runs in the photo (x, y).
     start_px: tuple[float, float]
     end_px: tuple[float, float]
-    bend_px: float
+    bend_px: float  # how far the warp makes a straight line there depart from straight, px
+    # How far its own edge, as it is found in the photo, departs from straight before and after the
+    # warp, px.
     before_px: float | None = None
     after_px: float | None = None
-    unheld_px: float = 0.0
+    unheld_px: float = 0.0  # `bend_px` if no line were held
+    # Whether it was held straight; was to be, but bends by `SEEN_PX` or more for the face's sake;
+    # or was let go by the user.
     holding: HoldingName = ""
 
 
 def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
-    """Find straight lines of the photo.
-
-    Parameters
-    ----------
-    photo : array of shape (H, W) or (H, W, C)
-        The photo before the warp.
-    people : PersonMask, optional
-        Where to look: not at people, whose hair takes longer than a wall, nor beyond its looks.
-
-    Returns
-    -------
-    array of shape (N, 2, 2)
-        Ends (x, y) of each line, px.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.background.lines import straight_lines
-    >>> photo = np.zeros((200, 300), np.uint8)
-    >>> photo[:, 150:] = 255  # an edge
-    >>> len(straight_lines(photo)) > 0
-    True
-    """
+    """Find straight lines of the photo. Result (N, 2, 2): ends (x, y) of each line, px."""
     small, halved = Pyramid.of(photo).at_most(_DETECTOR_PX)
     if min(small.shape[:2]) < _LEAST_PX:
         return np.zeros((0, 2, 2))
@@ -97,50 +64,14 @@ def straight_lines(photo: Image, people: PersonMask | None = None) -> Array:
 
 
 def shortest_px(photo: Image) -> float:
-    """Return how long a line must be to count; what is shorter is texture.
-
-    Parameters
-    ----------
-    photo : array of shape (H, W) or (H, W, C)
-        The whole photo.
-
-    Returns
-    -------
-    float
-        Px of the photo.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.background.lines import shortest_px
-    >>> shortest_px(np.zeros((300, 400), np.uint8))
-    16.0
-    """
+    """Return how long a line must be to count; what is shorter is texture, px of the photo."""
     return float(_SHORTEST * max(photo.shape[:2]))
 
 
 def beside(lines: Array, outlines: Sequence[Array]) -> Array:
     """Drop lines of shape (N, 2, 2) whose middle lies on a face: brows and lips are meant to move.
 
-    Parameters
-    ----------
-    lines : array of shape (N, 2, 2)
-        Ends (x, y) of each line, px.
-    outlines : sequence of arrays of shape (M, 2)
-        Outline of each face, px.
-
-    Returns
-    -------
-    array of shape (K, 2, 2)
-        The lines that are left.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.background.lines import beside
-    >>> lines = np.array([[(0, 5), (10, 5)], [(50, 5), (60, 5)]], np.float64)
-    >>> beside(lines, [np.array([(0, 0), (10, 0), (10, 10), (0, 10)])]).tolist()
-    [[[50.0, 5.0], [60.0, 5.0]]]
+    Result (K, 2, 2): the lines that are left.
     """
     hulls = [cv2.convexHull(outline.astype(np.float32)) for outline in outlines]
     apart = [
@@ -153,35 +84,7 @@ def beside(lines: Array, outlines: Sequence[Array]) -> Array:
 def bends(
     field: Field, lines: Array, photo: Image | None = None, unheld: Field | None = None
 ) -> list[BentLine]:
-    """Measure how far the warp bends lines.
-
-    Parameters
-    ----------
-    field : Field
-        Of all faces.
-    lines : array of shape (N, 2, 2)
-        Ends (x, y) of each line in the photo, px.
-    photo : array of shape (H, W) or (H, W, C), optional
-        The photo before the warp, to measure how straight each line is there, too.
-    unheld : Field, optional
-        The same before lines were held; `field` itself, if not given.
-
-    Returns
-    -------
-    list of BentLine
-        The most bent first.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.background.lines import bends
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> field = kogao.render(np.zeros((360, 480), np.uint8), [face], kogao.Recipe(percent=6)).field
-    >>> near, far = bends(field, np.array([[(0, 5), (30, 5)], [(340, 90), (340, 270)]]))
-    >>> near.start_px, far.bend_px
-    ((340.0, 90.0), 0.0)
-    """
+    """Measure how far the warp bends lines. `lines` (N, 2, 2) px. Result: the most bent first."""
     if len(lines) == 0:
         return []
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]

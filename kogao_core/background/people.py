@@ -38,21 +38,11 @@ _EVERY_PX: Final = 4  # points in a neighbour are so far apart, px of the networ
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonLook:
-    """What the network made of the surroundings of one face.
+    """What the network made of the surroundings of one face."""
 
-    Parameters
-    ----------
-    opacity : float32 array of shape (N, N)
-        0 where the background is, 1 where a person is.
-    to_image : Affine
-        Maps its pixels to the photo.
-    sure : float
-        Which part of the face itself it takes for a person, 0 to 1.
-    """
-
-    opacity: Opacity
-    to_image: Affine
-    sure: float
+    opacity: Opacity  # float32 (N, N): 0 where the background is, 1 where a person is
+    to_image: Affine  # maps its pixels to the photo
+    sure: float  # which part of the face itself it takes for a person, 0 to 1
 
     @property
     def box(self) -> Box:
@@ -65,34 +55,16 @@ class PersonLook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonMask:
-    """People against the background, as far as faces were looked at.
+    """People against the background, as far as faces were looked at."""
 
-    Parameters
-    ----------
-    looks : tuple of PersonLook
-        Those that can be believed; none tells nothing.
-    missed : int
-        How many faces were looked at in vain.
-    whose : tuple of int
-        Which of the faces each look is of.
-    """
-
-    looks: tuple[PersonLook, ...] = ()
-    missed: int = 0
-    whose: tuple[int, ...] = ()
+    looks: tuple[PersonLook, ...] = ()  # those that can be believed; none tells nothing
+    missed: int = 0  # how many faces were looked at in vain
+    whose: tuple[int, ...] = ()  # which of the faces each look is of
 
     def at(self, points: Array) -> Array:
         """Return how much of a person is at each point.
 
-        Parameters
-        ----------
-        points : array of shape (H, W, 2)
-            Px of the photo.
-
-        Returns
-        -------
-        array of shape (H, W)
-            0 is background, 1 a person; NaN where nobody looked.
+        Result (H, W): 0 is background, 1 a person; NaN where nobody looked.
         """
         shown = np.full(points.shape[:2], np.nan)
         for look in self.looks:
@@ -118,22 +90,11 @@ class PersonMask:
     def neighbours(self, faces: Sequence[Face], others: Sequence[Face] = ()) -> tuple[Array, ...]:
         """Return where other people are beside each face.
 
-        A figure apart from the face's own is somebody else's; where figures touch, what lies
-        nearer to another face, in sizes of the faces, is that one's. `faces` don't count as others
-        here: their outlines go where they are asked to, whoever is beside them.
-
-        Parameters
-        ----------
-        faces : sequence of Face
-            Those that were looked at.
-        others : sequence of Face
-            More faces of the photo, which are left alone.
-
-        Returns
-        -------
-        tuple of arrays of shape (M, 2)
-            For each face points at the edge of others and in them, px of the photo; landmarks
-            alone where people couldn't be told from the background.
+        A figure apart from the face's own is somebody else's; where figures touch, what lies nearer
+        to another face, in sizes of the faces, is that one's. `faces` don't count as others here:
+        their outlines go where they are asked to, whoever is beside them. Result (M, 2): for each
+        face points at the edge of others and in them, px of the photo; landmarks alone where people
+        couldn't be told from the background.
         """
         found = []
         for index, face in enumerate(faces):
@@ -150,18 +111,7 @@ class PersonMask:
         return replace(self, looks=tuple(looks))
 
     def free(self, width: int, height: int) -> npt.NDArray[np.uint8]:
-        """Return where somebody looked and nobody is.
-
-        Parameters
-        ----------
-        width, height : int
-            Of the photo, px.
-
-        Returns
-        -------
-        uint8 array of shape (H, W)
-            1 there, 0 elsewhere.
-        """
+        """Return where somebody looked and nobody is. Result uint8 (H, W): 1 there, 0 elsewhere."""
         shown = np.zeros((height, width), np.uint8)
         for look, box in self._seen(width, height):
             to_box = Affine(look.to_image.matrix, look.to_image.shift - (box.left, box.top))
@@ -175,15 +125,7 @@ class PersonMask:
     def picture(self, width: int, height: int) -> Rgb8:
         """Return the mask as a picture of the photo's size.
 
-        Parameters
-        ----------
-        width, height : int
-            Of the photo, px.
-
-        Returns
-        -------
-        uint8 array of shape (H, W)
-            255 is a person, 0 the background or where nobody looked.
+        Result uint8 (H, W): 255 is a person, 0 the background or where nobody looked.
         """
         picture = np.zeros((height, width), np.uint8)
         for _, box in self._seen(width, height):
@@ -202,13 +144,7 @@ class PersonMask:
 
 
 class PersonNetwork:
-    """The segmentation network; not thread-safe.
-
-    Parameters
-    ----------
-    weights : path
-        ``selfie_segmentation.tflite``.
-    """
+    """The segmentation network; not thread-safe."""
 
     def __init__(self, weights: Path) -> None:
         self._net = cv2.dnn.readNetFromTFLite(str(weights))
@@ -243,27 +179,8 @@ class PersonFinder:
     def find(self, photo: Image, faces: Sequence[Face]) -> PersonMask:
         """Tell people from the background round faces.
 
-        Parameters
-        ----------
-        photo : array of shape (H, W) or (H, W, C)
-            Grey, RGB or RGBA, upright; uint8, uint16 or float32 (0 to 1). The same array is taken
-            for the same photo.
-        faces : sequence of Face
-            Where to look, px of `photo`.
-
-        Returns
-        -------
-        PersonMask
-            Without looks where the network wasn't sure of any face.
-
-        Raises
-        ------
-        AssetMissing
-            If the network isn't in this installation.
-        ModelRefused
-            If it is damaged.
-        ValueError
-            If `photo` isn't an image.
+        Result: without looks where the network wasn't sure of any face. Raises AssetMissing,
+        ModelRefused.
         """
         with self._lock:
             known = self._kept if self._photo() is photo else {}

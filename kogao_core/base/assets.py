@@ -16,18 +16,7 @@ class AssetMissing(RuntimeError):
 
 
 def path(name: str) -> Path:
-    """Return where a packed file lies.
-
-    Parameters
-    ----------
-    name : str
-        Path inside the resources folder, such as ``"models/face_detection_back.tflite"``.
-
-    Raises
-    ------
-    AssetMissing
-        If the resources aren't installed, or this installation was built without that file.
-    """
+    """Return where a packed file lies. Raises AssetMissing."""
     file = _folder() / name
     if not file.is_file():
         raise AssetMissing(_how_to_get(name))
@@ -37,10 +26,7 @@ def path(name: str) -> Path:
 def documentation() -> Path:
     """Return the folder of the pages that describe this version, with ``editor.md`` in it.
 
-    Raises
-    ------
-    AssetMissing
-        If this installation has none.
+    Raises AssetMissing.
     """
     name = "docs"
     inside = _folder()

@@ -41,10 +41,7 @@ class NotAFile(OSError):
 def check_target(path: str | os.PathLike[str]) -> None:
     """Check that a regular file is there, or nothing yet, at the end of all links.
 
-    Raises
-    ------
-    NotAFile
-        If there is a device, a pipe, a socket or a folder, or links lead in a circle.
+    Raises NotAFile.
     """
     try:
         mode = Path(path).stat().st_mode
@@ -65,26 +62,7 @@ def put(
     check: Callable[[], object] | None = None,
     like: Path | None = None,
 ) -> None:
-    """Write a file aside, flush it to the disk, and put it in place in one step.
-
-    Parameters
-    ----------
-    data : bytes, or sequence of bytes and memoryviews
-        What the file is to hold, one behind the other.
-    path : path
-        Where; a link is followed to the file it names.
-    check : callable, optional
-        Called last before the file is put in place; what it raises leaves everything as it was.
-    like : Path, optional
-        The file whose permissions, owner and extended attributes it takes, as far as is permitted;
-        the one that is written over when absent.
-
-    Raises
-    ------
-    OSError
-        If the folder is missing or not writable, the disk is full, or no file can be there (see
-        `check_target`).
-    """
+    """Write a file aside, flush it to the disk, and put it in place in one step."""
     check_target(path)
     # Through a link to the file it names, and beside it: a rename must not cross file systems.
     target = Path(os.path.realpath(path))
@@ -139,11 +117,6 @@ def appended(path: Path) -> BinaryIO:
     """Open a file to add lines to it; it and its folder are made if need be.
 
     A line that a killed program left unfinished doesn't swallow the next one.
-
-    Raises
-    ------
-    OSError
-        If it can't be read or written, or no file can be there (see `check_target`).
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     check_target(path)
@@ -159,11 +132,6 @@ def aside(folder: Path) -> Iterator[Path]:
 
     It is held while this program runs. What programs that were killed have left in the same folder
     is removed first, once a process.
-
-    Parameters
-    ----------
-    folder : Path
-        Where to make it: beside the target, which a rename then reaches.
     """
     if folder not in _swept:
         _swept.add(folder)
@@ -197,13 +165,7 @@ def _made(folder: Path) -> tuple[Path, int | None]:
 
 
 def _locked(place: Path) -> int | None:
-    """Lock a folder for as long as this program runs; None where the system can't.
-
-    Raises
-    ------
-    BlockingIOError
-        If another program holds it.
-    """
+    """Lock a folder for as long as this program runs; None where the system can't."""
     if sys.platform == "win32":
         return None
     opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

@@ -22,19 +22,7 @@ Rgb8 = npt.NDArray[np.uint8]
 def rgb8(image: Image) -> Rgb8:
     """Return `image` as 8-bit RGB.
 
-    Parameters
-    ----------
-    image : array of shape (H, W) or (H, W, C)
-        Grey, grey + alpha, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
-
-    Returns
-    -------
-    uint8 array of shape (H, W, 3); `image` itself where it already is one.
-
-    Raises
-    ------
-    ValueError
-        If the shape or the type is none of these.
+    Result uint8 (H, W, 3); `image` itself where it already is one.
     """
     if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
         raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
@@ -44,27 +32,7 @@ def rgb8(image: Image) -> Rgb8:
 def rgba8(image: Image) -> Rgb8:
     """Return `image` as 8-bit RGB, with its alpha where anything shows through.
 
-    Parameters
-    ----------
-    image : array of shape (H, W) or (H, W, C)
-        See `rgb8`.
-
-    Returns
-    -------
-    uint8 array of shape (H, W, 3), or of shape (H, W, 4) with straight alpha.
-
-    Raises
-    ------
-    ValueError
-        See `rgb8`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.base.display import rgba8
-    >>> glass, wall = np.uint8([[[9, 128]]]), np.uint8([[[9, 255]]])
-    >>> rgba8(glass).tolist(), rgba8(wall).tolist()
-    ([[[9, 9, 9, 128]]], [[[9, 9, 9]]])
+    Result uint8 (H, W, 3), or of shape (H, W, 4) with straight alpha.
     """
     colours = rgb8(image)
     if image.ndim == 2 or image.shape[2] not in (2, 4):
@@ -97,26 +65,7 @@ def _three_channels(image: Rgb8) -> Rgb8:
 
 
 def preview(image: Image, longest_px: int = NOTEBOOK_PX) -> bytes:
-    """Return an image of any depth as the bytes of an 8-bit PNG file; a larger one is reduced.
-
-    Parameters
-    ----------
-    image : array of shape (H, W) or (H, W, C)
-        Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1). Transparency isn't shown.
-    longest_px : int
-        Longest side of the picture.
-
-    Returns
-    -------
-    bytes
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.base.display import preview
-    >>> preview(np.zeros((30, 40, 3), np.float32))[1:4]
-    b'PNG'
-    """
+    """Return an image of any depth as the bytes of an 8-bit PNG file; a larger one is reduced."""
     return png(reduced(rgb8(image), longest_px))
 
 

@@ -20,20 +20,7 @@ Image = npt.NDArray[Any]
 def degrees_of(across: npt.ArrayLike) -> float:
     """Return by how much a vector (x, y) is turned from +x towards +y, -180 to 180.
 
-    Parameters
-    ----------
-    across : array_like of shape (2,)
-        Such as from the left eye to the right.
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> from kogao_core.base.geometry import degrees_of
-    >>> degrees_of((0.0, 2.0))
-    90.0
+    `across` (2,).
     """
     x, y = np.asarray(across, np.float64)
     return float(np.degrees(np.arctan2(y, x)))
@@ -42,39 +29,14 @@ def degrees_of(across: npt.ArrayLike) -> float:
 def smoothstep(t: Array) -> Array:
     """Return how far a smooth step from 0 to 1 has come, level at both ends: 3 t^2 - 2 t^3.
 
-    Parameters
-    ----------
-    t : array
-        0 to 1.
-
-    Returns
-    -------
-    array
-        0 to 1, of the same shape.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.base.geometry import smoothstep
-    >>> smoothstep(np.array([0.0, 0.25, 0.5, 1.0]))
-    array([0.     , 0.15625, 0.5    , 1.     ])
+    Result: 0 to 1, of the same shape.
     """
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``.
-
-    Examples
-    --------
-    >>> from kogao_core.base.geometry import Box
-    >>> box = Box(10, 20, 50, 40)
-    >>> box.width, box.height, box.area
-    (40, 20, 800)
-    >>> box.grown(15).clipped(Box(0, 0, 60, 60))
-    Box(left=0, top=5, right=60, bottom=55)
-    """
+    """A half-open rectangle of whole pixels: ``left <= x < right`` and ``top <= y < bottom``."""
 
     left: int
     top: int
@@ -102,17 +64,7 @@ class Box:
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def grown(self, margin_px: int) -> Box:
-        """Return the box with `margin_px` added on every side.
-
-        Parameters
-        ----------
-        margin_px : int
-            Negative ones shrink it.
-
-        Returns
-        -------
-        Box
-        """
+        """Return the box with `margin_px` added on every side."""
         return Box(
             self.left - margin_px,
             self.top - margin_px,
@@ -123,15 +75,7 @@ class Box:
     def clipped(self, other: Box) -> Box:
         """Return the part of this box inside `other`.
 
-        Parameters
-        ----------
-        other : Box
-            Such as the image.
-
-        Returns
-        -------
-        Box
-            Empty, of no area, where they don't meet.
+        Result: empty, of no area, where they don't meet.
         """
         return Box(
             max(self.left, other.left),
@@ -142,51 +86,14 @@ class Box:
 
     @staticmethod
     def of(image: Image) -> Box:
-        """Return the box of a whole image of shape (H, W) or (H, W, C).
-
-        Parameters
-        ----------
-        image : array of shape (H, W) or (H, W, C)
-            Its pixels don't count.
-
-        Returns
-        -------
-        Box
-        """
+        """Return the box of a whole image of shape (H, W) or (H, W, C)."""
         return Box(0, 0, image.shape[1], image.shape[0])
 
 
 def frozen(
     points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, *, gaps: bool = False
 ) -> Array:
-    """Copy `points` to a read-only float64 array; `shape` is checked where given (None = any).
-
-    Parameters
-    ----------
-    points : array_like
-        Coordinates, px.
-    shape : tuple of (int or None), optional
-        What to insist on.
-    gaps : bool
-        Whether NaN is allowed.
-
-    Returns
-    -------
-    float64 array
-        Read-only.
-
-    Raises
-    ------
-    ValueError
-        If the shape differs, or a coordinate is infinite or, without `gaps`, NaN.
-
-    Examples
-    --------
-    >>> from kogao_core.base.geometry import frozen
-    >>> points = frozen([(1, 2), (3, 4)], (None, 2))
-    >>> points.dtype.name, points.flags.writeable
-    ('float64', False)
-    """
+    """Copy `points` to a read-only float64 array; `shape` is checked where given (None = any)."""
     array = np.array(points, dtype=np.float64)
     if shape is not None and (
         array.ndim != len(shape)
@@ -205,17 +112,7 @@ def frozen(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Affine:
-    """A plane map ``p -> matrix @ p + shift``, in px.
-
-    Examples
-    --------
-    >>> from kogao_core.base.geometry import Affine
-    >>> quarter = Affine.similarity(2.0, 90.0, (10, 0))
-    >>> quarter([(3, 0)]).round(9)
-    array([[10.,  6.]])
-    >>> quarter.inverse(quarter([(3, 0)])).round(9)
-    array([[3., 0.]])
-    """
+    """A plane map ``p -> matrix @ p + shift``, in px."""
 
     matrix: Array
     shift: Array
@@ -241,35 +138,14 @@ class Affine:
         return np.column_stack([self.matrix, self.shift])
 
     def after(self, first: Affine) -> Affine:
-        """Return the map that applies `first`, then this one.
-
-        Parameters
-        ----------
-        first : Affine
-            From the space that the result maps from.
-
-        Returns
-        -------
-        Affine
-        """
+        """Return the map that applies `first`, then this one."""
         return Affine(self.matrix @ first.matrix, self(first.shift))
 
     @staticmethod
     def similarity(scale: float, degrees: float, shift: npt.ArrayLike) -> Affine:
         """Return a turn by `degrees` (from +x towards +y), a scaling and a shift.
 
-        Parameters
-        ----------
-        scale : float
-            Above 0.
-        degrees : float
-            The turn.
-        shift : array-like of shape (2,)
-            Added last, px.
-
-        Returns
-        -------
-        Affine
+        `shift` (2,) px.
         """
         angle = np.deg2rad(degrees)
         cos, sin = np.cos(angle) * scale, np.sin(angle) * scale
@@ -279,15 +155,7 @@ class Affine:
     def resize(scale_x: float, scale_y: float) -> Affine:
         """Return the map of an image resize, which keeps pixel edges, not centres, in place.
 
-        Parameters
-        ----------
-        scale_x, scale_y : float
-            New size over old, above 0.
-
-        Returns
-        -------
-        Affine
-            From px of the old image to px of the new one.
+        Result: from px of the old image to px of the new one.
         """
         scale = np.array([scale_x, scale_y])
         return Affine(np.diag(scale), (scale - 1.0) / 2.0)

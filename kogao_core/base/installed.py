@@ -20,15 +20,7 @@ def is_bundle() -> bool:
 def program(name: str) -> Path | None:
     """Return where one of our programs lies: beside this one, else on the path.
 
-    Parameters
-    ----------
-    name : {"kogao", "kogao-cli"}
-        The program, without an ending.
-
-    Returns
-    -------
-    Path or None
-        An absolute path; None where it isn't installed.
+    Result: an absolute path; None where it isn't installed.
     """
     ending = ".exe" if sys.platform == "win32" else ""
     folder = Path(sys.executable).parent if is_bundle() else Path(sysconfig.get_path("scripts"))

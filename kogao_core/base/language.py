@@ -21,34 +21,7 @@ _VARIABLES: Final = ("LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG")  # the first o
 
 
 class Text(str):
-    """An English sentence that knows how to be said in another language.
-
-    Parameters
-    ----------
-    template : str
-        The sentence, with ``{name}`` fields; a literal, so that it is found for the catalogues.
-    **values : object
-        What the fields hold: numbers, other messages, exceptions, whatever has a text. Without
-        any, braces in the template are braces.
-
-    Attributes
-    ----------
-    template : str
-        The sentence.
-    many : str
-        The sentence for other counts than one; empty where it counts nothing.
-    values : dict
-        Numbers, and texts of everything else.
-
-    Examples
-    --------
-    >>> from kogao_core.base.language import Text
-    >>> message = Text("{path} is empty", path="a.jpg")
-    >>> message
-    'a.jpg is empty'
-    >>> message.template
-    '{path} is empty'
-    """
+    """An English sentence that knows how to be said in another language."""
 
     __slots__ = ("many", "template", "values")
     template: str
@@ -61,39 +34,12 @@ class Text(str):
 
     @classmethod
     def counted(cls, count: int, one: str, many: str, /, **values: object) -> Text:
-        """Make one that counts.
-
-        Parameters
-        ----------
-        count : int
-            It is the value of the field ``{n}``.
-        one, many : str
-            The sentence for one, and for any other count; languages may have more kinds.
-        **values : object
-            What the other fields hold.
-
-        Returns
-        -------
-        Text
-
-        Examples
-        --------
-        >>> from kogao_core.base.language import Text
-        >>> [Text.counted(n, "{n} face", "{n} faces") for n in (1, 2)]
-        ['1 face', '2 faces']
-        """
+        """Make one that counts."""
         return cls._made(one, many, {"n": count, **values})
 
     @classmethod
     def joined(cls, between: str, messages: Iterable[str]) -> Text:
-        """Return messages one after the other, with something between two; empty ones are left out.
-
-        Examples
-        --------
-        >>> from kogao_core.base.language import Text
-        >>> Text.joined("; ", ["one", "", "two"])
-        'one; two'
-        """
+        """Return messages one after the other, something between two; empty ones are skipped."""
         values = {f"part{i}": one for i, one in enumerate(filter(None, messages))}
         return cls._made(between.join(f"{{{name}}}" for name in values), "", values)
 
@@ -115,19 +61,7 @@ class Text(str):
 
 
 def translated(what: object) -> str:
-    """Return what something says of itself, in the language at work.
-
-    Parameters
-    ----------
-    what : object
-        A `Text`, whose values are translated with it, or an exception that was given one. All else
-        stays as it is: a name of a file may well be a word, too.
-
-    Returns
-    -------
-    str
-        Plain.
-    """
+    """Return what something says of itself, in the language at work. Result: plain."""
     text = str(what)
     if not isinstance(text, Text):
         return text
@@ -179,15 +113,7 @@ def system_languages() -> tuple[str, ...]:
 def use_language(*wanted: str) -> str:
     """Let everything be said in a language from here on, by this process and those it starts.
 
-    Parameters
-    ----------
-    *wanted : str
-        Codes, best first, such as ``ja``, ``ja-JP`` or ``ja_JP.UTF-8``.
-
-    Returns
-    -------
-    str
-        The code of the first one that there is; English if none is.
+    Result: the code of the first one that there is; English if none is.
     """
     for code in wanted:
         name = code.replace("-", "_")

@@ -36,25 +36,15 @@ class ChangedSince(NoOriginal):
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What is known of an original.
+    """What is known of an original."""
 
-    Parameters
-    ----------
-    path : str
-        SHA-256 of where it lay, at the end of all links: paths may hold any bytes.
-    original, before, result : str
-        SHA-256 of its bytes, of those that lay there when it was last written over, and of those it
-        was written over with. A program that was killed between the record and the file leaves
-        what lay there before.
-    read : str
-        What the program that wrote it knew the file by when it read it; of any form.
-    """
-
-    path: str
+    path: str  # SHA-256 of where it lay, at the end of all links: paths may hold any bytes
+    # SHA-256 of its bytes, of those that lay there when it was last written over, and of those it
+    # was written over with.
     original: str
     before: str
     result: str
-    read: str
+    read: str  # what the program that wrote it knew the file by when it read it; of any form
 
     def knows(self, present: str) -> bool:
         """Return whether bytes of this hash are the original or this program's own."""
@@ -71,17 +61,10 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Originals:
-    """Originals in a folder, each a file ``TIME-HASH.jpg`` with a record beside it.
+    """Originals in a folder, each a file ``TIME-HASH.jpg`` with a record beside it."""
 
-    Parameters
-    ----------
-    folder : Path
-        Made when the first original is kept; nobody else may look into it.
-    most_bytes : int
-        How much it holds; the newest original stays even where it is larger.
-    """
-
-    folder: Path
+    folder: Path  # made when the first original is kept; nobody else may look into it
+    # How much it holds; the newest original stays even where it is larger.
     most_bytes: int = MOST_BYTES
 
     @staticmethod
@@ -101,16 +84,7 @@ class Originals:
 
         What this program itself had written there is no original: the first one is kept, and the
         new result is noted beside it. Of a result that was moved or copied, so is the original.
-
-        Returns
-        -------
-        bool
-            Whether this program itself had written what lies there.
-
-        Raises
-        ------
-        OSError
-            If the file can't be read, or the store can't be written.
+        Result: whether this program itself had written what lies there.
         """
         place = Path(os.path.realpath(path))
         data, source = place.read_bytes(), place
@@ -147,14 +121,7 @@ class Originals:
     def kept(self, path: Path) -> list[Path]:
         """Return what is kept of a file, the newest first.
 
-        There are several where another program has changed it between two times.
-
-        Raises
-        ------
-        NoOriginal
-            If there is nothing.
-        OSError
-            If the file can't be read.
+        There are several where another program has changed it between two times. Raises NoOriginal.
         """
         place = Path(os.path.realpath(path))
         return [kept for kept, _ in self._found(path, place, _present(place))]
@@ -162,24 +129,7 @@ class Originals:
     def restore(self, path: Path, number: int | None = None, *, force: bool = False) -> bool:
         """Bring a file's original back, byte for byte; tell whether there was anything to do.
 
-        Parameters
-        ----------
-        path : Path
-            The file; one that was moved or renamed since is known by its bytes.
-        number : int, optional
-            Which of those that are `kept`, from 1; by itself the one of which the file was made,
-            else the newest.
-        force : bool
-            Whether to replace what was written there by others since.
-
-        Raises
-        ------
-        NoOriginal
-            If none is kept, or none of this number.
-        ChangedSince
-            If the file has changed since and `force` isn't set.
-        OSError
-            If a file can't be read or written.
+        Raises NoOriginal, ChangedSince.
         """
         place = Path(os.path.realpath(path))
         present = _present(place)

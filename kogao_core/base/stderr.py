@@ -49,12 +49,7 @@ def hushed() -> Iterator[list[str]]:
 
     Whatever else comes meanwhile, from other threads say, is passed on at the end. Where
     `faulthandler` is on, to tell of crashes, or there is no standard error, nothing is kept. One
-    thread at a time.
-
-    Yields
-    ------
-    list of str
-        Filled at the end: the complaints about damage, in words for a note.
+    thread at a time. Result: filled at the end: the complaints about damage, in words for a note.
     """
     complaints: list[str] = []
     with _LOCK, warnings.catch_warnings():

@@ -98,23 +98,14 @@ class Node:
         return self.value
 
     def refuse(self, reason: str) -> NoReturn:
-        """Refuse the file because of this value.
-
-        Raises
-        ------
-        BadFile
-            Always.
-        """
+        """Refuse the file because of this value. Raises BadFile."""
         raise BadFile(Text("{root}{path} {reason}", root=self.root, path=self.path, reason=reason))
 
 
 def read(path: Path, most_bytes: int) -> bytes:
     """Return a file, and of one that has more than `most_bytes` one byte more than those.
 
-    Raises
-    ------
-    BadFile
-        If it can't be read.
+    Raises BadFile.
     """
     try:
         with path.open("rb") as file:
@@ -128,12 +119,7 @@ def read(path: Path, most_bytes: int) -> bytes:
 def parse(data: bytes, most_bytes: int) -> Node:
     """Read JSON text, with or without a byte order mark.
 
-    NaN, infinities, deep nesting and twofold fields are refused.
-
-    Raises
-    ------
-    BadFile
-        If it is too large or not JSON.
+    NaN, infinities, deep nesting and twofold fields are refused. Raises BadFile.
     """
     if len(data) > most_bytes:
         raise BadFile(

@@ -32,18 +32,7 @@ _unwanted: ContextVar[Callable[[], bool]] = ContextVar("unwanted", default=lambd
 
 @contextmanager
 def stoppable(unwanted: Callable[[], bool]) -> Iterator[None]:
-    """Let what is shared out in the ``with`` block be stopped.
-
-    Parameters
-    ----------
-    unwanted : callable
-        Asked before each task, in any thread.
-
-    Raises
-    ------
-    Stopped
-        Once it answers True and the tasks that were begun are done.
-    """
+    """Let what is shared out in the ``with`` block be stopped. Raises Stopped."""
     before = _unwanted.set(unwanted)
     try:
         yield
@@ -61,24 +50,8 @@ def share_out(
 ) -> None:
     """Do all tasks in this thread and, as far as they are free, in helpers of the program's pool.
 
-    When this returns or raises, no helper works on a task any more: one that is busy is waited
-    for, one that still queues behind other work is cancelled.
-
-    Parameters
-    ----------
-    tasks : iterable
-        In the order in which they are begun.
-    hand : callable
-        Called once in each thread; returns what does a task there, with buffers of its own.
-    threads : int
-        How many at most, this one included.
-
-    Raises
-    ------
-    Stopped
-        If nobody wants the rest any more, see `stoppable`.
-    Exception
-        What a task raised, here or in a helper; no other one is begun after that.
+    When this returns or raises, no helper works on a task any more: one that is busy is waited for,
+    one that still queues behind other work is cancelled. Raises Stopped.
     """
     # Each thread takes the next task when it is done with one; a future per task costs more.
     waiting, unwanted = deque(tasks), _unwanted.get()
@@ -116,24 +89,7 @@ def share_in_order(
     take: Callable[[_Task, _Result], object],
     threads: int,
 ) -> None:
-    """Share tasks out and hand each result on in the order of the tasks, one at a time.
-
-    Parameters
-    ----------
-    tasks : sequence
-        In the order in which they are begun, and their results taken.
-    do : callable
-        Does one task; called in any thread.
-    take : callable
-        Gets a task and its result as soon as those before it were taken; called in any thread.
-    threads : int
-        How many at most, this one included.
-
-    Raises
-    ------
-    Exception
-        What a call raised, see `share_out`.
-    """
+    """Share tasks out and hand each result on in the order of the tasks, one at a time."""
     lock, results, taken = threading.Lock(), dict[int, _Result](), 0
 
     def work(numbered: tuple[int, _Task]) -> None:
@@ -150,13 +106,7 @@ def share_in_order(
 
 
 class Spares(Generic[_Tool]):
-    """Things that only one thread may use at a time: as many as there are threads at work.
-
-    Parameters
-    ----------
-    make : callable
-        Makes another one.
-    """
+    """Things that only one thread may use at a time: as many as there are threads at work."""
 
     def __init__(self, make: Callable[[], _Tool]) -> None:
         self._make = make
@@ -188,16 +138,8 @@ def take_short_turns() -> None:
 def beside(work: Callable[[], _Result]) -> Iterator[Callable[[], _Result]]:
     """Do some work in a thread of its own beside the ``with`` block, which ends after it.
 
-    Parameters
-    ----------
-    work : callable
-        What to do; best something that gives up Python's lock, as decoders do.
-
-    Yields
-    ------
-    callable
-        Waits for the work and returns its result, or raises what it raised. Where nobody asks,
-        nobody hears of that.
+    Result: waits for the work and returns its result, or raises what it raised. Where nobody asks,
+    nobody hears of that.
     """
     with ThreadPoolExecutor(1, thread_name_prefix="kogao-beside") as helper:
         yield helper.submit(work).result

@@ -36,43 +36,7 @@ def plan(
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    Parameters
-    ----------
-    inputs : sequence of Path
-        Photos, and folders to search for photos.
-    folder : Path
-        Where outputs go, and nowhere else.
-    recipe, which, max_megapixels, landmarks, disclosure, doubtful
-        See `Task`.
-    projects : bool
-        Do what the project beside a photo says, where there is one.
-    suffix : str
-        What is added to the names of results of photos that can't be written: HEIC and raw ones.
-    report : Path, optional
-        An earlier run's report: what it lists as done needn't be done again.
-
-    Returns
-    -------
-    list of Task
-        In the order of the inputs; `run` does them.
-
-    Raises
-    ------
-    NothingToDo
-        If an input doesn't exist, there is no photo, two would be written to one place, or one
-        over a photo or outside the folder.
-
-    Examples
-    --------
-    >>> import shutil
-    >>> from pathlib import Path
-    >>> import kogao_core as kogao
-    >>> from kogao_core.batch import plan
-    >>> Path("in").mkdir()
-    >>> photo = shutil.copy(kogao.sample(), "in/me.jpg")
-    >>> (task,) = plan([Path("in")], Path("out"), kogao.Recipe(percent=6))
-    >>> Path(task.output).as_posix()
-    'out/me.jpg'
+    Result: in the order of the inputs; `run` does them. Raises NothingToDo.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -110,20 +74,7 @@ def plan(
 def check_free(tasks: Sequence[Task]) -> None:
     """Check that none of the outputs exists, before a first run into a folder.
 
-    Parameters
-    ----------
-    tasks : sequence of Task
-        What is planned.
-
-    Raises
-    ------
-    NothingToDo
-        If one does.
-
-    Examples
-    --------
-    >>> from kogao_core.batch import check_free
-    >>> check_free([])
+    Raises NothingToDo.
     """
     taken = [task.output for task in tasks if Path(task.output).exists()]
     if taken:

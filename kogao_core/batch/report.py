@@ -18,22 +18,7 @@ _START: Final = b'{"s'  # ource, the first field of a line
 
 
 def record(outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], object]) -> None:
-    """Add every outcome to a report, which is made or gone on with.
-
-    Parameters
-    ----------
-    outcomes : iterable of Outcome
-        As `run` yields them; nothing is run before the report is open.
-    report : Path
-        The file.
-    then : callable
-        Called with each outcome that is on the disk.
-
-    Raises
-    ------
-    OSError
-        If the report can't be written, or the file is something else.
-    """
+    """Add every outcome to a report, which is made or gone on with."""
     if report.is_file():
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):

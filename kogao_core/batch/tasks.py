@@ -36,40 +36,20 @@ class _NoFace(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One photo of a batch, as plain values that travel to other processes and machines.
+    """One photo of a batch, as plain values that travel to other processes and machines."""
 
-    Parameters
-    ----------
-    source, output : str
-        Where to read and where to write.
-    recipe : dict
-        `Recipe.to_dict`.
-    which : str
-        Faces to work on: all, largest, or numbers.
-    max_megapixels : float
-        Refuse larger photos.
-    landmarks : str, optional
-        Where they come from, see `landmarks.source`.
-    project : str
-        A project file to do instead, or "".
-    disclosure : Disclosure
-        What results disclose of their retouching.
-    done : str
-        What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
-    doubtful : bool
-        Whether doubtful faces are worked on, too.
-    """
-
+    # Where to read and where to write.
     source: str
     output: str
-    recipe: Mapping[str, Any]
-    which: str = "all"
-    max_megapixels: float = 300.0
-    landmarks: str | None = None
-    project: str = ""
-    disclosure: Disclosure = NO_DISCLOSURE
+    recipe: Mapping[str, Any]  # `Recipe.to_dict`
+    which: str = "all"  # faces to work on: all, largest, or numbers
+    max_megapixels: float = 300.0  # refuse larger photos
+    landmarks: str | None = None  # where they come from, see `landmarks.source`
+    project: str = ""  # a project file to do instead, or ""
+    disclosure: Disclosure = NO_DISCLOSURE  # what results disclose of their retouching
+    # What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     done: str = ""
-    doubtful: bool = False
+    doubtful: bool = False  # whether doubtful faces are worked on, too
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
@@ -98,33 +78,18 @@ def _rooted(path: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one photo: a line of the report.
+    """What became of one photo: a line of the report."""
 
-    Parameters
-    ----------
-    source, output : str
-        As in the task.
-    status : {"done", "skipped", "no face", "failed"}
-        Skipped photos were done by an earlier run.
-    reason : str
-        A sentence where something went wrong; else what is worth knowing of the result.
-    key : str
-        Hash of the bytes of source, project and output, and of the choices.
-    faces : int
-        How many were worked on.
-    seconds : float
-        Time from reading to written.
-    achieved_percent : tuple of float
-        How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
-    """
-
+    # As in the task.
     source: str
     output: str
-    status: Status
+    status: Status  # skipped photos were done by an earlier run
+    # A sentence where something went wrong; else what is worth knowing of the result.
     reason: str = ""
-    key: str = ""
-    faces: int = 0
-    seconds: float = 0.0
+    key: str = ""  # hash of the bytes of source, project and output, and of the choices
+    faces: int = 0  # how many were worked on
+    seconds: float = 0.0  # time from reading to written
+    # How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
     achieved_percent: tuple[float, ...] = ()
 
     def to_json(self) -> str:

@@ -45,19 +45,7 @@ def _work_afar(task: Task, source: str, output: str) -> Outcome:
 
 
 class Workers:
-    """Where tasks are worked on; a context manager.
-
-    Parameters
-    ----------
-    make : callable
-        Returns an executor; called again when one is broken.
-    count : int
-        Tasks that it works on at a time.
-    close : callable
-        Called at the end.
-    send : callable
-        Hands a task to an executor.
-    """
+    """Where tasks are worked on; a context manager."""
 
     def __init__(
         self,
@@ -84,14 +72,7 @@ class Workers:
     def dask(address: str) -> Workers:
         """Return the workers of a dask.distributed cluster that sees the same files.
 
-        Raises
-        ------
-        ImportError
-            If dask.distributed isn't installed.
-        OSError
-            If nobody answers at `address`.
-        NoWorkers
-            If a scheduler does, but no worker joins it in a few seconds.
+        Raises NoWorkers.
         """
         from distributed import Client
 
@@ -135,15 +116,6 @@ def run(
 
     Only a few tasks are handed out at a time, so memory is bounded by the number of workers. A
     worker that dies, for want of memory say, fails the photo it was at; the others go on.
-
-    Parameters
-    ----------
-    tasks : iterable of Task
-        What to do.
-    workers : Workers
-        Who does it.
-    stop : callable
-        Asked before each task is handed out; True ends the batch with the running ones.
     """
     doubtful: list[Task] = []
     with workers:

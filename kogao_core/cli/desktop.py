@@ -31,22 +31,7 @@ def of_user() -> Path:
 
 
 def install(share: Path, program: Path) -> None:
-    """Lay all files in place, and have the indexes made anew.
-
-    Parameters
-    ----------
-    share : Path
-        Such as ``~/.local/share``.
-    program : Path
-        What the menu starts.
-
-    Raises
-    ------
-    AssetMissing
-        If this installation lacks the files.
-    OSError
-        If they can't be written.
-    """
+    """Lay all files in place, and have the indexes made anew. Raises AssetMissing."""
     from kogao_core.base import assets
     from kogao_core.base.atomic import put
 
@@ -67,13 +52,7 @@ def remove(share: Path) -> None:
 
 
 def quoted(program: Path) -> str:
-    r"""Return a path as desktop entries quote it: for their commands, and once more as a text.
-
-    Examples
-    --------
-    >>> quoted(Path("/opt/50% $off/kogao"))
-    '"/opt/50%% \\\\$off/kogao"'
-    """
+    r"""Return a path as desktop entries quote it: for their commands, and once more as a text."""
     inner = re.sub(r'(["`$\\])', r"\\\1", str(program)).replace("%", "%%")
     return '"' + inner.replace("\\", "\\\\") + '"'
 

@@ -33,34 +33,20 @@ _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """A program, or a version of it, that can hand pictures to this one.
+    """A program, or a version of it, that can hand pictures to this one."""
 
-    Parameters
-    ----------
-    settings : callable
-        Returns the folder of its settings.
-    sandbox : str
-        Its name as a Flatpak.
-    in_sandbox : str
-        The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
-    files : mapping of str to str
-        Our files among the resources, and where each goes within that folder; the first is started,
-        and told.
-    is_filled_once : bool
-        Whether it fills that folder only where there is none yet, so that it must have been there.
-    mark : str
-        File of the settings that must name ours; empty where all of a folder are taken.
-    then : Text, optional
-        What is left to do in that program.
-    """
-
-    settings: Callable[[], Path]
-    sandbox: str
+    settings: Callable[[], Path]  # returns the folder of its settings
+    sandbox: str  # its name as a Flatpak
+    # The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
     in_sandbox: str
+    # Our files among the resources, and where each goes within that folder; the first is started,
+    # and told.
     files: Mapping[str, str]
+    # Whether it fills that folder only where there is none yet, so that it must have been there.
     is_filled_once: bool = False
+    # File of the settings that must name ours; empty where all of a folder are taken.
     mark: str = ""
-    then: Text | None = None
+    then: Text | None = None  # what is left to do in that program
 
 
 def _settings(windows: str, mac: str, other: str, name: str) -> Path:

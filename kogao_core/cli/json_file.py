@@ -43,13 +43,7 @@ writes_json = writes("json", Text("Write everything as JSON; without F, or with 
 
 
 def check(file: Path | None, force: bool) -> None:
-    """Check, before work begins, that the file can be written.
-
-    Raises
-    ------
-    Stop
-        If it exists and `force` isn't set, no file can be there, or there is no such folder.
-    """
+    """Check, before work begins, that the file can be written. Raises Stop."""
     if file is None or file == STDOUT:
         return
     common.check_free(file, force)
@@ -68,19 +62,7 @@ def check(file: Path | None, force: bool) -> None:
 def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None) -> None:
     """Print what was found for people, unless JSON is printed, and write it where asked to.
 
-    Parameters
-    ----------
-    found : callable
-        Returns it as plain JSON values.
-    text : callable
-        Returns the same for people.
-    file : Path, optional
-        Where to write; ``-`` is the standard output.
-
-    Raises
-    ------
-    Stop
-        If the file can't be written.
+    Raises Stop.
     """
     from kogao_core.base.atomic import put
 

@@ -20,11 +20,6 @@ class ProgressLine:
 
     Off a terminal a line is printed for a step that ends at least `CALM_S` after the last line, or
     after the start: what is quickly done says nothing.
-
-    Parameters
-    ----------
-    clock : callable
-        Returns the time, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

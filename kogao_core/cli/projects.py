@@ -72,21 +72,7 @@ def check_free(photo: Path, sample: bool, force: bool) -> None:
 def save(
     photo: Photo, sha256: str, found: Sequence[Face], done: Applied, file: Path | None
 ) -> Path:
-    """Write what was done beside the photo, or stop.
-
-    Parameters
-    ----------
-    photo : Photo
-        The photo.
-    sha256 : str
-        Hash of its file as it was read; by now the result may be there.
-    found : sequence of Face
-        All faces, those left alone too.
-    done : Applied
-        What was done.
-    file : Path, optional
-        The project that was replayed, to be kept with all it holds.
-    """
+    """Write what was done beside the photo, or stop."""
     from kogao_core.projects import project, sidecar
 
     original = sidecar.original(photo.path, sha256, photo.pixels)

@@ -16,18 +16,12 @@ from kogao_core.recipe.recipe import Recipe
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Differences:
-    """Distances from each point of the first face to its partner on the second.
+    """Distances from each point of the first face to its partner on the second."""
 
-    Parameters
-    ----------
-    partners : int array of shape (N,)
-        Index of the partner: the same one where both outlines have as many points, else the
-        nearest.
-    landmarks_px, targets_px : array of shape (N,)
-        Distance between partners, px.
-    """
-
+    # Int (N,): index of the partner: the same one where both outlines have as many points, else the
+    # nearest.
     partners: npt.NDArray[np.intp]
+    # (N,): distance between partners, px.
     landmarks_px: Array
     targets_px: Array
 
@@ -35,26 +29,7 @@ class Differences:
 def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Differences:
     """Compare the landmarks and targets of two faces.
 
-    Parameters
-    ----------
-    first, second : Face
-        On the same photo.
-    recipes : (Recipe, Recipe)
-        That of each; they place automatic targets.
-
-    Returns
-    -------
-    Differences
-        For each outline point of the first face.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.differences import differences
-    >>> first, second = (kogao.template_face((240 + x, 180), 200) for x in (0, 3))
-    >>> found = differences(first, second, (kogao.Recipe(), kogao.Recipe()))
-    >>> float(found.landmarks_px.max().round(6))
-    3.0
+    Result: for each outline point of the first face.
     """
     ours, theirs = aim(first, recipes[0]), aim(second, recipes[1])
     between = np.linalg.norm(ours.source_px[:, None] - theirs.source_px, axis=2)
@@ -70,25 +45,7 @@ def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Di
 def matching(face: Face, others: Sequence[Face]) -> int | None:
     """Return which of `others` lies where `face` lies.
 
-    Parameters
-    ----------
-    face : Face
-        The one to find again.
-    others : sequence of Face
-        On the same photo.
-
-    Returns
-    -------
-    int, optional
-        Index of the nearest; None when there is none near.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.differences import matching
-    >>> here, there = (kogao.template_face((x, 180), 200) for x in (240, 900))
-    >>> matching(here, [there, here])
-    1
+    Result: index of the nearest; None when there is none near.
     """
     apart = [float(np.linalg.norm(other.middle - face.middle)) for other in others]
     if not apart:

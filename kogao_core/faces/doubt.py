@@ -32,21 +32,13 @@ UPRIGHT: Final = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What is thought of a face that was found.
+    """What is thought of a face that was found."""
 
-    Parameters
-    ----------
-    reason : {"unsure", "cut", "hidden", "on its head"}, optional
-        What speaks against changing it: it is left alone unless told otherwise.
-    look_at : tuple of int
-        Rows of `Face.points` that may be wrong, of a face that isn't left alone.
-    why : str
-        Either as part of a sentence; empty where there is nothing to say.
-    """
-
+    # What speaks against changing it: it is left alone unless told otherwise.
     reason: Reason | None = None
+    # Rows of `Face.points` that may be wrong, of a face that isn't left alone.
     look_at: tuple[int, ...] = ()
-    why: str = ""
+    why: str = ""  # either as part of a sentence; empty where there is nothing to say
 
     def told(self, number: int) -> str:
         """Return what there is to know of the face of a number, counted from 1; may be empty."""
@@ -63,28 +55,7 @@ class Verdict:
 def verdicts(faces: Sequence[Face], image: Box) -> list[Verdict]:
     """Return what is thought of each face of a photo.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        All of one photo, px: they are held against each other.
-    image : Box
-        The photo's rectangle.
-
-    Returns
-    -------
-    list of Verdict
-        Nothing speaks against a face placed by hand.
-
-    Examples
-    --------
-    >>> import dataclasses
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.doubt import verdicts
-    >>> from kogao_core.base.geometry import Box
-    >>> near, far = (kogao.template_face((x, 180), 120) for x in (120, 350))
-    >>> far = dataclasses.replace(far, score=0.43, source="mesh")
-    >>> [verdict.reason for verdict in verdicts([near, far], Box(0, 0, 480, 360))]
-    [None, 'unsure']
+    Result: nothing speaks against a face placed by hand.
     """
     company = any(abs(_roll(face)) < UPRIGHT for face in faces)
     return [_verdict(face, image, company) for face in faces]
@@ -118,42 +89,20 @@ class AllDoubted(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """What is done with the faces of a photo.
+    """What is done with the faces of a photo."""
 
-    Parameters
-    ----------
-    faces, others : list of Face
-        Those to make smaller, and those left alone.
-    note : str
-        Which of those asked for are left alone and why, and whose points are better looked at;
-        empty where there is none.
-    """
-
+    # Those to make smaller, and those left alone.
     faces: list[Face]
     others: list[Face]
+    # Which of those asked for are left alone and why, and whose points are better looked at; empty
+    # where there is none.
     note: str
 
 
 def choose(faces: Sequence[Face], which: str, image: Box, *, doubtful: bool = False) -> Chosen:
     """Pick the faces of a photo to make smaller: those asked for, but for doubtful ones.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        All of one photo, px.
-    which : str
-        See `kogao_core.faces.face.select`.
-    image : Box
-        The photo's rectangle.
-    doubtful : bool
-        Take those that `verdicts` would leave alone, too.
-
-    Raises
-    ------
-    AllDoubted
-        If none is left.
-    ValueError
-        If `which` names no faces, or some that aren't there.
+    Raises AllDoubted.
     """
     asked, taken, notes = select(faces, which), [], []
     for number, (face, verdict) in enumerate(zip(faces, verdicts(faces, image), strict=True), 1):

@@ -27,21 +27,11 @@ class Anchor:
 
     Kept apart from the landmarks, so that dragging one of them doesn't shift the lattice under
     all the others.
-
-    Parameters
-    ----------
-    origin_px : tuple of float
-        Position (x, y) of lattice node (0, 0): halfway between eyes and mouth.
-    spacing_px : float
-        Mean distance between neighbouring outline landmarks, the unit of R (section 3.3).
-
-    Raises
-    ------
-    ValueError
-        If the origin isn't finite or the spacing isn't above 0.
     """
 
+    # Position (x, y) of lattice node (0, 0): halfway between eyes and mouth.
     origin_px: tuple[float, float]
+    # Mean distance between neighbouring outline landmarks, the unit of R (section 3.3).
     spacing_px: float
 
     def __post_init__(self) -> None:
@@ -316,18 +306,7 @@ OnFace = Callable[[Face], object]
 
 
 def ignored(face: Face) -> None:
-    """Do nothing with a face while the search goes on: the list at its end holds it.
-
-    Parameters
-    ----------
-    face : Face
-        What was found.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> ignored(kogao.template_face((240, 180), 200))
-    """
+    """Do nothing with a face while the search goes on: the list at its end holds it."""
 
 
 class LandmarkSource(Protocol):
@@ -359,26 +338,8 @@ def in_reading_order(faces: Iterable[Face]) -> list[Face]:
     """Return faces as people count them: from the left, in a photo of several rows row by row.
 
     A new row begins where a level line passes between faces, through the landmarks of none, and at
-    least two of them are above it and two below.
-
-    Parameters
-    ----------
-    faces : iterable of Face
-        Those of one photo, in any order.
-
-    Returns
-    -------
-    list of Face
-        The same whatever the order they came in, but for faces at the very same place.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.face import in_reading_order
-    >>> places = [(300, 180), (100, 200), (340, 500), (120, 500)]
-    >>> faces = [kogao.template_face(place, 90) for place in places]
-    >>> [face.anchor.origin_px[0] for face in in_reading_order(faces)]
-    [100.0, 300.0, 120.0, 340.0]
+    least two of them are above it and two below. Result: the same whatever the order they came in,
+    but for faces at the very same place.
     """
     rows: list[list[Face]] = [[]]
     bottom = -inf
@@ -397,32 +358,7 @@ def in_reading_order(faces: Iterable[Face]) -> list[Face]:
 def select(faces: Sequence[Face], which: str) -> list[Face]:
     """Pick faces by ``"all"``, ``"largest"`` or 1-based numbers such as ``"1,3"``.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        Those of one photo.
-    which : str
-        The choice.
-
-    Returns
-    -------
-    list of Face
-        By number, in the order of `faces`.
-
-    Raises
-    ------
-    ValueError
-        If `which` is neither, or names a face that isn't there.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.face import select
-    >>> faces = [kogao.template_face((x, 180), width) for x, width in ((100, 90), (300, 120))]
-    >>> [face.anchor.origin_px[0] for face in select(faces, "largest")]
-    [300.0]
-    >>> len(select(faces, "1,2"))
-    2
+    Result: by number, in the order of `faces`.
     """
     if which == "all":
         return list(faces)

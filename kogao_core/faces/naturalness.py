@@ -30,22 +30,13 @@ UNNATURAL: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Naturalness:
-    """A warp judged by table 1.
+    """A warp judged by table 1."""
 
-    Parameters
-    ----------
-    percent : float
-        Warp distance, % of D.
-    unnatural : float
-        Share of answers that called such a face unnatural, %; a straight line between the
-        published distances, the nearest published value beyond them.
-    published : bool
-        False outside the distances and centres that were asked about.
-    """
-
-    percent: float
+    percent: float  # warp distance, % of D
+    # Share of answers that called such a face unnatural, %; a straight line between the published
+    # distances, the nearest published value beyond them.
     unnatural: float
-    published: bool
+    published: bool  # false outside the distances and centres that were asked about
 
     @property
     def warns(self) -> bool:
@@ -57,25 +48,8 @@ class Naturalness:
 def judge(percent: float, center: int) -> Naturalness:
     """Look a warp distance in % of D up in Table 1.
 
-    A centre candidate that nobody was asked about is judged by the worst row.
-
-    Parameters
-    ----------
-    percent : float
-        Warp distance, % of D.
-    center : int
-        Centre candidate, from 1.
-
-    Returns
-    -------
-    Naturalness
-        Interpolated between the published distances.
-
-    Examples
-    --------
-    >>> from kogao_core.faces.naturalness import judge
-    >>> judge(6.0, 2).unnatural, judge(12.0, 2).published
-    (5.0, False)
+    A centre candidate that nobody was asked about is judged by the worst row. Result: interpolated
+    between the published distances.
     """
     asked = center <= len(UNNATURAL)
     rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
@@ -84,27 +58,7 @@ def judge(percent: float, center: int) -> Naturalness:
 
 
 def percent_of(pairs: Pairs) -> float:
-    """Return the mean warp distance of a face in % of D, targets placed by hand included.
-
-    Parameters
-    ----------
-    pairs : Pairs
-        Landmarks and targets of one face.
-
-    Returns
-    -------
-    float
-        %.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.naturalness import percent_of
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> round(percent_of(aim(face, kogao.Recipe(percent=4))), 6)
-    4.0
-    """
+    """Return the mean warp distance of a face in % of D, targets placed by hand included."""
     radius = np.linalg.norm(pairs.source_px - pairs.center_px, axis=1)
     moved = np.linalg.norm(pairs.displacement_px, axis=1)
     return 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
@@ -113,25 +67,7 @@ def percent_of(pairs: Pairs) -> float:
 def worst(faces: Sequence[tuple[Pairs, int]]) -> Naturalness | None:
     """Judge the face with the largest warp distance by table 1; None without faces.
 
-    Parameters
-    ----------
-    faces : sequence of (Pairs, int)
-        Landmarks with their targets, and the centre candidate, of each face.
-
-    Returns
-    -------
-    Naturalness, optional
-        That of the face that moves most.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.naturalness import worst
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = [(aim(face, kogao.Recipe(percent=percent)), 2) for percent in (4, 8)]
-    >>> worst(pairs).warns
-    True
+    Result: that of the face that moves most.
     """
     judged = [judge(percent_of(pairs), center) for pairs, center in faces]
     return max(judged, key=lambda one: one.percent, default=None)

@@ -32,17 +32,7 @@ def reflection(face: Face) -> Affine:
 def opposite(face: Face, index: int) -> int | None:
     """Return the landmark across the midline that is nearest to where landmark `index` mirrors to.
 
-    Parameters
-    ----------
-    face : Face
-        Its outline may have any number of landmarks on each side.
-    index : int
-        Of a landmark on the outline.
-
-    Returns
-    -------
-    int or None
-        None for a landmark on the midline, and where there is none on the other side.
+    Result: None for a landmark on the midline, and where there is none on the other side.
     """
     sides = (face.outline - face.eye_center) @ across(face)
     if abs(sides[index]) < MIDDLE * face.anchor.spacing_px:
@@ -57,19 +47,7 @@ def opposite(face: Face, index: int) -> int | None:
 def influence(outline: Array, index: int, reach_px: float) -> Array:
     """Return how far each landmark follows landmark `index`: half a cosine wave along the outline.
 
-    Parameters
-    ----------
-    outline : array of shape (N, 2)
-        Px of the photo, round the chin; it is open.
-    index : int
-        Of the landmark that is moved.
-    reach_px : float
-        Way along the outline at which nothing follows any more; 0 for the landmark alone.
-
-    Returns
-    -------
-    array of shape (N,)
-        1 at the landmark, 0.5 half way, 0 from `reach_px` on.
+    Result (N,): 1 at the landmark, 0.5 half way, 0 from `reach_px` on.
     """
     steps = np.linalg.norm(np.diff(outline, axis=0), axis=1)
     along = np.append(0.0, np.cumsum(steps))
@@ -86,24 +64,7 @@ def moved(
 ) -> Face:
     """Return the face with a landmark of its outline moved, and what follows it.
 
-    Parameters
-    ----------
-    face : Face
-        Its targets that were set by hand stay.
-    index : int
-        Of the landmark.
-    to : array of shape (2,)
-        Where it is now, px of the photo.
-    reach_px : float
-        How far along the outline neighbours follow, see `influence`; 0 for none.
-    symmetric : bool
-        Whether the landmark opposite makes the mirrored move, its neighbours with it. A face that
-        isn't symmetric stays as it is: the move is mirrored, not the place.
-
-    Returns
-    -------
-    Face
-        Sure of that landmark; the lattice anchor stays.
+    `to` (2,) px. Result: sure of that landmark; the lattice anchor stays.
     """
     changed = face.with_outline_point(index, to)
     mirror = opposite(face, index) if symmetric else None

@@ -24,16 +24,8 @@ _TURNED: Final = 0.25
 def turn(face: Face) -> float:
     """Return how far a head is turned: how far its eyes and mouth are from the outline's middle.
 
-    Parameters
-    ----------
-    face : Face
-        With its outline's ends.
-
-    Returns
-    -------
-    float
-        0 where the line through eyes and mouth halves the outline's width at the eyes, 1 where it
-        goes through one of its ends.
+    Result: 0 where the line through eyes and mouth halves the outline's width at the eyes, 1 where
+    it goes through one of its ends.
     """
     left, right = (face.outline[[0, -1]] - face.eye_center) @ across(face)
     return float(abs(left + right) / max(1e-12, abs(right - left)))
@@ -43,35 +35,8 @@ def evened(face: Face, percent: float) -> Array:
     """Return the outline with its two sides evened out.
 
     Landmarks move straight to or from the middle between the outline's ends. The more the head is
-    turned, the less they move: the sides of a turned face aren't each other's mirror image.
-
-    Parameters
-    ----------
-    face : Face
-        Its outline, and eyes and mouth for the axis.
-    percent : float
-        0 to 100: 0 leaves everything to the bit, at 100 the sides of a face that isn't turned
-        are each other's mirror image.
-
-    Returns
-    -------
-    array of shape (N, 2)
-        Px.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.symmetry import evened
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> middle = (face.outline[0] + face.outline[-1]) / 2
-    >>> for index in range(3, 8):
-    ...     face = face.with_outline_point(index, middle + 1.1 * (face.outline[index] - middle))
-    >>> for percent in (0, 50, 100):
-    ...     left, right = evened(face, percent)[[5, 15], 0]
-    ...     print(round(240 - left, 1), round(right - 240, 1))
-    93.5 85.0
-    91.4 87.1
-    89.2 89.2
+    turned, the less they move: the sides of a turned face aren't each other's mirror image. Result
+    (N, 2) px.
     """
     share = percent / 100.0 * _frontal(turn(face)) / 2.0
     if share == 0.0:

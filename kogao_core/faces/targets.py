@@ -16,21 +16,11 @@ from kogao_core.recipe.settings import CENTERS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """Feature points and where they go.
+    """Feature points and where they go."""
 
-    Parameters
-    ----------
-    source_px : array of shape (N, 2)
-        Landmarks.
-    target_px : array of shape (N, 2)
-        Their target points.
-    center_px : array of shape (2,)
-        The centre they move towards.
-    """
-
-    source_px: Array
-    target_px: Array
-    center_px: Array
+    source_px: Array  # (N, 2): landmarks
+    target_px: Array  # (N, 2): their target points
+    center_px: Array  # (2,): the centre they move towards
 
     @property
     def displacement_px(self) -> Array:
@@ -46,26 +36,7 @@ class Pairs:
 def center_candidates(face: Face) -> Array:
     """Return the centre candidates, those of figure 7a first, px.
 
-    Parameters
-    ----------
-    face : Face
-        Its eye and mouth corners count.
-
-    Returns
-    -------
-    array of shape (len(CENTERS), 2)
-        The first four from the mouth to the tip of the nose.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.targets import center_candidates
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> center_candidates(face)[:4].round(1)
-    array([[240. , 195.2],
-           [240. , 175.9],
-           [240. , 156.7],
-           [240. , 144.2]])
+    Result (len(CENTERS), 2): the first four from the mouth to the tip of the nose.
     """
     fractions = np.array([candidate.fraction for candidate in CENTERS])[:, None]
     return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
@@ -77,29 +48,7 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
     of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
     evened out first (`symmetry`), and each zone then goes its own share of ``percent`` (`zones`).
-
-    Parameters
-    ----------
-    face : Face
-        Landmarks, and targets placed by hand where it has some.
-    recipe : Recipe
-        Of it, `percent`, `center` and what it says of zones.
-
-    Returns
-    -------
-    Pairs
-        One pair for each point of the outline.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = aim(face, kogao.Recipe(percent=10, center=2))
-    >>> (pairs.center_px, face.outline[10], pairs.target_px[10].round(1))
-    (array([240.  , 175.94]), array([240. , 262.4]), array([240. , 253.8]))
-    >>> round(pairs.warp_distance_px, 2)
-    9.65
+    Result: one pair for each point of the outline.
     """
     recipe = recipe.of_face(face.recipe)
     center = center_candidates(face)[int(recipe.center) - 1]

@@ -28,21 +28,8 @@ _MIXED: Final = 45.0
 def directions(outline: Array, origin: npt.ArrayLike, across_px: Array) -> tuple[Array, Array]:
     """Return where the points of an outline lie, seen from a place inside the face.
 
-    Parameters
-    ----------
-    outline : array of shape (N, 2)
-        Px.
-    origin : array of shape (2,)
-        The place, px.
-    across_px : array of shape (2,)
-        The direction across the face, see `reshape.across`.
-
-    Returns
-    -------
-    array of shape (N,)
-        Degrees from the direction of the chin, -180 to 180; those on the left are negative.
-    array of shape (N,)
-        Distances, px.
+    `origin` (2,) px; `across_px` (2,). Result: (N,): degrees from the direction of the chin, -180
+    to 180; those on the left are negative; (N,): distances, px.
     """
     away = outline - np.asarray(origin)
     down = np.array([-across_px[1], across_px[0]])
@@ -53,25 +40,7 @@ def directions(outline: Array, origin: npt.ArrayLike, across_px: Array) -> tuple
 def gains(face: Face, recipe: Recipe) -> Array:
     """Return how far each landmark goes beside the warp distance.
 
-    Parameters
-    ----------
-    face : Face
-        Its eyes and mouth tell where the chin is.
-    recipe : Recipe
-        Of it, `cheeks`, `jaw`, `chin`, `left` and `right`.
-
-    Returns
-    -------
-    array of shape (N,)
-        0 to 4; 1 to the bit where every zone is at 100 %.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.faces.zones import gains
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> gains(face, kogao.Recipe(chin=0))[:11].round(2)
-    array([1.  , 1.  , 1.  , 1.  , 1.  , 1.  , 1.  , 0.83, 0.47, 0.14, 0.  ])
+    Result (N,): 0 to 4; 1 to the bit where every zone is at 100 %.
     """
     degrees, _ = directions(face.outline, face.middle, across(face))
     beyond_chin = _rise(np.abs(degrees), 0.0, _JAW)

@@ -27,24 +27,13 @@ def no_progress(_: int, __: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A photo and the faces to work on.
+    """A photo and the faces to work on."""
 
-    Parameters
-    ----------
-    name : str
-        What reports call it: its file's name.
-    pixels : array of shape (H, W) or (H, W, C)
-        The upright photo, as `kogao_core.pipeline.render` takes it.
-    faces : tuple of Face
-        At least one, px of the photo.
-    sha256 : str
-        Of its file; empty where there is none.
-    """
-
-    name: str
+    name: str  # what reports call it: its file's name
+    # (H, W) or (H, W, C): the upright photo, as `kogao_core.pipeline.render` takes it.
     pixels: Image
-    faces: tuple[Face, ...]
-    sha256: str = ""
+    faces: tuple[Face, ...]  # at least one, px of the photo
+    sha256: str = ""  # of its file; empty where there is none
 
     @property
     def stem(self) -> str:

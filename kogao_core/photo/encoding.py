@@ -13,24 +13,7 @@ from kogao_core.photo.model import Photo
 
 
 def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = None) -> Pieces:
-    """Return a file with new pixels and the photo's metadata, whose orientation is upright.
-
-    Parameters
-    ----------
-    photo : Photo
-        Where the metadata and the compression come from.
-    pixels : array of shape (H, W) or (H, W, C)
-        Upright, of a depth and layout that `form` holds.
-    form : FileFormat
-        What to write.
-    part : Box, optional
-        What of the pixels to write, px; all of them when absent. The metadata are of the whole.
-
-    Raises
-    ------
-    ValueError
-        If the encoder can't, or there is none.
-    """
+    """Return a file with new pixels and the photo's metadata, whose orientation is upright."""
     if form.encode is None:
         raise ValueError(f"{form.title} is read only")
     carried = photo.carried if form.name == photo.format else ()

@@ -30,20 +30,7 @@ _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 def check_in_place(photo: Photo) -> None:
     """Check that a changed photo can go over its own file without making less of it.
 
-    Parameters
-    ----------
-    photo : Photo
-        The photo as it was read.
-
-    Raises
-    ------
-    RefusedOutput
-        If its format can't be written or isn't the one of its name, its colours or its depth were
-        converted, its compression can't be written, or it holds more pictures (pages, frames,
-        layers, channels), which would be lost. Those behind a JPEG, which phones put there, are
-        named in the note of `write_in_place` instead.
-    CannotWrite
-        If the file or its folder isn't writable.
+    Raises RefusedOutput, CannotWrite.
     """
     path, form = photo.path, formats.BY_NAME[photo.format]
     if form.encode is None:
@@ -104,29 +91,8 @@ def write_in_place(
 ) -> str:
     """Write new pixels over the photo's own file; see `write` for what stays as it was.
 
-    A photo may be written several times: what is kept of its file comes from the original.
-
-    Parameters
-    ----------
-    photo : Photo
-        The photo as it was read.
-    pixels : array of shape (H, W) or (H, W, C)
-        Of the photo's own shape and type.
-    originals : Originals
-        Where the file is kept before it is written over.
-    ahead, sign : callable, optional
-        See `write`.
-
-    Returns
-    -------
-    str
-        What is worth knowing, in one line.
-
-    Raises
-    ------
-    RefusedOutput, CannotWrite
-        As `check_in_place` does; also if another program has changed the file since it was read,
-        or the store can't be written.
+    A photo may be written several times: what is kept of its file comes from the original. Result:
+    what is worth knowing, in one line. Raises RefusedOutput, CannotWrite.
     """
     check_in_place(photo)
     source = _source(photo, _file_of(photo, originals))

@@ -19,23 +19,13 @@ _ROWS: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class JpegCoding:
-    """How a JPEG file was compressed.
+    """How a JPEG file was compressed."""
 
-    Parameters
-    ----------
-    tables : tuple of tuple of int
-        Quantisation tables, 64 numbers each, in Pillow's order; none in a lossless file.
-    subsampling : int
-        Pillow's code: 0 is 4:4:4, 1 is 4:2:2, 2 is 4:2:0.
-    progressive : bool
-        Whether the scans are progressive.
-    jfif : bytes
-        Version, unit and density of its JFIF segment, seven bytes; empty without one.
-    """
-
+    # Quantisation tables, 64 numbers each, in Pillow's order; none in a lossless file.
     tables: tuple[tuple[int, ...], ...]
-    subsampling: int
-    progressive: bool
+    subsampling: int  # pillow's code: 0 is 4:4:4, 1 is 4:2:2, 2 is 4:2:0
+    progressive: bool  # whether the scans are progressive
+    # Version, unit and density of its JFIF segment, seven bytes; empty without one.
     jfif: bytes = b""
 
 

@@ -137,28 +137,7 @@ def write(
 def read_ahead(photo: Photo, path: str | os.PathLike[str]) -> object:
     """Read what `write` will need of the photo's own file, which takes as long as decoding it.
 
-    Parameters
-    ----------
-    photo : Photo
-        The photo as it was read.
-    path : path
-        Where it will be written, or may lie in part for a moment; its ending is known and its
-        folder there, see `check_output`.
-
-    Returns
-    -------
-    object
-        For `write`, one call after the other.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.photo import read_ahead
-    >>> photo = kogao.read(kogao.sample())
-    >>> known = read_ahead(photo, "small.jpg")
-    >>> pixels = photo.pixels // 2
-    >>> kogao.write(photo, pixels, "small.jpg", ahead=lambda: known)
-    "0.0 % of the JPEG's blocks are the source's own"
+    Result: for `write`, one call after the other.
     """
     form = formats.of(path)
     if form.ahead is None or form.name != photo.format:
@@ -179,31 +158,7 @@ def _backed_up(path: Path) -> Path:
 def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format:
     """Return the format of an output path, or say why nothing can be written there.
 
-    Parameters
-    ----------
-    path : path
-        Where to write.
-    force : bool
-        Whether an existing file may be replaced.
-
-    Returns
-    -------
-    {"JPEG", "PNG", "TIFF", "WEBP"}
-        By the name's ending.
-
-    Raises
-    ------
-    RefusedOutput
-        If the ending is unknown, the file exists and `force` isn't set, or no file can be there: a
-        device, a pipe, a link in a circle.
-    CannotWrite
-        If the folder is missing or not writable.
-
-    Examples
-    --------
-    >>> from kogao_core.photo import check_output
-    >>> check_output("new.tif")
-    'TIFF'
+    Result: by the name's ending. Raises RefusedOutput, CannotWrite.
     """
     path = Path(path)
     if path.is_dir():
@@ -239,54 +194,13 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format
 
 
 def bits_of(path: str | os.PathLike[str]) -> Literal[8, 16]:
-    """Return how deep a raw photo is best read for an output path.
-
-    Parameters
-    ----------
-    path : path
-        Where to write.
-
-    Returns
-    -------
-    {8, 16}
-
-    Examples
-    --------
-    >>> from kogao_core.photo import bits_of
-    >>> bits_of("new.tif"), bits_of("new.jpg")
-    (16, 8)
-    """
+    """Return how deep a raw photo is best read for an output path."""
     form = FORMATS.get(Path(path).suffix.lower())
     return 16 if form is None or "uint16" in formats.BY_NAME[form].layouts else 8
 
 
 def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
-    """Check that the format of an output path can hold these pixels.
-
-    Parameters
-    ----------
-    path : path
-        Where to write; its ending is known, see `check_output`.
-    pixels : array of shape (H, W) or (H, W, C)
-        What to write.
-
-    Raises
-    ------
-    RefusedOutput
-        If it would cut their depth, their transparency or their size.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.photo import RefusedOutput, check_holds
-    >>> deep = np.zeros((30, 40, 3), np.uint16)
-    >>> check_holds("new.png", deep)
-    >>> try:
-    ...     check_holds("new.jpg", deep)
-    ... except RefusedOutput as problem:
-    ...     print(problem)
-    new.jpg: JPEG can't hold this 16-bit photo; write it as .png or .tif
-    """
+    """Check that the format of an output path can hold these pixels. Raises RefusedOutput."""
     path = Path(path)
     form = formats.of(path)
     depth, longest = pixels.dtype.name, form.longest_side_px

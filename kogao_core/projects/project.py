@@ -171,21 +171,6 @@ def unit_px(width: int, height: int) -> int:
     """Return what coordinates are divided by: the least power of two not below both sides.
 
     Dividing by a power of two loses no bit, so reading brings back the very same points.
-
-    Parameters
-    ----------
-    width, height : int
-        Of the photo, px.
-
-    Returns
-    -------
-    int
-
-    Examples
-    --------
-    >>> from kogao_core.projects.project import unit_px
-    >>> unit_px(900, 600), unit_px(1024, 1025)
-    (1024, 2048)
     """
     return 1 << (max(width, height) - 1).bit_length()
 
@@ -193,24 +178,7 @@ def unit_px(width: int, height: int) -> int:
 def to_dict(project: Project) -> dict[str, Any]:
     """Return a project as plain JSON values; positions and lengths are in `unit_px`.
 
-    Parameters
-    ----------
-    project : Project
-        What was done.
-
-    Returns
-    -------
-    dict
-        What `from_node` reads.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.projects.project import Original, Sheet, to_dict
-    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 600), "automatic", Sheet())
-    >>> values = to_dict(project)
-    >>> values["format"], values["unit_px"], values["automatic"]["faces"]
-    ('kogao-project', 1024, [])
+    Result: what `from_node` reads.
     """
     original = project.original
     unit = unit_px(original.width, original.height)
@@ -230,31 +198,7 @@ def to_dict(project: Project) -> dict[str, Any]:
 
 
 def from_node(top: Node) -> Project:
-    """Read what `to_dict` wrote.
-
-    Parameters
-    ----------
-    top : Node
-        The file's object, see `strict.parse`.
-
-    Returns
-    -------
-    Project
-
-    Raises
-    ------
-    BadFile
-        If anything isn't as it should be, or a newer Kogao wrote it.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.projects.project import Original, Sheet, from_node, to_dict
-    >>> from kogao_core.base.strict import Node
-    >>> project = kogao.Project(Original("me.jpg", "0" * 64, 900, 600), "automatic", Sheet())
-    >>> from_node(Node(to_dict(project))).original == project.original
-    True
-    """
+    """Read what `to_dict` wrote. Raises BadFile."""
     top.field("format").text(40, (_FORMAT,))
     version = top.field("version").whole(1, 10**6)
     if version > VERSION:
@@ -319,58 +263,13 @@ def load(path: str | os.PathLike[str]) -> Project:
 
 
 def save(project: Project, path: str | os.PathLike[str]) -> None:
-    """Write a project file, whole or not at all.
-
-    Parameters
-    ----------
-    project : Project
-        What was done.
-    path : path
-        Replaced where it exists.
-
-    Raises
-    ------
-    OSError
-        If the folder is missing or not writable, or the disk is full.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.projects.project import Original, Sheet, save
-    >>> original = Original("me.jpg", "0" * 64, 900, 600)
-    >>> save(kogao.Project(original, "automatic", Sheet()), "me.jpg.kogao.json")
-    >>> kogao.load_project("me.jpg.kogao.json").original == original
-    True
-    """
+    """Write a project file, whole or not at all."""
     text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
     put(text.encode("utf-8"), path)
 
 
 def sha256_of(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file, in hexadecimal.
-
-    Parameters
-    ----------
-    path : path
-        Any file.
-
-    Returns
-    -------
-    str
-        64 digits.
-
-    Raises
-    ------
-    OSError
-        If it can't be read.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.projects.project import sha256_of
-    >>> len(sha256_of(kogao.sample()))
-    64
-    """
+    """Return the SHA-256 of a file, in hexadecimal. Result: 64 digits."""
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -21,52 +21,21 @@ SUFFIX: Final = ".kogao.json"
 
 
 def sidecar_of(photo: str | os.PathLike[str]) -> Path:
-    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it.
-
-    Parameters
-    ----------
-    photo : path
-        The photo.
-
-    Returns
-    -------
-    Path
-
-    Examples
-    --------
-    >>> from kogao_core.projects.sidecar import sidecar_of
-    >>> sidecar_of("in/me.jpg").name
-    'me.jpg.kogao.json'
-    """
+    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it."""
     path = Path(photo)
     return path.with_name(path.name + SUFFIX)
 
 
 @dataclass(frozen=True, eq=False)
 class Applied:
-    """What a project makes of one photo: the arguments of `render`.
+    """What a project makes of one photo: the arguments of `render`."""
 
-    Parameters
-    ----------
-    faces : list of Face
-        Those to make smaller, px of the photo.
-    recipe : Recipe
-        The photo's choices.
-    protection : Protection
-        Places that must not move, px.
-    note : str
-        What the user should know of the match; empty for the very photo.
-    loose : tuple of Line
-        Straight lines that aren't held, px.
-    others : list of Face
-        More faces of the photo, which are left alone, px.
-    """
-
-    faces: list[Face]
-    recipe: Recipe
-    protection: Protection
-    note: str = ""
-    loose: tuple[Line, ...] = ()
+    faces: list[Face]  # those to make smaller, px of the photo
+    recipe: Recipe  # the photo's choices
+    protection: Protection  # places that must not move, px
+    note: str = ""  # what the user should know of the match; empty for the very photo
+    loose: tuple[Line, ...] = ()  # straight lines that aren't held, px
+    # More faces of the photo, which are left alone, px.
     others: list[Face] = field(default_factory=list)
 
     @property
@@ -126,36 +95,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
 def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
     """Return a project in px of a photo, and what the user should know of the match.
 
-    Parameters
-    ----------
-    project : Project
-        Of this photo, or of the same one at another resolution.
-    pixels : array of shape (H, W) or (H, W, C)
-        The photo, upright.
-    sha256 : str, optional
-        See `apply`.
-
-    Returns
-    -------
-    (Project, str)
-        The note is empty for the very photo.
-
-    Raises
-    ------
-    BadFile
-        See `apply`.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.projects.project import Original, Sheet
-    >>> from kogao_core.projects.sidecar import match
-    >>> photo = kogao.read(kogao.sample())
-    >>> sheet = Sheet((kogao.template_face((450, 480), 400),))
-    >>> project = kogao.Project(Original("large.jpg", "0" * 64, 1800, 1800), "automatic", sheet)
-    >>> at_hand, note = match(project, photo.pixels)
-    >>> at_hand.original.width == photo.width
-    True
+    Result: the note is empty for the very photo. Raises BadFile.
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
@@ -180,29 +120,7 @@ def _sheet_of(project: Project) -> Sheet:
 
 
 def original(path: Path, sha256: str, pixels: Image) -> Original:
-    """Return how a project beside a photo names it: by its file name alone, in plain letters.
-
-    Parameters
-    ----------
-    path : Path
-        The photo.
-    sha256 : str
-        Hash of its file.
-    pixels : array of shape (H, W) or (H, W, C)
-        Upright.
-
-    Returns
-    -------
-    Original
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> import numpy as np
-    >>> from kogao_core.projects.sidecar import original
-    >>> original(Path("in/me.jpg"), "0" * 64, np.zeros((3, 4), np.uint8)).path
-    'me.jpg'
-    """
+    """Return how a project beside a photo names it: by its file name alone, in plain letters."""
     name = printable(path.name)
     height, width = pixels.shape[:2]
     return Original(name, sha256, width, height)

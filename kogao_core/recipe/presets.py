@@ -36,13 +36,7 @@ def user_folder() -> Path:
 
 
 def read(file: Path) -> Recipe:
-    """Return the recipe in a file.
-
-    Raises
-    ------
-    ValueError
-        If it can't be read or holds no recipe of this program, in a sentence that names it.
-    """
+    """Return the recipe in a file."""
     try:
         with file.open("rb") as opened:
             data = opened.read(_MOST_BYTES + 1)
@@ -60,13 +54,7 @@ def read(file: Path) -> Recipe:
 
 
 def write(recipe: Recipe, file: Path) -> None:
-    """Write a recipe as a file, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If it can't be written.
-    """
+    """Write a recipe as a file, whole or not at all."""
     put(f"{json.dumps(recipe.to_dict(), indent=1)}\n".encode(), file)
 
 
@@ -84,13 +72,7 @@ def listed(folder: Path) -> dict[str, Recipe]:
 
 
 def file_of(folder: Path, name: str) -> Path:
-    """Return the file of a preset in a folder.
-
-    Raises
-    ------
-    ValueError
-        If it can't be a name: empty, longer than 60 letters, or with letters that don't print.
-    """
+    """Return the file of a preset in a folder."""
     name = name.strip()
     if not name or len(name) > LONGEST_NAME or _UNPRINTABLE.search(name):
         raise ValueError(
@@ -110,28 +92,14 @@ def name_of(file: Path) -> str:
 
 
 def add(folder: Path, name: str, recipe: Recipe) -> None:
-    """Keep a recipe under a name in a folder, in place of any other of that name.
-
-    Raises
-    ------
-    ValueError
-        If it can't be a name.
-    OSError
-        If the file can't be written.
-    """
+    """Keep a recipe under a name in a folder, in place of any other of that name."""
     file = file_of(folder, name)
     folder.mkdir(parents=True, exist_ok=True)
     write(recipe, file)
 
 
 def remove(folder: Path, name: str) -> None:
-    """Delete a preset from a folder; one that is gone is no error.
-
-    Raises
-    ------
-    OSError
-        If it can't be deleted.
-    """
+    """Delete a preset from a folder; one that is gone is no error."""
     for file in folder.glob(f"*{ENDING}"):
         if name_of(file) == name:
             file.unlink(missing_ok=True)

@@ -21,47 +21,20 @@ Name = TypeVar("Name", bound=str, covariant=True)
 
 
 def cited(words: Text, where: str) -> Text:
-    """Return words with the place in the paper behind them, if there is one.
-
-    Parameters
-    ----------
-    words : Text
-    where : str
-        The place, or nothing.
-
-    Returns
-    -------
-    Text
-    """
+    """Return words with the place in the paper behind them, if there is one."""
     return Text("{words} ({where})", words=words, where=where) if where else words
 
 
 @dataclass(frozen=True, slots=True)
 class Alternative(Generic[Name]):
-    """One of the things that a field of the recipe may be.
+    """One of the things that a field of the recipe may be."""
 
-    Parameters
-    ----------
-    name : str
-        In files and on the command line.
-    title : Text
-        What people call it.
-    word : Text
-        The same within a sentence.
-    help : Text
-        What it is, in a few words.
-    where : str
-        Where the paper has it; empty, where it hasn't.
-    reference : str
-        Who described it; numbers are those of the paper's list.
-    """
-
-    name: Name
-    title: Text
-    word: Text
-    help: Text
-    where: str = ""
-    reference: str = ""
+    name: Name  # in files and on the command line
+    title: Text  # what people call it
+    word: Text  # the same within a sentence
+    help: Text  # what it is, in a few words
+    where: str = ""  # where the paper has it; empty, where it hasn't
+    reference: str = ""  # who described it; numbers are those of the paper's list
 
     @property
     def description(self) -> Text:
@@ -72,18 +45,10 @@ class Alternative(Generic[Name]):
 
 @dataclass(frozen=True, slots=True)
 class Center:
-    """A centre candidate.
+    """A centre candidate."""
 
-    Parameters
-    ----------
-    fraction : float
-        How far along the way from the eyes to the mouth it lies.
-    where : str
-        Where the paper has it; empty, where it hasn't.
-    """
-
-    fraction: float
-    where: str = ""
+    fraction: float  # how far along the way from the eyes to the mouth it lies
+    where: str = ""  # where the paper has it; empty, where it hasn't
 
 
 @dataclass(frozen=True, slots=True)

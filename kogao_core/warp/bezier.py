@@ -12,22 +12,7 @@ from kogao_core.base.geometry import Array
 def cells_along(phi: Array) -> Array:
     """Return the Bezier control points of every cell that a control point reaches.
 
-    Parameters
-    ----------
-    phi : array of shape (n, ...)
-        B-spline control points; those before and after are zero.
-
-    Returns
-    -------
-    array of shape (4, n + 3, ...)
-        The four points of each cell.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.bezier import cells_along
-    >>> cells_along(np.ones(5)).shape
-    (4, 8)
+    `phi` (n, ...). Result (4, n + 3, ...): the four points of each cell.
     """
     p = np.zeros((len(phi) + 6, *phi.shape[1:]))
     p[3:-3] = phi
@@ -43,22 +28,7 @@ def cells_along(phi: Array) -> Array:
 def halves(count: int) -> tuple[Array, Array]:
     """Return de Casteljau's matrices from `count` Bezier points to those of either half.
 
-    Parameters
-    ----------
-    count : int
-        Control points of the curve: its degree plus one.
-
-    Returns
-    -------
-    left, right : array of shape (count, count)
-        To be multiplied with the control points.
-
-    Examples
-    --------
-    >>> from kogao_core.warp.bezier import halves
-    >>> left, right = halves(3)
-    >>> (left @ [0.0, 1.0, 0.0]).tolist()
-    [0.0, 0.5, 0.5]
+    `left`, `right` (count, count): to be multiplied with the control points.
     """
     left = np.array([[comb(j, i) / 2.0**j for i in range(count)] for j in range(count)])
     return left, np.asarray(left[::-1, ::-1])

@@ -35,29 +35,6 @@ class Canvas:
 
     After an exception in the middle of `warp` the pixels hold a part of it; the next call puts all
     of them right.
-
-    Parameters
-    ----------
-    source : array of shape (H, W) or (H, W, C)
-        uint8, uint16 or float32 with 1 to 4 channels; never written to.
-
-    Raises
-    ------
-    ValueError
-        If depth, channels or size can't be warped.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.canvas import Canvas
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> canvas = Canvas(photo)
-    >>> first = kogao.render(photo, [face], kogao.Recipe(percent=6), canvas=canvas)
-    >>> later = kogao.render(photo, [face], kogao.Recipe(percent=7), canvas=canvas)
-    >>> later.pixels is first.pixels is canvas.pixels
-    True
     """
 
     def __init__(self, source: Image) -> None:

@@ -51,21 +51,11 @@ class Cells:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Domain:
-    """The pixels that a warp works on.
+    """The pixels that a warp works on."""
 
-    Parameters
-    ----------
-    name : {"image", "control-points", "threshold"}
-        How it was reduced.
-    image : Box
-        The whole image.
-    cells : tuple of Cells
-        Active lattice cells per face; pixels outside them keep their bytes.
-    """
-
-    name: DomainName
-    image: Box
-    cells: tuple[Cells, ...]
+    name: DomainName  # how it was reduced
+    image: Box  # the whole image
+    cells: tuple[Cells, ...]  # active lattice cells per face; pixels outside them keep their bytes
 
     def mask(self, box: Box) -> Mask:
         """Return which pixels of `box` lie in the domain's cells, shape (height, width)."""
@@ -103,22 +93,7 @@ def _bounds(cells: Cells) -> Box:
 def fade_of(recipe: Recipe) -> float:
     """Return the T of the field's fade: none up to the lossless threshold, which shows no seam.
 
-    Parameters
-    ----------
-    recipe : Recipe
-        Of it, `domain` and `threshold_px`.
-
-    Returns
-    -------
-    float
-        px; 0 is no fade.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.domain import fade_of
-    >>> fade_of(kogao.Recipe()), fade_of(kogao.Recipe(threshold_px=2.0))
-    (0.0, 2.0)
+    Result: px; 0 is no fade.
     """
     lossless = recipe.domain != "threshold" or recipe.threshold_px <= LOSSLESS_PX
     return 0.0 if lossless else recipe.threshold_px
@@ -127,29 +102,7 @@ def fade_of(recipe: Recipe) -> float:
 def threshold_of(recipe: Recipe, field: Field) -> float:
     """Return the T of a rendering: the recipe's, or the lossless one where its fade was refused.
 
-    Parameters
-    ----------
-    recipe : Recipe
-        What was asked for.
-    field : Field
-        What came of it.
-
-    Returns
-    -------
-    float
-        px.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.domain import threshold_of
-    >>> from kogao_core.recipe.recipe import LOSSLESS_PX
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> threshold_of(kogao.Recipe(threshold_px=2.0), field) == LOSSLESS_PX  # `field` has no fade
-    True
+    Result: px.
     """
     return LOSSLESS_PX if fade_of(recipe) > field.fade_px else recipe.threshold_px
 
@@ -160,37 +113,7 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     ``control-points`` keeps every cell that a non-zero control point reaches: 4 x 4 of them, not
     the 3 x 3 of section 4.1, which leaves a seam. ``threshold`` keeps the cells in which a pixel
     could move by more than T, the field's own or the lossless one; large cells are cut up first.
-
-    Parameters
-    ----------
-    field : Field
-        What moves.
-    image : Box
-        The whole image.
-    name : {"image", "control-points", "threshold"}
-        How to reduce it.
-
-    Returns
-    -------
-    Domain
-        No pixel outside it changes.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.domain import reduce
-    >>> from kogao_core.base.geometry import Box
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> image = Box.of(photo)
-    >>> reached = reduce(field, image, "control-points").mask(image)
-    >>> moving = reduce(field, image, "threshold").mask(image)
-    >>> bool((moving <= reached).all()), bool(0.0 < moving.mean() < 0.5)
-    (True, True)
-    >>> reduce(field, image, "image").bounds == image
-    True
+    Result: no pixel outside it changes.
     """
     match name:
         case "image" | "control-points":
@@ -209,34 +132,7 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
 
 
 def cells_beyond(lattice: Lattice, image: Box, least_px: float) -> Cells:
-    """Return the cells of a lattice in which a pixel of the image could move by more than that.
-
-    Parameters
-    ----------
-    lattice : Lattice
-        Its large cells are cut up.
-    image : Box
-        The whole image.
-    least_px : float
-        How far.
-
-    Returns
-    -------
-    Cells
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.domain import cells_beyond
-    >>> from kogao_core.base.geometry import Box
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> (lattice,) = kogao.render(photo, [face], kogao.Recipe(percent=6)).field.lattices
-    >>> few, many = (cells_beyond(lattice, Box.of(photo), px).active.sum() for px in (1.0, 0.1))
-    >>> bool(0 < few < many)
-    True
-    """
+    """Return the cells of a lattice in which a pixel of the image could move by more than that."""
     lattice = lattice.within(image)
     while lattice.grid.spacing_px > _LARGEST_CELL_PX:
         lattice = lattice.refined().within(image)
@@ -246,31 +142,7 @@ def cells_beyond(lattice: Lattice, image: Box, least_px: float) -> Cells:
 def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) -> Mask:
     """Return which pixels of `box` move by more than T: figure 13's regions, exact to the pixel.
 
-    Parameters
-    ----------
-    field : Field
-        What moves.
-    box : Box
-        Where to look.
-    threshold_px : float
-        T.
-
-    Returns
-    -------
-    bool array of shape (height, width)
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.domain import threshold_mask
-    >>> from kogao_core.base.geometry import Box
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> mask = threshold_mask(field, Box.of(photo), threshold_px=1.0)
-    >>> mask.shape, bool(mask[262, 240]), bool(mask[0, 0])
-    ((360, 480), True, False)
+    Result bool (height, width).
     """
     spline = Field(field.lattices)
     xs = np.arange(box.left, box.right)
@@ -285,35 +157,7 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
 
 
 def mask_of(field: Field, box: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Mask:
-    """Return which pixels of `box` belong to a domain of section 4.
-
-    Parameters
-    ----------
-    field : Field
-        What moves.
-    box : Box
-        Where to look.
-    name : {"image", "control-points", "threshold"}
-        Which domain.
-    threshold_px : float
-        T.
-
-    Returns
-    -------
-    bool array of shape (height, width)
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.domain import mask_of
-    >>> from kogao_core.base.geometry import Box
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> bool(mask_of(field, Box.of(photo), "image").all())
-    True
-    """
+    """Return which pixels of `box` belong to a domain of section 4. Result bool (height, width)."""
     match name:
         case "image":
             return np.ones((box.height, box.width), bool)

@@ -19,24 +19,7 @@ from kogao_core.warp.field import Field, shown_at
 def asked_percent(pairs: Pairs) -> float:
     """Return `toward_center_percent` of the targets: the recipe's percentage, without drags.
 
-    Parameters
-    ----------
-    pairs : Pairs
-        Of one face.
-
-    Returns
-    -------
-    float
-        %.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.dose import asked_percent
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> round(asked_percent(aim(face, kogao.Recipe(percent=6))), 6)
-    6.0
+    Result: %.
     """
     return toward_center_percent(pairs, pairs.target_px)
 
@@ -44,28 +27,7 @@ def asked_percent(pairs: Pairs) -> float:
 def achieved_percent(field: Field, pairs: Sequence[Pairs]) -> tuple[float, ...]:
     """Return `toward_center_percent` of the places where the result shows the landmarks.
 
-    Parameters
-    ----------
-    field : Field
-        Of all faces.
-    pairs : sequence of Pairs
-        One for each face.
-
-    Returns
-    -------
-    tuple of float
-        %, one for each face.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.dose import achieved_percent
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
-    >>> [round(percent, 1) for percent in achieved_percent(rendering.field, rendering.pairs)]
-    [6.0]
+    Result: %, one for each face.
     """
     if not pairs:
         return ()
@@ -81,29 +43,6 @@ def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
 
     For a landmark p with centre c, ``D = |c - p|`` and place p' it is ``(p' - p) . (c - p) / D^2``:
     positive inwards, negative outwards, 0 for what moves across.
-
-    Parameters
-    ----------
-    pairs : Pairs
-        The landmarks of the outline, 21 of a face, and their centre.
-    moved_px : array of shape (N, 2)
-        Where they are now.
-
-    Returns
-    -------
-    float
-        %.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.dose import toward_center_percent
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = aim(face, kogao.Recipe())
-    >>> halfway = (pairs.source_px + pairs.center_px) / 2
-    >>> toward_center_percent(pairs, halfway)
-    50.0
     """
     toward = pairs.center_px - pairs.source_px
     along = ((moved_px - pairs.source_px) * toward).sum(axis=1)

@@ -14,15 +14,9 @@ from kogao_core.warp.protection import Protection, Stroke
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Falloff:
-    """Everything that has a feather: 0 on the strokes, 1 from a feather's width beside them.
+    """Everything that has a feather: 0 on the strokes, 1 from a feather's width beside them."""
 
-    Parameters
-    ----------
-    strokes : tuple of Stroke
-        Those with a feather.
-    """
-
-    strokes: tuple[Stroke, ...]
+    strokes: tuple[Stroke, ...]  # those with a feather
 
     @property
     def boxes_px(self) -> Array:
@@ -35,17 +29,7 @@ class Falloff:
     def at(self, points_px: npt.ArrayLike) -> tuple[Array, Array]:
         """Return the factor and its slope at points.
 
-        Parameters
-        ----------
-        points_px : array of shape (N, 2)
-            Positions (x, y).
-
-        Returns
-        -------
-        factor : array of shape (N,)
-            0 to 1.
-        slope : array of shape (N, 2)
-            Its derivatives along x and y, per px.
+        `factor` (N,): 0 to 1; `slope` (N, 2): its derivatives along x and y, per px.
         """
         depth, slope = self._depth(np.asarray(points_px, np.float64))
         return smoothstep(depth), (6.0 * depth * (1.0 - depth))[:, None] * slope
@@ -53,17 +37,7 @@ class Falloff:
     def bounds(self, points_px: Array, radius_px: float) -> tuple[Array, Array]:
         """Bound the factor and its slope round points.
 
-        Parameters
-        ----------
-        points_px : array of shape (N, 2)
-            Positions (x, y).
-        radius_px : float
-            How far round each the bounds hold.
-
-        Returns
-        -------
-        factor, slope : arrays of shape (N,)
-            No factor there is larger, no slope steeper (per px).
+        `factor`, `slope` (N,): no factor there is larger, no slope steeper (per px).
         """
         thinnest = min((stroke.feather_px for stroke in self.strokes), default=np.inf)
         depth, _ = self._depth(points_px)
@@ -98,17 +72,8 @@ class Falloff:
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
         """Return the factor and its slopes on the grid ``ys x xs``.
 
-        Parameters
-        ----------
-        xs_px, ys_px : array of shape (X,) and (Y,)
-            Ascending coordinates of columns and rows.
-
-        Returns
-        -------
-        factor : array of shape (Y, X)
-            0 to 1.
-        slope : array of shape (2, Y, X)
-            Its derivatives along x and y, per px.
+        `xs_px`, `ys_px` (X,) and (Y,). `factor` (Y, X): 0 to 1; `slope` (2, Y, X): its derivatives
+        along x and y, per px.
         """
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         depth, slope = np.ones((len(ys), len(xs))), np.zeros((2, len(ys), len(xs)))
@@ -130,24 +95,7 @@ NO_FALLOFF = Falloff(())
 def falloff_of(protection: Protection) -> Falloff:
     """Return the falloff of a photo's protection: its strokes that have a feather.
 
-    Parameters
-    ----------
-    protection : Protection
-        Of one photo.
-
-    Returns
-    -------
-    Falloff
-        Without a feather one that is 1 everywhere.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.falloff import falloff_of
-    >>> line = kogao.Protection().with_stroke([(0, 0), (0, 90)], 2, feather_px=8)
-    >>> factor, slope = falloff_of(line).at([(0, 50), (6, 50), (20, 50)])
-    >>> factor.tolist()
-    [0.0, 0.5, 1.0]
+    Result: without a feather one that is 1 everywhere.
     """
     return Falloff(tuple(stroke for stroke in protection.strokes if stroke.feather_px > 0.0))
 

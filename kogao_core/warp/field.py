@@ -22,37 +22,13 @@ _LEAST_CHANGE: Final = 1e-30
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Field:
-    """Backward displacement ``d(x)``: the output at x shows the source at ``x + d(x)``.
+    """Backward displacement ``d(x)``: the output at x shows the source at ``x + d(x)``."""
 
-    Parameters
-    ----------
-    lattices : tuple of Lattice
-        One per face; displacements add up.
-    fade_px : float
-        Displacements shorter than this vanish and come back smoothly until twice as long
-        (section 4.2 without its step); 0 leaves the spline as it is.
-    falloff : Falloff
-        Hard edges towards which the displacement fades out.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> field.at(face.outline[[0, 10]]).round(1)
-    array([[-5. , -4.1],
-           [ 0. ,  4.7]])
-    >>> field.on_grid([240.0], [180.0, 262.0]).shape
-    (2, 2, 1)
-    >>> bool(field.det_jacobian(np.arange(480.0), np.arange(360.0)).min() > 0.5)
-    True
-    """
-
-    lattices: tuple[Lattice, ...]
+    lattices: tuple[Lattice, ...]  # one per face; displacements add up
+    # Displacements shorter than this vanish and come back smoothly until twice as long (section 4.2
+    # without its step); 0 leaves the spline as it is.
     fade_px: float = 0.0
-    falloff: Falloff = NO_FALLOFF
+    falloff: Falloff = NO_FALLOFF  # hard edges towards which the displacement fades out
 
     @property
     def is_plain(self) -> bool:
@@ -60,18 +36,7 @@ class Field:
         return self.fade_px <= 0.0 and not self.falloff.strokes
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Return the displacement at points of shape (N, 2), px.
-
-        Parameters
-        ----------
-        points_px : array-like of shape (N, 2)
-            Px of the image.
-
-        Returns
-        -------
-        array of shape (N, 2)
-            Backward, px.
-        """
+        """Return the displacement at points of shape (N, 2), px. Result: backward, px."""
         points = np.asarray(points_px, np.float64)
         displacement: Array = np.zeros_like(points)
         near = [(a, at) for a in self.lattices if len(at := np.flatnonzero(a.reaches(points)))]
@@ -91,20 +56,7 @@ class Field:
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px.
 
-        Parameters
-        ----------
-        xs_px, ys_px : array-like of shape (N,) and (M,)
-            Coordinates, px, ascending.
-
-        Returns
-        -------
-        array of shape (2, M, N)
-            x and y component, px.
-
-        Raises
-        ------
-        ValueError
-            If they don't ascend.
+        `xs_px`, `ys_px` (N,) and (M,). Result (2, M, N): x and y component, px.
         """
         displacement = self._spline(xs_px, ys_px)
         if self.is_plain:
@@ -117,36 +69,15 @@ class Field:
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold.
 
-        Parameters
-        ----------
-        xs_px, ys_px : array-like of shape (N,) and (M,)
-            Coordinates, px, ascending.
-
-        Returns
-        -------
-        array of shape (M, N)
-
-        Raises
-        ------
-        ValueError
-            If they don't ascend.
+        `xs_px`, `ys_px` (N,) and (M,). Result (M, N).
         """
         return det_of(*self.slopes(xs_px, ys_px))
 
     def slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
         """Return the derivatives of the displacement along x and along y on the tensor grid.
 
-        Without a fade those of several fields, each with its lattices, add up.
-
-        Parameters
-        ----------
-        xs_px, ys_px : array-like of shape (N,) and (M,)
-            Coordinates, px, ascending.
-
-        Returns
-        -------
-        along_x, along_y : array of shape (2, M, N)
-            Of its x and y component, px per px.
+        Without a fade those of several fields, each with its lattices, add up. `xs_px`, `ys_px`
+        (N,) and (M,). `along_x`, `along_y` (2, M, N): of its x and y component, px per px.
         """
         along_x, along_y = self._spline_slopes(xs_px, ys_px)
         if not self.is_plain:
@@ -215,22 +146,7 @@ class Field:
 def det_of(along_x: Array, along_y: Array) -> Array:
     """Return det(I + D) of slopes D.
 
-    Parameters
-    ----------
-    along_x, along_y : arrays of shape (2, ...)
-        Derivatives of the x and y component, px per px.
-
-    Returns
-    -------
-    array
-        Of their shape without the first axis.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.field import det_of
-    >>> det_of(np.array([0.5, 0.0]), np.array([0.0, 1.0])).item()
-    3.0
+    `along_x`, `along_y` (2, ...) px. Result: of their shape without the first axis.
     """
     return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
 
@@ -238,24 +154,7 @@ def det_of(along_x: Array, along_y: Array) -> Array:
 def fade(length_px: Array, threshold_px: float) -> Array:
     """Return the smoothstep of displacement lengths over [T, 2T]; 1 everywhere when T = 0.
 
-    Parameters
-    ----------
-    length_px : array
-        Of displacements.
-    threshold_px : float
-        T, from 0.
-
-    Returns
-    -------
-    array
-        0 to 1, of the shape of `length_px`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.field import fade
-    >>> fade(np.array([0.5, 1.5, 2.0, 9.0]), 1.0)
-    array([0. , 0.5, 1. , 1. ])
+    Result: 0 to 1, of the shape of `length_px`.
     """
     if threshold_px <= 0.0:
         return np.ones_like(length_px)
@@ -270,32 +169,7 @@ def _fade_slope(length_px: Array, threshold_px: float) -> Array:
 def shown_at(field: Field, source_px: Array, start_px: Array | None = None) -> Array:
     """Return where the output shows points of the source: solves ``x + d(x) = source``.
 
-    Parameters
-    ----------
-    field : Field
-        The displacement d.
-    source_px : array of shape (N, 2)
-        Points of the photo.
-    start_px : array of shape (N, 2), optional
-        About where they are shown, as targets are; the nearer, the surer, where the warp is steep.
-        In a fold, which shows points more than once, one place near the start is found.
-
-    Returns
-    -------
-    array of shape (N, 2)
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.field import shown_at
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
-    >>> (pairs,) = rendering.pairs
-    >>> shown = shown_at(rendering.field, pairs.source_px)
-    >>> bool(abs(shown - pairs.target_px).max() < 0.01)
-    True
+    Result (N, 2).
     """
     x = np.array(source_px if start_px is None else start_px, np.float64)
     left, miss, move = np.arange(len(x)), np.zeros_like(x), np.zeros_like(x)
@@ -333,29 +207,7 @@ class Residual:
 def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
     """Compare the field with what the landmarks, and the curve through them, ask for.
 
-    Parameters
-    ----------
-    field : Field
-        What a rendering goes by.
-    pairs : sequence of Pairs
-        What was asked for.
-
-    Returns
-    -------
-    Residual
-        All zeros without a face.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.field import residual
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> rendering = kogao.render(photo, [face], kogao.Recipe(percent=6))
-    >>> missed = residual(rendering.field, rendering.pairs)
-    >>> missed.max_px < 0.01 < missed.contour_max_px < 1.0
-    True
+    Result: all zeros without a face.
     """
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)

@@ -91,30 +91,7 @@ class Problem:
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
     """Return the lattice spacing h = R x (landmark spacing or warp distance), px (section 3.3).
 
-    Parameters
-    ----------
-    pairs : Pairs
-        For the warp distance.
-    anchor : Anchor
-        For the landmark spacing.
-    recipe : Recipe
-        Of it, `lattice` and `lattice_unit`.
-
-    Returns
-    -------
-    float
-        At least `MIN_SPACING_PX` and `LEAST_SPACINGS` of the landmark spacing.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import spacing_px
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> recipe = kogao.Recipe(percent=6)
-    >>> pairs = aim(face, recipe)
-    >>> round(spacing_px(pairs, face.anchor, recipe), 2)
-    21.65
+    Result: at least `MIN_SPACING_PX` and `LEAST_SPACINGS` of the landmark spacing.
     """
     match recipe.lattice_unit:
         case "spacing":
@@ -133,35 +110,7 @@ def fit(
 ) -> tuple[Lattice, ...]:
     """Fit one lattice to each face, with nothing protected.
 
-    Parameters
-    ----------
-    pairs, anchors, recipes : sequences of equal length
-        Landmark pairs, lattice anchor and recipe of each face; of the recipes `fit`, `lattice`,
-        `lattice_unit` and, for the limits, `threshold_px` are used.
-
-    Returns
-    -------
-    tuple of Lattice
-        The total displacement field is their sum.
-
-    Raises
-    ------
-    OutOfBounds
-        If more is asked for than `limits` allows: too many control points for all faces together,
-        or too many points in lattices that reach into each other.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import fit
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> recipe = kogao.Recipe(percent=6)
-    >>> pairs = aim(face, recipe)
-    >>> (lattice,) = fit([pairs], [face.anchor], [recipe])
-    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
-    >>> bool(abs(missed).max() < 0.01)
-    True
+    Result: the total displacement field is their sum. Raises OutOfBounds.
     """
     return solve(problems_of(pairs, anchors, recipes), recipes)
 
@@ -175,35 +124,7 @@ def problems_of(
 ) -> list[Problem]:
     """Return what each face asks of its lattice.
 
-    Parameters
-    ----------
-    pairs, anchors, recipes : sequences of equal length
-        See `fit`.
-    protection : Protection
-        Places whose displacement is to be zero.
-    heads : sequence of Head or None
-        What follows above each face; nothing anywhere, if there are none.
-
-    Returns
-    -------
-    list of Problem
-        In the order of the faces.
-
-    Raises
-    ------
-    OutOfBounds
-        See `fit`.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import problems_of
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> recipe = kogao.Recipe(percent=6)
-    >>> (problem,) = problems_of([aim(face, recipe)], [face.anchor], [recipe])
-    >>> problem.movers == len(problem.target_px)  # nothing is protected
-    True
+    Result: in the order of the faces. Raises OutOfBounds.
     """
     grids = [
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
@@ -222,30 +143,7 @@ def problems_of(
 def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
     """Return the lattice of each problem, by the fit of its recipe.
 
-    Parameters
-    ----------
-    problems : sequence of Problem
-        One for each face of the photo.
-    recipes : sequence of Recipe
-        That of each face, of which `fit` is used.
-
-    Returns
-    -------
-    tuple of Lattice
-        In the order of `problems`, their control points on the `QUANTUM_PX` grid.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import problems_of, solve
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> recipe = kogao.Recipe(percent=6)
-    >>> problems = problems_of([aim(face, recipe)], [face.anchor], [recipe])
-    >>> (lattice,) = solve(problems, [recipe])
-    >>> missed = lattice.at(problems[0].target_px) - problems[0].displacement_px
-    >>> bool(abs(missed).max() < 0.01)
-    True
+    Result: in the order of `problems`, their control points on the `QUANTUM_PX` grid.
     """
     if not any(problem.displacement_px.any() or problem.above for problem in problems):
         return tuple(problem.support.empty for problem in problems)
@@ -278,25 +176,7 @@ def _left_by(above: Sequence[Lattice | None], problem: Problem) -> Problem:
 def summed(lattice: Lattice, other: Lattice) -> Lattice:
     """Return the sum of a lattice and another of the same grid or of one halved since.
 
-    Parameters
-    ----------
-    lattice, other : Lattice
-        The first is the finer one.
-
-    Returns
-    -------
-    Lattice
-        On the grid of the first.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.fit import summed
-    >>> from kogao_core.warp.lattice import Grid, Lattice
-    >>> one = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.ones((4, 4, 2)))
-    >>> both = summed(one.refined(), one)
-    >>> both.grid.spacing_px, np.allclose(both.at([[30.0, 30.0]]), 2.0 * one.at([[30.0, 30.0]]))
-    (10.0, True)
+    Result: on the grid of the first.
     """
     while other.grid.spacing_px > lattice.grid.spacing_px:
         other = other.refined()
@@ -352,24 +232,7 @@ def _check_together(problems: Sequence[Problem]) -> None:
 def on_quanta(lattice: Lattice) -> Lattice:
     """Return the lattice with control points that are multiples of `QUANTUM_PX`.
 
-    Parameters
-    ----------
-    lattice : Lattice
-        Any.
-
-    Returns
-    -------
-    Lattice
-        The same with each control point rounded to the nearest multiple.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.fit import QUANTUM_PX, on_quanta
-    >>> from kogao_core.warp.lattice import Grid, Lattice
-    >>> lattice = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.full((1, 1, 2), 1.7 * QUANTUM_PX))
-    >>> (on_quanta(lattice).phi / QUANTUM_PX).tolist()
-    [[[2.0, 2.0]]]
+    Result: the same with each control point rounded to the nearest multiple.
     """
     phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
     return Lattice(lattice.grid, lattice.first, phi)
@@ -480,32 +343,8 @@ def approximate(problem: Problem) -> Lattice:
 
     Eq. (3) as printed sums k and l away. Lee, Wolberg and Shin (1997), its source, give every
     landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
-    ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4).
-
-    Parameters
-    ----------
-    problem : Problem
-        One face.
-
-    Returns
-    -------
-    Lattice
-        Near the displacements, which it doesn't meet where landmarks share control points.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import Problem, approximate
-    >>> from kogao_core.warp.lattice import Grid
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = aim(face, kogao.Recipe(percent=6))
-    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
-    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
-    >>> lattice = approximate(problem)
-    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
-    >>> bool(0.1 < abs(missed).max() < 3.0)
-    True
+    ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4). Result: near the displacements,
+    which it doesn't meet where landmarks share control points.
     """
     support = problem.support
     w2 = support.weights**2
@@ -521,30 +360,7 @@ def approximate(problem: Problem) -> Lattice:
 def multilevel(problem: Problem) -> Lattice:
     """Approximate, then approximate what is left on ever finer lattices (refs [8], [12]).
 
-    Parameters
-    ----------
-    problem : Problem
-        One face.
-
-    Returns
-    -------
-    Lattice
-        The sum of all levels, on the finest.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import Problem, multilevel
-    >>> from kogao_core.warp.lattice import Grid
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = aim(face, kogao.Recipe(percent=6))
-    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
-    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
-    >>> lattice = multilevel(problem)
-    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
-    >>> round(grid.spacing_px / lattice.grid.spacing_px), bool(abs(missed).max() < 0.5)
-    (4, True)
+    Result: the sum of all levels, on the finest.
     """
     lattice = approximate(problem)
     for _ in range(MULTILEVEL_STEPS):
@@ -561,34 +377,9 @@ def exact(problems: Sequence[Problem]) -> list[Lattice]:
     """Interpolate every landmark of every face with the smallest control points that do.
 
     The same control points as `approximate`, ``phi = A' (A A' + r I)^-1 z``. Faces that reach into
-    each other are solved together, so landmarks stay exact where neighbours overlap. The ridge r
-    is all but zero unless landmarks, neighbours and protected places ask for more than the lattice
-    can give; then it grows, and all of them give way a little.
-
-    Parameters
-    ----------
-    problems : sequence of Problem
-        One for each face of the photo.
-
-    Returns
-    -------
-    list of Lattice
-        In the order of `problems`.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.fit import Problem, exact
-    >>> from kogao_core.warp.lattice import Grid
-    >>> from kogao_core.faces.targets import aim
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> pairs = aim(face, kogao.Recipe(percent=6))
-    >>> grid = Grid(face.anchor.origin_px, face.anchor.spacing_px)
-    >>> problem = Problem(grid, pairs.target_px, pairs.displacement_px, len(pairs.displacement_px))
-    >>> (lattice,) = exact([problem])
-    >>> missed = lattice.at(pairs.target_px) - pairs.displacement_px
-    >>> bool(abs(missed).max() < 0.01)
-    True
+    each other are solved together, so landmarks stay exact where neighbours overlap. The ridge r is
+    all but zero unless landmarks, neighbours and protected places ask for more than the lattice can
+    give; then it grows, and all of them give way a little. Result: in the order of `problems`.
     """
     lattices = [problem.support.empty for problem in problems]
     for group in groups(lattices):

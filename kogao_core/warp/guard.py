@@ -34,35 +34,9 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     A lattice that stands alone is held back until it is proven one-to-one. Of faces whose lattices
     reach into each other those that reach a fold are held back together, until the whole is proven
     or at least measured one-to-one. Beside a falloff the proof is needed in any case. A fade is
-    kept only where it is proven harmless; without it the lossless threshold holds.
-
-    Parameters
-    ----------
-    field : Field
-        What the recipe asks for.
-
-    Returns
-    -------
-    Field
-        A field whose det J is positive.
-    tuple of float
-        Share of each face's displacement that was kept; 1 where nothing had to be done.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.guard import hold_back
-    >>> from kogao_core.warp.one_to_one import check_one_to_one
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> rough = kogao.Recipe(percent=15, lattice=0.25, guard=False)
-    >>> rendering = kogao.render(photo, [face], rough)
-    >>> rendering.one_to_one.folds
-    True
-    >>> held, (share,) = hold_back(rendering.field)
-    >>> 0.0 < share < 1.0, check_one_to_one(held).folds
-    (True, False)
+    kept only where it is proven harmless; without it the lossless threshold holds. Result: a field
+    whose det J is positive; share of each face's displacement that was kept; 1 where nothing had to
+    be done.
     """
     shares = [1.0] * len(field.lattices)
     for group in groups(field.lattices):
@@ -160,29 +134,7 @@ def _joined(sets: Sequence[set[int]]) -> list[set[int]]:
 
 
 def is_safe(field: Field, det: float | None = None) -> bool:
-    """Return whether a field needs no holding back.
-
-    Parameters
-    ----------
-    field : Field
-        With its fade and its falloff.
-    det : float, optional
-        Its smallest det J (`least_det`), where that is known.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.guard import is_safe
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> is_safe(kogao.render(photo, [face], kogao.Recipe(percent=6)).field)
-    True
-    """
+    """Return whether a field needs no holding back."""
     return edges_are_safe(field) and _safe(field, det)
 
 

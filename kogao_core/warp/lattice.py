@@ -17,25 +17,7 @@ ORDER = 4  # control points per axis that reach a point: cubic
 
 
 def basis(s: npt.ArrayLike) -> Array:
-    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4).
-
-    Parameters
-    ----------
-    s : array_like
-        Places in a cell, 0 to 1.
-
-    Returns
-    -------
-    array of shape (..., 4)
-        They sum to 1.
-
-    Examples
-    --------
-    >>> from kogao_core.warp.lattice import basis
-    >>> basis([0.0, 0.5]).round(4)
-    array([[0.1667, 0.6667, 0.1667, 0.    ],
-           [0.0208, 0.4792, 0.4792, 0.0208]])
-    """
+    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4). Result: they sum to 1."""
     s = np.asarray(s, np.float64)
     r = 1.0 - s
     weights: Array = np.empty((*s.shape, ORDER))
@@ -48,25 +30,7 @@ def basis(s: npt.ArrayLike) -> Array:
 
 
 def basis_slope(s: npt.ArrayLike) -> Array:
-    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4).
-
-    Parameters
-    ----------
-    s : array_like
-        Places in a cell, 0 to 1.
-
-    Returns
-    -------
-    array of shape (..., 4)
-        They sum to 0.
-
-    Examples
-    --------
-    >>> from kogao_core.warp.lattice import basis_slope
-    >>> basis_slope([0.0, 0.5]).round(4)
-    array([[-0.5  ,  0.   ,  0.5  ,  0.   ],
-           [-0.125, -0.625,  0.625,  0.125]])
-    """
+    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4). Result: they sum to 0."""
     s = np.asarray(s, np.float64)
     slopes: Array = np.empty((*s.shape, ORDER))
     slopes[..., 0] = -((1.0 - s) ** 2)
@@ -79,41 +43,15 @@ def basis_slope(s: npt.ArrayLike) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Where lattice nodes lie: node (i, j) at ``origin + spacing * (i, j)``, in px.
+    """Where lattice nodes lie: node (i, j) at ``origin + spacing * (i, j)``, in px."""
 
-    Parameters
-    ----------
-    origin_px : tuple of float
-        Position (x, y) of node (0, 0).
-    spacing_px : float
-        Distance h between neighbouring nodes.
-
-    Examples
-    --------
-    >>> from kogao_core.warp.lattice import Grid
-    >>> grid = Grid((100.0, 50.0), 20.0)
-    >>> cell, place = grid.locate([100.0, 130.0], axis=0)
-    >>> cell.tolist(), place.tolist()
-    ([0, 1], [0.0, 0.5])
-    """
-
-    origin_px: tuple[float, float]
-    spacing_px: float
+    origin_px: tuple[float, float]  # position (x, y) of node (0, 0)
+    spacing_px: float  # distance h between neighbouring nodes
 
     def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
         """Return the cell [u] of each coordinate and its place s = u - [u] in it; axis 0 is x.
 
-        Parameters
-        ----------
-        coords_px : array-like of shape (N,)
-            Px.
-        axis : {0, 1}
-            0 is x.
-
-        Returns
-        -------
-        tuple of int64 array and array of shape (N,)
-            Cells, and places from 0 up to 1.
+        `coords_px` (N,). Result (N,): cells, and places from 0 up to 1.
         """
         u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
         cell = np.floor(u)
@@ -122,35 +60,12 @@ class Grid:
     def nodes_px(self, first: int, count: int, axis: int) -> Array:
         """Return the coordinates of `count` nodes from index `first`; axis 0 is x.
 
-        Parameters
-        ----------
-        first, count : int
-            Index of the first node, and how many.
-        axis : {0, 1}
-            0 is x.
-
-        Returns
-        -------
-        array of shape (count,)
-            Px.
+        Result (count,) px.
         """
         return self.node_px(np.arange(first, first + count), axis)
 
     def node_px(self, index: npt.NDArray[np.int64], axis: int) -> Array:
-        """Return the coordinate of each node; axis 0 is x.
-
-        Parameters
-        ----------
-        index : int64 array
-            Of the nodes, of any shape.
-        axis : {0, 1}
-            0 is x.
-
-        Returns
-        -------
-        array
-            Px, in the shape of `index`.
-        """
+        """Return the coordinate of each node; axis 0 is x, px, in the shape of `index`."""
         return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
 
     def weights(
@@ -158,21 +73,8 @@ class Grid:
     ) -> tuple[npt.NDArray[np.int64], Array]:
         """Return the nodes that reach the pixels of equal pieces of an axis, and their weights.
 
-        Parameters
-        ----------
-        starts_px : int array of shape (N,)
-            First pixel of each piece.
-        size_px : int
-            Pixels of a piece.
-        axis : int
-            0 for x, 1 for y.
-
-        Returns
-        -------
-        first : int array of shape (N,)
-            The first of the nodes that reach each piece.
-        weights : array of shape (N, nodes, size_px)
-            Eq. (2); as many nodes for every piece as any can need.
+        `starts_px` int (N,). `first` int (N,): the first of the nodes that reach each piece;
+        `weights` (N, nodes, size_px): eq. (2); as many nodes for every piece as any can need.
         """
         cell, s = self.locate(starts_px[:, None] + np.arange(size_px), axis)
         first = cell[:, 0] - 1
@@ -201,27 +103,8 @@ def matrices(
 ) -> list[list[tuple[Array, Array]]]:
     """Return the weights of nodes at coordinates; many windows are quicker together.
 
-    Parameters
-    ----------
-    windows : sequence of NodeWindow
-        Nodes outside them are left out.
-    kinds : sequence of callable
-        `basis`, or `basis_slope`, which is per spacing.
-
-    Returns
-    -------
-    list of list of tuple of arrays
-        For each window, and for each kind, those along x, shape (X, columns), and along y,
-        shape (Y, rows).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.lattice import Grid, NodeWindow, matrices
-    >>> coords = np.array([100.0]), np.array([50.0])
-    >>> (((bx, by),),) = matrices([NodeWindow(Grid((100.0, 50.0), 20.0), coords, (-1, 0), (2, 3))])
-    >>> bx.round(3), by.round(3)
-    (array([[0.167, 0.667, 0.167]]), array([[0.667, 0.167]]))
+    Result: for each window, and for each kind, those along x, shape (X, columns), and along y,
+    shape (Y, rows).
     """
     if not windows:
         return []
@@ -255,35 +138,11 @@ def matrices(
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Control points of one face's displacement field; nodes that aren't stored are zero.
+    """Control points of one face's displacement field; nodes that aren't stored are zero."""
 
-    Parameters
-    ----------
-    grid : Grid
-        Node positions.
-    first : tuple of int
-        Node index (i, j) of ``phi[0, 0]``; i runs along x, j along y.
-    phi : array of shape (J, I, 2)
-        Displacement (x, y) of each control point, px.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.lattice import Grid, Lattice
-    >>> phi = np.zeros((1, 1, 2))
-    >>> phi[0, 0] = 9.0, 0.0
-    >>> lattice = Lattice(Grid((100.0, 50.0), 20.0), (0, 0), phi)
-    >>> lattice.at([(100.0, 50.0), (120.0, 50.0), (140.0, 50.0)]).round(3)
-    array([[4., 0.],
-           [1., 0.],
-           [0., 0.]])
-    >>> lattice.reach_px
-    (60.0, 10.0, 140.0, 90.0)
-    """
-
-    grid: Grid
-    first: tuple[int, int]
-    phi: Array
+    grid: Grid  # node positions
+    first: tuple[int, int]  # node index (i, j) of ``phi[0, 0]``; i runs along x, j along y
+    phi: Array  # (J, I, 2): displacement (x, y) of each control point, px
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -293,15 +152,7 @@ class Lattice:
     def at(self, points_px: npt.ArrayLike) -> Array:
         """Evaluate eq. (1) at points of shape (N, 2); return the displacements, (N, 2), px.
 
-        Parameters
-        ----------
-        points_px : array-like of shape (N, 2)
-            Px of the image.
-
-        Returns
-        -------
-        array of shape (N, 2)
-            Displacements, px.
+        Result: displacements, px.
         """
         points = np.asarray(points_px, np.float64)
         (((bx, by),),) = matrices([self.window_at(points[:, 0], points[:, 1])])
@@ -310,15 +161,7 @@ class Lattice:
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Evaluate eq. (1) on the tensor grid ``ys x xs``.
 
-        Parameters
-        ----------
-        xs_px, ys_px : array-like of shape (N,) and (M,)
-            Px.
-
-        Returns
-        -------
-        array of shape (2, M, N)
-            x and y component of the displacement, px.
+        `xs_px`, `ys_px` (N,) and (M,). Result (2, M, N): x and y component of the displacement, px.
         """
         axes = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         (((bx, by),),) = matrices([self.window_at(*axes)])
@@ -345,17 +188,7 @@ class Lattice:
     def window(self, first: tuple[int, int], shape: tuple[int, int]) -> Array:
         """Cut `shape` (rows, columns) control points from node `first`; zeros outside.
 
-        Parameters
-        ----------
-        first : tuple of int
-            Column and row of the first node.
-        shape : tuple of int
-            Rows and columns.
-
-        Returns
-        -------
-        array of shape (rows, columns, 2)
-            Px.
+        Result (rows, columns, 2) px.
         """
         cut = np.zeros((*shape, 2))
         j0, i0 = first[1] - self.first[1], first[0] - self.first[0]
@@ -370,15 +203,7 @@ class Lattice:
     def within(self, image: Box) -> Lattice:
         """Return the same field on `image` without control points that don't reach it.
 
-        Parameters
-        ----------
-        image : Box
-            Where the field is asked for.
-
-        Returns
-        -------
-        Lattice
-            This one where all of it reaches.
+        Result: this one where all of it reaches.
         """
         columns = self._reaching(image.left, image.right, 0)
         rows = self._reaching(image.top, image.bottom, 1)
@@ -396,18 +221,7 @@ class Lattice:
         return range(first, max(first + 1, min(end, mine.stop)))
 
     def plus(self, other: Lattice) -> Lattice:
-        """Return the sum of two fields on the same grid.
-
-        Parameters
-        ----------
-        other : Lattice
-            On the same grid; it may lie elsewhere.
-
-        Returns
-        -------
-        Lattice
-            Over the nodes of both.
-        """
+        """Return the sum of two fields on the same grid. Result: over the nodes of both."""
         first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
         last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
         last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
@@ -415,32 +229,11 @@ class Lattice:
         return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
 
     def minus(self, other: Lattice) -> Lattice:
-        """Return the difference of two fields on the same grid.
-
-        Parameters
-        ----------
-        other : Lattice
-            On the same grid; it may lie elsewhere.
-
-        Returns
-        -------
-        Lattice
-            Over the nodes of both.
-        """
+        """Return the difference of two fields on the same grid. Result: over the nodes of both."""
         return self.plus(other.scaled(-1.0))
 
     def scaled(self, factor: float) -> Lattice:
-        """Return the field with every displacement multiplied by `factor`.
-
-        Parameters
-        ----------
-        factor : float
-            Any.
-
-        Returns
-        -------
-        Lattice
-        """
+        """Return the field with every displacement multiplied by `factor`."""
         return Lattice(self.grid, self.first, factor * self.phi)
 
     @cached_property
@@ -520,14 +313,7 @@ class Lattice:
     def reaches(self, points_px: Array) -> npt.NDArray[np.bool_]:
         """Return at which points of shape (N, 2) the field may be other than zero.
 
-        Parameters
-        ----------
-        points_px : array of shape (N, 2)
-            Px of the image.
-
-        Returns
-        -------
-        bool array of shape (N,)
+        Result bool (N,).
         """
         left, top, right, bottom = self.reach_px
         x, y = points_px.T
@@ -536,16 +322,8 @@ class Lattice:
     def most_in(self, values: Array, spans_px: tuple[Array, Array]) -> Array:
         """Return the largest of the cells' values in each of some rectangles; 0 outside all cells.
 
-        Parameters
-        ----------
-        values : array of shape (..., J + 3, I + 3)
-            One for each cell.
-        spans_px : arrays of shapes (2, columns) and (2, rows)
-            Where each column of rectangles begins and ends along x, and each row along y.
-
-        Returns
-        -------
-        array of shape (..., rows, columns)
+        `values` (..., J + 3, I + 3); `spans_px` (2, columns) and (2, rows). Result (..., rows,
+        columns).
         """
         rows, columns = values.shape[-2:]
         found = np.zeros((*values.shape[:-2], rows + 2, columns + 2))
@@ -560,12 +338,7 @@ class Lattice:
         return found
 
     def refined(self) -> Lattice:
-        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4).
-
-        Returns
-        -------
-        Lattice
-        """
+        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
         rows = _refined_axis(self.phi, 0)
         phi = _refined_axis(rows, 1)
         first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)
@@ -575,23 +348,7 @@ class Lattice:
 def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
     """Return the indices of lattices that reach into each other, directly or through others.
 
-    Parameters
-    ----------
-    lattices : sequence of Lattice
-        One for each face.
-
-    Returns
-    -------
-    list of list of int
-        Each index is in one group.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.lattice import Grid, Lattice, groups
-    >>> grid, phi = Grid((0.0, 0.0), 10.0), np.ones((2, 2, 2))
-    >>> groups([Lattice(grid, first, phi) for first in ((0, 0), (20, 0), (3, 0))])
-    [[1], [0, 2]]
+    Result: each index is in one group.
     """
     found: list[list[int]] = []
     for k, lattice in enumerate(lattices):
@@ -604,24 +361,7 @@ def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
 def meet(a: Lattice, b: Lattice) -> bool:
     """Return whether two lattices reach into each other.
 
-    Parameters
-    ----------
-    a, b : Lattice
-        Of two faces.
-
-    Returns
-    -------
-    bool
-        False where no point is moved by both.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.warp.lattice import Grid, Lattice, meet
-    >>> grid, phi = Grid((0.0, 0.0), 10.0), np.ones((2, 2, 2))
-    >>> near, nearer, far = (Lattice(grid, first, phi) for first in ((0, 0), (3, 0), (20, 0)))
-    >>> meet(near, nearer), meet(near, far)
-    (True, False)
+    Result: false where no point is moved by both.
     """
     (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
     return left < r2 and l2 < right and top < b2 and t2 < bottom

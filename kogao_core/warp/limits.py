@@ -42,33 +42,7 @@ class OutOfBounds(ValueError):
 
 
 def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> None:
-    """Check that landmarks and targets lie on a photo, or not far outside.
-
-    Parameters
-    ----------
-    faces : sequence of Face
-        px of the photo. One that is cropped by the photo's edge is fine.
-    image : Box
-        The whole photo.
-    typed : bool
-        Whether coordinates come from a table, in which a decimal point slips: then a point may lie
-        outside by the size of its face, else by the photo's longer side too.
-
-    Raises
-    ------
-    OutOfBounds
-        If one lies farther outside, or more than `MOST_ON_ONE` faces lie on one.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.base.geometry import Box
-    >>> from kogao_core.warp.limits import check_faces
-    >>> face = kogao.template_face((2400, 180), 200)
-    >>> check_faces([face], Box(0, 0, 480, 360))
-    Traceback (most recent call last):
-    kogao_core.warp.limits.OutOfBounds: landmark 1 of face 1 lies at ..., far outside the photo, ...
-    """
+    """Check that landmarks and targets lie on a photo, or not far outside. Raises OutOfBounds."""
     for number, face in enumerate(faces, start=1):
         room = size_px(face) if typed else max(size_px(face), _longer(image))
         _check_near(face.points, image, room, Text("landmark {{}} of face {number}", number=number))
@@ -98,25 +72,7 @@ def _check_apart(faces: Sequence[Face]) -> None:
 
 
 def size_px(face: Face) -> float:
-    """Return about how wide a face is; a few landmarks far away don't make it larger.
-
-    Parameters
-    ----------
-    face : Face
-        px of any photo.
-
-    Returns
-    -------
-    float
-        px.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.limits import size_px
-    >>> 150 < size_px(kogao.template_face((240, 180), 200)) < 250
-    True
-    """
+    """Return about how wide a face is; a few landmarks far away don't make it larger, px."""
     from_middle = face.points - np.median(face.points, axis=0)
     return 2.0 * float(np.median(np.hypot(from_middle[:, 0], from_middle[:, 1])))
 
@@ -124,26 +80,7 @@ def size_px(face: Face) -> float:
 def check_protection(protection: Protection, image: Box) -> None:
     """Check that protected places lie on a photo or not far outside, and aren't too many.
 
-    Parameters
-    ----------
-    protection : Protection
-        px of the photo.
-    image : Box
-        The whole photo.
-
-    Raises
-    ------
-    OutOfBounds
-        If a corner lies farther outside than the photo is long, a stroke is wider than that and
-        than `WIDEST_PX`, or there are more than `MOST_CORNERS` corners.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.base.geometry import Box
-    >>> from kogao_core.warp.limits import check_protection
-    >>> line = kogao.Protection().with_stroke([(0, 0), (0, 90)], 2)
-    >>> check_protection(line, Box(0, 0, 480, 360))
+    Raises OutOfBounds.
     """
     check_corners(protection)
     longer = _longer(image)
@@ -174,21 +111,7 @@ def check_protection(protection: Protection, image: Box) -> None:
 def check_corners(protection: Protection) -> None:
     """Check that protected lines have no more than `MOST_CORNERS` corners together.
 
-    Parameters
-    ----------
-    protection : Protection
-        Of one photo.
-
-    Raises
-    ------
-    OutOfBounds
-        If they have.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.limits import check_corners
-    >>> check_corners(kogao.Protection().with_stroke([(0, 0), (0, 90)], 2))
+    Raises OutOfBounds.
     """
     corners = sum(len(stroke.points_px) for stroke in protection.strokes)
     if corners > MOST_CORNERS:

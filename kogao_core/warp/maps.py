@@ -31,38 +31,17 @@ class Runs:
     """Runs of blocks, and from where each one's map is counted.
 
     Single precision is exact to 1/8192 px only near that origin.
-
-    Parameters
-    ----------
-    edges : int array of shape (N, 4)
-        Left, top, right, bottom of each: one block's height, and within one strip.
-    views : int array of shape (N, 4)
-        Of the part of the source that each may read; it is mapped from its corner.
-    block_px : int
-        Height of a block.
     """
 
+    # Int (N, 4): left, top, right, bottom of each: one block's height, and within one strip.
     edges: Integers
+    # Int (N, 4): of the part of the source that each may read; it is mapped from its corner.
     views: Integers
-    block_px: int
+    block_px: int  # height of a block
 
 
 class LatticeMap:
-    """The displacement of one lattice on runs of blocks.
-
-    Parameters
-    ----------
-    lattice : Lattice
-        Of one face.
-    image : Box
-        The whole image.
-    block_px : int
-        Height of a block.
-    everywhere : bool
-        Whether it carries the identity: then it is evaluated beyond its reach, too.
-    before : LatticeMap, optional
-        Of an earlier warp, whose weights are taken over if they are the same.
-    """
+    """The displacement of one lattice on runs of blocks."""
 
     def __init__(
         self,
@@ -121,16 +100,7 @@ class LatticeMap:
     def on(self, number: int, run: Box, out: Float32, add: bool) -> None:
         """Write a run's displacement, or with the identity its map, to `out`; or add it.
 
-        Parameters
-        ----------
-        number : int
-            Which of the prepared runs.
-        run : Box
-            Its box.
-        out : float32 array of shape (2, block, strip)
-            Filled from the first column of the run's strip.
-        add : bool
-            Add to what is there.
+        `out` float32 (2, block, strip).
         """
         begin, end = self._parts[number]
         if begin == end:

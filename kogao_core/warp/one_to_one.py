@@ -33,28 +33,18 @@ _FADE_STRETCH: Final = 2.972
 
 @dataclass(frozen=True, slots=True)
 class OneToOne:
-    """Whether the warp folds.
+    """Whether the warp folds."""
 
-    Parameters
-    ----------
-    min_det : float
-        Smallest Jacobian determinant found on a grid of 8 x 8 samples per lattice cell.
-    certified : bool
-        True when no determinant anywhere, sampled or not, can be 0 or less.
-    folded_cells : tuple of (left, top, width, height)
-        Lattice cells with a sampled determinant <= 0, px.
-    edges_proven : bool
-        False when the fade of a threshold or of a falloff could fold in bands thinner than the
-        samples: then positive samples say little. The guard lets no such field pass.
-    settled : bool
-        False when no sample folds but a fold between them can't be ruled out: a lattice that
-        stands alone isn't proven, or lattices that reach into each other come near a fold.
-    """
-
+    # Smallest Jacobian determinant found on a grid of 8 x 8 samples per lattice cell.
     min_det: float
-    certified: bool
+    certified: bool  # true when no determinant anywhere, sampled or not, can be 0 or less
+    # Lattice cells with a sampled determinant <= 0, px.
     folded_cells: tuple[tuple[float, float, float, float], ...]
+    # False when the fade of a threshold or of a falloff could fold in bands thinner than the
+    # samples: then positive samples say little.
     edges_proven: bool = True
+    # False when no sample folds but a fold between them can't be ruled out: a lattice that stands
+    # alone isn't proven, or lattices that reach into each other come near a fold.
     settled: bool = True
 
     @property
@@ -66,27 +56,7 @@ class OneToOne:
 def check_one_to_one(field: Field) -> OneToOne:
     """Measure det J in all lattice cells that a non-zero control point reaches, and certify it.
 
-    Parameters
-    ----------
-    field : Field
-        What a rendering goes by.
-
-    Returns
-    -------
-    OneToOne
-        Smallest det J 1 without a face.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import check_one_to_one
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> sound = check_one_to_one(field)
-    >>> sound.certified, sound.folds, round(sound.min_det, 1)
-    (True, False, 0.8)
+    Result: smallest det J 1 without a face.
     """
     lowest, folded = 1.0, []
     for lattice in field.lattices:
@@ -104,30 +74,7 @@ def check_one_to_one(field: Field) -> OneToOne:
 
 
 def least_det(field: Field, most: float = 1.0) -> float:
-    """Return the smallest det J that `check_one_to_one` samples, or `most` if that is smaller.
-
-    Parameters
-    ----------
-    field : Field
-        What a rendering goes by.
-    most : float
-        The less, the quicker: what is larger isn't looked for.
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import least_det
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> 0.5 < least_det(field) < 1.0
-    True
-    """
+    """Return the smallest det J that `check_one_to_one` samples, or `most` if that is smaller."""
     for lattice in field.lattices:
         most = min(most, float(least_dets(field, lattice, most).min()))
     return most
@@ -136,29 +83,8 @@ def least_det(field: Field, most: float = 1.0) -> float:
 def certify(field: Field) -> bool:
     """Return True when the control points prove that no determinant is 0 or less.
 
-    Where faces' lattices reach into each other there is a proof only while all slopes together
-    stay below 1.
-
-    Parameters
-    ----------
-    field : Field
-        What a rendering goes by.
-
-    Returns
-    -------
-    bool
-        False says that there is no proof, not that it folds.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import certify
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> certify(field)
-    True
+    Where faces' lattices reach into each other there is a proof only while all slopes together stay
+    below 1. Result: false says that there is no proof, not that it folds.
     """
     return edges_are_safe(field) and not any(_unproven(field))
 
@@ -184,59 +110,15 @@ def _lattice_is_safe(lattice: Lattice) -> bool:
 
 
 def edges_are_safe(field: Field) -> bool:
-    """Return True when neither fade nor falloff can fold what doesn't fold without them.
-
-    Parameters
-    ----------
-    field : Field
-        With its fade and its falloff.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import edges_are_safe
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> edges_are_safe(field)
-    True
-    """
+    """Return True when neither fade nor falloff can fold what doesn't fold without them."""
     return fade_is_safe(field) and falloff_slope(field) < 1.0
 
 
 def falloff_slope(field: Field) -> float:
     """Return a number that grows as the displacements do; below 1 the falloff is harmless.
 
-    The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't
-    fold while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work.
-
-    Parameters
-    ----------
-    field : Field
-        With its falloff.
-
-    Returns
-    -------
-    float
-        0 without a falloff.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import falloff_slope
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> wall = kogao.Protection().with_stroke([(350, 20), (350, 340)], feather_px=40)
-    >>> recipe = kogao.Recipe(percent=6)
-    >>> field = kogao.render(photo, [face], recipe, protection=wall).field
-    >>> 0.0 < falloff_slope(field) < 1.0
-    True
+    The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't fold
+    while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work. Result: 0 without a falloff.
     """
     if not field.falloff.strokes:
         return 0.0
@@ -275,26 +157,6 @@ def fade_is_safe(field: Field) -> bool:
     Where the fade is at work, over [T, 2T], it turns the slope D of the displacement into A D,
     and no direction of A stretches by more than 2.972, whatever T; so ``|D| < 1 / 2.972`` there
     keeps I + A D invertible.
-
-    Parameters
-    ----------
-    field : Field
-        With its fade.
-
-    Returns
-    -------
-    bool
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import fade_is_safe
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> recipe = kogao.Recipe(percent=6, threshold_px=1.0)
-    >>> fade_is_safe(kogao.render(photo, [face], recipe).field)
-    True
     """
     if field.fade_px <= 0.0:
         return True
@@ -310,32 +172,9 @@ def fade_is_safe(field: Field) -> bool:
 def lower_bound(lattice: Lattice, cells: npt.NDArray[np.bool_]) -> float:
     """Return a number that no det J falls below in some cells of a lattice that stands alone.
 
-    In each cell det J is a polynomial of degree 5 x 5; in Bernstein form it is nowhere smaller
-    than its smallest coefficient. Cells that this doesn't settle are quartered.
-
-    Parameters
-    ----------
-    lattice : Lattice
-        Of one face.
-    cells : bool array of shape (J + 3, I + 3)
-        Which of its cells.
-
-    Returns
-    -------
-    float
-        At most 1.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.one_to_one import least_det, lower_bound
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> (lattice,) = field.lattices
-    >>> 0.0 < lower_bound(lattice, lattice.reached) <= least_det(field)
-    True
+    In each cell det J is a polynomial of degree 5 x 5; in Bernstein form it is nowhere smaller than
+    its smallest coefficient. Cells that this doesn't settle are quartered. `cells` bool (J + 3, I +
+    3). Result: at most 1.
     """
     coefficients = _det_bernstein(*(slope[cells] for slope in lattice.slopes))
     bound = coefficients.min(axis=(1, 2))

@@ -22,30 +22,12 @@ _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a str
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stroke:
-    """A point, a line or a brush stroke that must not move.
+    """A point, a line or a brush stroke that must not move."""
 
-    Parameters
-    ----------
-    points_px : array of shape (N, 2)
-        Corners of the line; a single one is a dot.
-    radius_px : float
-        Half the width of the brush; 0 protects the line alone.
-    feather_px : float
-        Over this distance beside the stroke the displacement fades to exactly nothing on it; 0
-        only asks the fit to leave the place alone.
-
-    Examples
-    --------
-    >>> from kogao_core.warp.protection import Stroke
-    >>> line = Stroke([(10, 20), (10, 40)])
-    >>> line.samples_px(10)
-    array([[10., 20.],
-           [10., 30.],
-           [10., 40.]])
-    """
-
-    points_px: Array
-    radius_px: float = 0.0
+    points_px: Array  # (N, 2): corners of the line; a single one is a dot
+    radius_px: float = 0.0  # half the width of the brush; 0 protects the line alone
+    # Over this distance beside the stroke the displacement fades to exactly nothing on it; 0 only
+    # asks the fit to leave the place alone.
     feather_px: float = 0.0
 
     def __post_init__(self) -> None:
@@ -71,17 +53,7 @@ class Stroke:
     ) -> Array:
         """Return points along the line and across its width, at most `step_px` apart, (M, 2).
 
-        Parameters
-        ----------
-        step_px : float
-            Above 0.
-        low, high : arrays of shape (2,), optional
-            Corners of the box outside which points are left out.
-
-        Raises
-        ------
-        OutOfBounds
-            If there are more than `limits.MOST_SAMPLES`.
+        `low`, `high` (2,). Raises OutOfBounds.
         """
         line = _along(self.points_px, step_px)
         radius = self.radius_px

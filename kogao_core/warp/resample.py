@@ -33,19 +33,7 @@ def block_height_px(image: Box) -> int:
 
 
 class Job:
-    """One warp: everything its runs of blocks share.
-
-    Parameters
-    ----------
-    source, result : array
-        What is read, and what is written to.
-    field : Field
-        The displacement.
-    flag : int
-        OpenCV's number for the interpolation.
-    before : Job, optional
-        An earlier warp, of which weights are taken over.
-    """
+    """One warp: everything its runs of blocks share."""
 
     def __init__(
         self, source: Image, result: Image, field: Field, flag: int, before: Job | None
@@ -95,30 +83,13 @@ class Job:
         return np.hstack([np.maximum(low, 0), np.minimum(high, end)])
 
     def run(self, number: int, box: Box, total: Float32) -> None:
-        """Resample a run of blocks.
-
-        Parameters
-        ----------
-        number : int
-            Which of the prepared runs.
-        box : Box
-            Its box.
-        total : float32 array of shape (2, `block_px`, `strip_px`)
-            Room for its map.
-        """
+        """Resample a run of blocks. `total` float32 (2, `block_px`, `strip_px`)."""
         self._draw(number, box, self._mapped(number, box, total))
 
     def retouch(self, number: int, box: Box, buffers: Float32, earlier: Float32) -> None:
         """Resample those pixels of a run that are read elsewhere than in an earlier warp.
 
-        Parameters
-        ----------
-        number, box
-            As for `run`.
-        buffers : float32 array of shape (2, 2, `block_px`, `strip_px`)
-            Room for its map and its `places`.
-        earlier : float32 array of shape (2, height, width)
-            The run's `places` then.
+        `buffers` float32 (2, 2, `block_px`, `strip_px`); `earlier` float32 (2, height, width).
         """
         at = self._mapped(number, box, buffers[0])
         places = _places(at, buffers[1, :, : at.shape[1], : at.shape[2]])
@@ -133,15 +104,7 @@ class Job:
     def places(self, number: int, box: Box, total: Float32) -> Float32:
         """Return where the pixels of a run are read, in the steps in which `cv2.remap` counts.
 
-        Parameters
-        ----------
-        number, box, total
-            As for `run`.
-
-        Returns
-        -------
-        float32 array of shape (2, height, width)
-            x and y, whole numbers, in `total`'s memory.
+        Result float32 (2, height, width): x and y, whole numbers, in `total`'s memory.
         """
         at = self._mapped(number, box, total)
         return _places(at, at)
@@ -181,21 +144,7 @@ def spread(
     before: Job | None = None,
     faint: Sequence[Box] = (),
 ) -> None:
-    """Do the runs of a warp in some threads.
-
-    Parameters
-    ----------
-    job : Job
-        The warp.
-    boxes : sequence of Box
-        Runs to resample as a whole.
-    threads : int
-        How many at most.
-    before : Job, optional
-        The warp that `result` shows.
-    faint : sequence of Box
-        Runs that it shows, and of which few pixels are read elsewhere now.
-    """
+    """Do the runs of a warp in some threads."""
     runs = [*boxes, *faint]
     area = job.prepare(runs)
     if before is not None and faint:

@@ -27,31 +27,8 @@ Slopes = tuple[Array, Array]
 def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     """Return the smallest det J of a field at the samples in each cell of one of its lattices.
 
-    Parameters
-    ----------
-    field : Field
-        All displacements together.
-    lattice : Lattice
-        One of the field's.
-    below : float
-        Cells where every det J is larger need not be told apart.
-
-    Returns
-    -------
-    array of shape (J + 3, I + 3)
-        Infinite in cells where there is neither the smallest, one `below`, nor one of 0 or less.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.samples import least_dets
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = np.zeros((360, 480), np.uint8)
-    >>> field = kogao.render(photo, [face], kogao.Recipe(percent=6)).field
-    >>> dets = least_dets(field, field.lattices[0])
-    >>> dets.shape == field.lattices[0].reached.shape, bool(0.5 < dets.min() < 1.0)
-    (True, True)
+    Result (J + 3, I + 3): infinite in cells where there is neither the smallest, one `below`, nor
+    one of 0 or less.
     """
     others = [a for a in field.lattices if a is not lattice and meet(a, lattice)]
     field = dataclasses.replace(field, lattices=(lattice, *others))
@@ -76,17 +53,6 @@ class Shrinking:
     """Samples near a lattice at which det J may be small while some displacements shrink.
 
     Slopes shrink with their displacement, so at each sample det J is a quadratic in its share.
-
-    Parameters
-    ----------
-    field : Field
-        All displacements together, without a fade.
-    lattice : Lattice
-        One of the field's, in whose cells samples lie.
-    members : collection of int
-        Which of the field's lattices shrink.
-    below : float
-        Samples where det J is larger at every share are left out.
     """
 
     def __init__(

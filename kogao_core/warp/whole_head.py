@@ -43,36 +43,22 @@ _WHOLE: Final = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
-    """What a head asks of the control points above its face.
+    """What a head asks of the control points above its face."""
 
-    Parameters
-    ----------
-    center_px, across : arrays of shape (2,)
-        Where it goes, and the direction across the face.
-    degrees, radii_px, aside, share : arrays of shape (N,)
-        Along the edge of forehead and cheeks, by ascending direction from straight up: the
-        direction, the distance from the centre, the place (see `_DOWN`), and which part of the
-        distance things go.
-    spacing_px : float
-        Of the landmarks.
-    photo : Box
-        Nothing moves across its edge.
-    protection : Protection
-        Places that must not move.
-    hulls : tuple of arrays of shape (K, 2)
-        Of other faces, corners in order.
-    """
-
+    # (2,): where it goes, and the direction across the face.
     center_px: Array
     across: Array
+    # (N,): along the edge of forehead and cheeks, by ascending direction from straight up: the
+    # direction, the distance from the centre, the place (see `_DOWN`), and which part of the
+    # distance things go.
     degrees: Array
     radii_px: Array
     aside: Array
     share: Array
-    spacing_px: float
-    photo: Box
-    protection: Protection
-    hulls: tuple[Array, ...]
+    spacing_px: float  # of the landmarks
+    photo: Box  # nothing moves across its edge
+    protection: Protection  # places that must not move
+    hulls: tuple[Array, ...]  # (K, 2): of other faces, corners in order
 
     @property
     def corners_px(self) -> Array:
@@ -80,17 +66,7 @@ class Head:
         return _corners(self.center_px, self.radii_px, self.photo)
 
     def at(self, points: npt.ArrayLike) -> Array:
-        """Return the displacement at points, backwards, px.
-
-        Parameters
-        ----------
-        points : array of shape (N, 2)
-            Px.
-
-        Returns
-        -------
-        array of shape (N, 2)
-        """
+        """Return the displacement at points, backwards, px. Result (N, 2)."""
         points = np.asarray(points, np.float64)
         degrees, far = directions(points, self.center_px, -self.across)
         aside = np.minimum(1.0, np.interp(degrees, self.degrees, self.aside) / _DOWN)
@@ -124,33 +100,7 @@ def heads_of(
 ) -> tuple[Head | None, ...]:
     """Return what follows of each head whose recipe asks for it and whose forehead is known.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        Those to make smaller.
-    centers_px : sequence of arrays of shape (2,)
-        What each goes towards.
-    recipes : sequence of Recipe
-        Of each `whole_head`, `percent` and what it says of zones.
-    photo : Box
-        The photo's rectangle, px: nothing moves across its edge.
-    protection : Protection
-        Places that must not move: what is near doesn't follow.
-
-    Returns
-    -------
-    tuple of Head or None
-        None for faces whose heads stay.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.base.geometry import Box
-    >>> from kogao_core.warp.whole_head import heads_of
-    >>> face = kogao.template_face((240, 180), 200)
-    >>> photo = Box(0, 0, 480, 360)
-    >>> heads_of([face], [face.eye_center], [kogao.Recipe()], photo, kogao.Protection())
-    (None,)
+    `centers_px` (2,). Result: None for faces whose heads stay.
     """
     foreheads = [_following(*both) for both in zip(faces, recipes, strict=True)]
     if all(forehead is None for forehead in foreheads):
@@ -185,19 +135,7 @@ def heads_of(
 def forehead_pairs(face: Face, recipe: Recipe, center_px: Array) -> tuple[Array, Array]:
     """Return the rim of a forehead that follows, and where it goes if nothing is in its way.
 
-    Parameters
-    ----------
-    face : Face
-        With its forehead.
-    recipe : Recipe
-        The face's.
-    center_px : array of shape (2,)
-        What it goes towards.
-
-    Returns
-    -------
-    two arrays of shape (13, 2)
-        Px; of shape (0, 2) where the head doesn't follow.
+    `center_px` (2,). Result (13, 2): px; of shape (0, 2) where the head doesn't follow.
     """
     forehead = _following(face, recipe)
     if forehead is None:
@@ -210,27 +148,7 @@ def forehead_pairs(face: Face, recipe: Recipe, center_px: Array) -> tuple[Array,
 def unfollowed(faces: Sequence[Face], recipe: Recipe) -> str:
     """Return a sentence on the faces whose heads are asked to follow and can't.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        Those to make smaller.
-    recipe : Recipe
-        The photo's.
-
-    Returns
-    -------
-    str
-        Empty where there is none.
-
-    Examples
-    --------
-    >>> import kogao_core as kogao
-    >>> from kogao_core.warp.whole_head import unfollowed
-    >>> faces = [kogao.template_face((240, 180), 200)]
-    >>> unfollowed(faces, kogao.Recipe())
-    ''
-    >>> unfollowed(faces, kogao.Recipe(whole_head=True))[:34]
-    'whole head does nothing for 1 face'
+    Result: empty where there is none.
     """
     count = sum(f.forehead is None and recipe.of_face(f.recipe).whole_head for f in faces)
     if count == 0:

@@ -49,22 +49,7 @@ def main() -> None:
 
 
 def bundle(folder: Path, what: Path, work: Path) -> Path:
-    """Gather both programs.
-
-    Parameters
-    ----------
-    folder : Path
-        A folder `kogao` in it is made anew.
-    what : Path
-        A wheel, or a checkout to build one from.
-    work : Path
-        An empty folder for what is only needed meanwhile.
-
-    Returns
-    -------
-    Path
-        The new folder.
-    """
+    """Gather both programs. Result: the new folder."""
     venv.create(work / "venv", with_pip=True)
     linux = sys.platform == "linux"
     python = work / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
@@ -86,18 +71,7 @@ def bundle(folder: Path, what: Path, work: Path) -> Path:
 
 
 def refuse(made: Path) -> None:
-    """End the program where a bundle lacks a library or is too heavy.
-
-    Parameters
-    ----------
-    made : Path
-        What `bundle` returned.
-
-    Raises
-    ------
-    SystemExit
-        With what is wrong.
-    """
+    """End the program where a bundle lacks a library or is too heavy."""
     if lacks := missing(made):
         asks = (f"{name}, for {', '.join(files)}" for name, files in sorted(lacks.items()))
         raise SystemExit(f"{made} lacks libraries:\n" + "\n".join(asks))

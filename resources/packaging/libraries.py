@@ -69,10 +69,7 @@ def leave_to_the_system(folder: Path) -> None:
 def missing(folder: Path) -> dict[str, list[str]]:
     """Return what libraries below a folder need and neither it nor a system has.
 
-    Returns
-    -------
-    dict
-        For each name the files that need it, relative to the folder.
+    Result: for each name the files that need it, relative to the folder.
     """
     here = {file.name for file in folder.rglob("*")}
     lacks: dict[str, list[str]] = {}

@@ -30,18 +30,7 @@ _ICU_USED: Final = re.compile(
 
 
 def lighten(site: Path) -> None:
-    """Replace what is too heavy.
-
-    Parameters
-    ----------
-    site : Path
-        The folder site-packages of an environment that nobody else uses.
-
-    Raises
-    ------
-    ValueError
-        If the wheels don't hold what they did when this was written.
-    """
+    """Replace what is too heavy."""
     opencv, pillow = _only(site, "cv2/cv2*.so"), _only(site, "PIL/_imaging.*.so")
     with tempfile.TemporaryDirectory(prefix="kogao-lighter-") as work:
         _link(

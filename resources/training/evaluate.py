@@ -22,24 +22,14 @@ _SAME_FACE: Final = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """One face as labelled by hand, px.
+    """One face as labelled by hand, px."""
 
-    Parameters
-    ----------
-    eyes : array of shape (4, 2)
-        Left eye outer and inner corner, right eye inner and outer corner.
-    mouth : array of shape (2, 2)
-        Left and right mouth corner.
-    jaw : array of shape (N, 2)
-        Points along the visible outline, N of 2 or more, as far up as somebody marked it: an
-        outline that goes on beyond them is right.
-    seen : array of shape (6 + N,) of bool, optional
-        False for points that something hides: they are guesses and never scored.
-    """
-
-    eyes: Array
-    mouth: Array
+    eyes: Array  # (4, 2): left eye outer and inner corner, right eye inner and outer corner
+    mouth: Array  # (2, 2): left and right mouth corner
+    # (N, 2): points along the visible outline, N of 2 or more, as far up as somebody marked it: an
+    # outline that goes on beyond them is right.
     jaw: Array
+    # (6 + N,) of bool: false for points that something hides: they are guesses and never scored.
     seen: npt.NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:

@@ -57,15 +57,7 @@ class Divider(Overlay):
 
 
 class Loupe(Overlay):
-    """What lies under the cursor, magnified: before in the left half, after in the right one.
-
-    Parameters
-    ----------
-    view : ViewState
-        Where the cursor is.
-    photo : PhotoItem
-        What it magnifies.
-    """
+    """What lies under the cursor, magnified: before in the left half, after in the right one."""
 
     height = 180
 

@@ -98,21 +98,7 @@ def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen
 def on_rows(painter: QPainter, points: npt.ArrayLike, width: float = WIDTH_PX) -> Array:
     """Move points so that what a pen draws between them ends where the device's pixels do.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Without a turn.
-    points : array_like of shape (..., 2)
-        In the painter's px.
-    width : float
-        Of the pen, px.
-
-    Returns
-    -------
-    array of shape (..., 2)
-        At most half a pixel of the device away. A level line's lower edge and an upright one's
-        right edge lie between two of its pixels; elsewhere a thin line would be spread over both,
-        half as light, and its case half as dark.
+    `points` (..., 2) px. Result (..., 2).
     """
     device = painter.deviceTransform()
     scale, shift = np.array([(device.m11(), device.m22()), (device.dx(), device.dy())])

@@ -23,18 +23,10 @@ _EVERYWHERE: Final = QRectF(-1e7, -1e7, 2e7, 2e7)
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where the photo lies on screen.
+    """Where the photo lies on screen."""
 
-    Parameters
-    ----------
-    to_screen : Affine
-        From px of the photo to px of the viewport.
-    viewport : QRectF
-        What can be seen, px of the viewport.
-    """
-
-    to_screen: Affine
-    viewport: QRectF
+    to_screen: Affine  # from px of the photo to px of the viewport
+    viewport: QRectF  # what can be seen, px of the viewport
 
     @property
     def zoom(self) -> float:
@@ -111,15 +103,7 @@ class Overlay:
 
 
 class Layers(pg.GraphicsObject):
-    """Overlays as one item of the scene, which tells each of its items of every move and zoom.
-
-    Parameters
-    ----------
-    view : ViewState
-        What they draw.
-    overlays : sequence of Overlay
-        The nearer to the eye, the later.
-    """
+    """Overlays as one item of the scene, which tells each of its items of every move and zoom."""
 
     def __init__(self, view: ViewState, overlays: Sequence[Overlay]) -> None:
         super().__init__()

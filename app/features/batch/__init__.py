@@ -95,13 +95,7 @@ class Batch(Feature):
         self._enough.set()
 
     def start(self, order: Order) -> None:
-        """Begin a batch, or go on with one that the folder's report knows.
-
-        Parameters
-        ----------
-        order : Order
-            But for landmarks and disclosure, which are those of the editor.
-        """
+        """Begin a batch, or go on with one that the folder's report knows."""
         disclosure, enough = self._options.current, self._enough
         whole = dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
         self.dialog.show_running()

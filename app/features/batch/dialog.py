@@ -35,13 +35,7 @@ _SIZE_PX: Final = (560, 620)
 
 
 class OrderForm(QWidget):
-    """Takes the order; photos and folders can be dropped on it.
-
-    Signals
-    -------
-    changed
-        The order may have become complete, or incomplete.
-    """
+    """Takes the order; photos and folders can be dropped on it."""
 
     changed = Signal()
 
@@ -153,15 +147,7 @@ class OrderForm(QWidget):
 
 
 class BatchDialog(Dialog):
-    """Takes the order for a batch and follows it.
-
-    Signals
-    -------
-    wanted(Order)
-        Begin, or go on.
-    stopped
-        Hand out no more photos.
-    """
+    """Takes the order for a batch and follows it."""
 
     wanted = Signal(object)
     stopped = Signal()

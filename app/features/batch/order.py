@@ -19,36 +19,16 @@ from ...i18n import tr
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What to do to which photos.
+    """What to do to which photos."""
 
-    Parameters
-    ----------
-    inputs : tuple of Path
-        Photos and folders.
-    folder : Path
-        Where results and the report go.
-    recipe : Recipe
-        For every photo, but those with a project of their own if `projects`.
-    jobs : int
-        Photos worked on at a time.
-    projects : bool
-        Do what the project beside a photo says.
-    again : bool
-        Do everything again, whatever the report says.
-    landmarks : str, optional
-        Where they come from, see `landmarks.source`.
-    disclosure : Disclosure
-        What results tell about themselves.
-    """
-
-    inputs: tuple[Path, ...]
-    folder: Path
-    recipe: Recipe
-    jobs: int = 1
-    projects: bool = False
-    again: bool = False
-    landmarks: str | None = None
-    disclosure: Disclosure = NO_DISCLOSURE
+    inputs: tuple[Path, ...]  # photos and folders
+    folder: Path  # where results and the report go
+    recipe: Recipe  # for every photo, but those with a project of their own if `projects`
+    jobs: int = 1  # photos worked on at a time
+    projects: bool = False  # do what the project beside a photo says
+    again: bool = False  # do everything again, whatever the report says
+    landmarks: str | None = None  # where they come from, see `landmarks.source`
+    disclosure: Disclosure = NO_DISCLOSURE  # what results tell about themselves
 
     @property
     def report(self) -> Path:
@@ -58,18 +38,10 @@ class Order:
 
 @dataclass
 class BatchProgress:
-    """How far a batch has come.
+    """How far a batch has come."""
 
-    Parameters
-    ----------
-    total : int
-        Photos in all.
-    counts : Counter
-        Photos by what became of them.
-    """
-
-    total: int
-    counts: Counter[str] = field(default_factory=Counter)
+    total: int  # photos in all
+    counts: Counter[str] = field(default_factory=Counter)  # photos by what became of them
     _start: float = field(default_factory=time.monotonic)
 
     @property
@@ -104,19 +76,7 @@ def carry_out(
 ) -> None:
     """Work on photo after photo in processes of their own, until all are done or `stop` says so.
 
-    Parameters
-    ----------
-    order : Order
-        What to do.
-    stop : callable
-        Whether no more photos are to be begun.
-    planned, went : callable
-        Take how many photos there are, and what became of each.
-
-    Raises
-    ------
-    NothingToDo
-        If there is no photo, or the folder can't be written to or holds results of others.
+    Raises NothingToDo.
     """
     report = order.report
     tasks = batch.plan(

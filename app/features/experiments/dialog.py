@@ -36,40 +36,20 @@ _COLUMNS: Final = 3
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What an experiment found.
+    """What an experiment found."""
 
-    Parameters
-    ----------
-    name : str
-        Which one.
-    lead : str
-        What it asks, in a sentence.
-    tables : list of Table
-        Its figures.
-    pictures : dict of str to list of (str, array)
-        By kind: captions and RGB pictures of one size, to look at in one place.
-    left_out : list of str
-        What couldn't be measured, and why.
-    texts : dict of str to str
-        The report by kind of file: html, json and csv.
-    """
-
-    name: str
-    lead: str
-    tables: list[Table]
+    name: str  # which one
+    lead: str  # what it asks, in a sentence
+    tables: list[Table]  # its figures
+    # By kind: captions and RGB pictures of one size, to look at in one place.
     pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)  # what couldn't be measured, and why
+    # The report by kind of file: html, json and csv.
     texts: dict[str, str] = field(default_factory=dict)
 
 
 class ExperimentDialog(Dialog):
-    """Follows an experiment and shows what came of it.
-
-    Attributes
-    ----------
-    in_browser, to_file : QPushButton
-        They want the report, once there is one.
-    """
+    """Follows an experiment and shows what came of it."""
 
     def __init__(self, title: str, parent: QWidget) -> None:
         super().__init__(title, parent, _SIZE_PX)

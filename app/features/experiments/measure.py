@@ -33,24 +33,13 @@ from .dialog import Findings
 
 @dataclass(frozen=True, eq=False)
 class ExperimentTask:
-    """What an experiment works on.
+    """What an experiment works on."""
 
-    Parameters
-    ----------
-    subject : Subject
-        The photo and the faces that are on.
-    recipe : Recipe
-        The photo's choices.
-    source : callable
-        Makes what finds the faces, for automatic setting; called off the GUI thread.
-    sessions : Path
-        Setting times of manual work on this machine.
-    """
-
-    subject: Subject
-    recipe: Recipe
+    subject: Subject  # the photo and the faces that are on
+    recipe: Recipe  # the photo's choices
+    # Makes what finds the faces, for automatic setting; called off the GUI thread.
     source: Callable[[], LandmarkSource]
-    sessions: Path
+    sessions: Path  # setting times of manual work on this machine
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,23 +40,7 @@ from .saver import ReadAhead, Request, Saver, Then
 
 
 class Files(Feature):
-    """Moves photos in and out of the document.
-
-    Signals
-    -------
-    began
-        A photo is being read.
-    welcomed
-        A new user is shown the sample.
-    restored(EarlierWork, str)
-        What this holds has been taken over, and how the photo differs from the one it is about.
-    unreadable(str)
-        The photo that was asked for can't be opened, and why.
-    saved_over
-        The open photo has been written over.
-    wants_photo(Path)
-        The user has to say which photo this project file is about.
-    """
+    """Moves photos in and out of the document."""
 
     began = Signal()
     welcomed = Signal()
@@ -123,15 +107,7 @@ class Files(Feature):
         return None if path is None or is_sample(path) else path.parent
 
     def open(self, path: Path, ahead: Ahead | None = None) -> None:
-        """Open a photo or a project once unsaved changes are dealt with.
-
-        Parameters
-        ----------
-        path : Path
-            The file.
-        ahead : Ahead, optional
-            The photo itself, if it is being read already.
-        """
+        """Open a photo or a project once unsaved changes are dealt with."""
         # Recent files and recovery outlive the folder that this program was started in.
         path = path.absolute()
         self._saver.guard(lambda: self.read(path, ahead=ahead))
@@ -301,15 +277,7 @@ class Files(Feature):
         return folder / f"{path.stem}_kogao{suffix}"
 
     def save(self, path: Path, then: Then | None = None) -> None:
-        """Render the photo at its own depth and write it; the original is refused.
-
-        Parameters
-        ----------
-        path : Path
-            Where; a file there is written over.
-        then : callable, optional
-            What to do once it is written, see `Saver`.
-        """
+        """Render the photo at its own depth and write it; the original is refused."""
         self.window.bar.clear()
         original = self.document.path
         there = original is not None and os.path.exists(path) and os.path.exists(original)

@@ -21,26 +21,13 @@ from ...render.pyramid import PicturePyramid
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """A photo that was read.
+    """A photo that was read."""
 
-    Parameters
-    ----------
-    photo : Photo
-        As it was read.
-    pyramid : PicturePyramid
-        What is rendered and painted from.
-    state : State, optional
-        What to go on with, px of the photo; None where it starts afresh.
-    work : EarlierWork, optional
-        Where the state comes from.
-    note : str
-        How the photo differs from the one that the work is about, or why that can't be used.
-    """
-
-    photo: Photo
-    pyramid: PicturePyramid
-    state: State | None = None
-    work: EarlierWork | None = None
+    photo: Photo  # as it was read
+    pyramid: PicturePyramid  # what is rendered and painted from
+    state: State | None = None  # what to go on with, px of the photo; None where it starts afresh
+    work: EarlierWork | None = None  # where the state comes from
+    # How the photo differs from the one that the work is about, or why that can't be used.
     note: str = ""
 
 
@@ -66,26 +53,7 @@ def open_photo(
     afresh: bool = False,
     ahead: Ahead | None = None,
 ) -> Opened:
-    """Read a photo, with its levels and what to go on with.
-
-    Parameters
-    ----------
-    path : Path
-        The photo, or a project file, which leads to its photo.
-    work : EarlierWork, optional
-        What to go on with; what the project beside the photo holds when absent.
-    afresh : bool
-        Leave that project alone.
-    ahead : Ahead, optional
-        The photo at `path`, if it is being read already; of no use for a project.
-
-    Raises
-    ------
-    UnreadablePhoto
-        If the photo is damaged, missing or none.
-    BadFile
-        If the project file can't be read; `PhotoNotBeside` if its photo must be asked for.
-    """
+    """Read a photo, with its levels and what to go on with. Raises UnreadablePhoto, BadFile."""
     if is_project(path):
         (work, path), ahead = photo_of(path), None
     photo = read(path) if ahead is None else ahead.photo.result()
@@ -102,17 +70,10 @@ def open_photo(
 
 @dataclass(frozen=True, eq=False)
 class EarlierWork:
-    """What was done to a photo before it was opened.
+    """What was done to a photo before it was opened."""
 
-    Parameters
-    ----------
-    project : Project
-        All of it.
-    file : Path, optional
-        The project file that it was saved to; None for what was kept aside and never saved.
-    """
-
-    project: Project
+    project: Project  # all of it
+    # The project file that it was saved to; None for what was kept aside and never saved.
     file: Path | None = None
 
 
@@ -122,13 +83,7 @@ def is_project(path: Path) -> bool:
 
 
 def beside(photo: Photo) -> EarlierWork | None:
-    """Return what the project beside a photo holds.
-
-    Raises
-    ------
-    BadFile
-        If it can't be read.
-    """
+    """Return what the project beside a photo holds. Raises BadFile."""
     file = sidecar.sidecar_of(photo.path)
     return EarlierWork(load(file), file) if file.is_file() else None
 
@@ -150,13 +105,7 @@ def hash_of(photo: Photo) -> str:
 
 
 def digest_of(photo: Photo) -> str:
-    """Return the SHA-256 of a photo's file, as it was found when it was first asked for.
-
-    Raises
-    ------
-    OSError
-        If the file can't be read.
-    """
+    """Return the SHA-256 of a photo's file, as it was found when it was first asked for."""
     return _digest(photo.path, photo.stamp)
 
 
@@ -169,10 +118,7 @@ def _digest(path: Path, stamp: Stamp | None) -> str:  # noqa: ARG001
 def photo_of(file: Path) -> tuple[EarlierWork, Path]:
     """Read a project file and find its photo beside it, by name; a path inside is never followed.
 
-    Raises
-    ------
-    BadFile
-        If it isn't a project; `PhotoNotBeside` if the photo must be asked for.
+    Raises BadFile.
     """
     if not file.is_file():
         raise BadFile(f"{file} is not an ordinary file")

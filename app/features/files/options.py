@@ -27,13 +27,7 @@ _GROUP: Final = "saving"
 
 
 class SavingDialog(Dialog):
-    """Choices that are off at first: an edit record, labels, and signed content credentials.
-
-    Signals
-    -------
-    chosen(Told)
-        What is to be told.
-    """
+    """Choices that are off at first: an edit record, labels, and signed content credentials."""
 
     chosen = Signal(object)
 
@@ -170,31 +164,20 @@ class SaveOptions(Feature):
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What pictures are to tell, and what the user has entered for the time when they are to.
+    """What pictures are to tell, and what the user has entered for the time when they are to."""
 
-    Parameters
-    ----------
-    record, labelled, pictured, signed : bool
-        Whether there is an edit record, a label of text, one that is a picture, and credentials
-        that are signed.
-    label, picture : str
-        The text, and the picture's file.
-    corner : str
-        Where the picture lies.
-    share : float
-        How much of the photo's area it takes, %.
-    certificate, key : str
-        Files that it takes to sign.
-    """
-
+    # Whether there is an edit record, a label of text, one that is a picture, and credentials that
+    # are signed.
     record: bool = False
     labelled: bool = False
+    # The text, and the picture's file.
     label: str = ""
     pictured: bool = False
     picture: str = ""
-    corner: Corner = LABEL_CORNER
-    share: float = LABEL_PERCENT
+    corner: Corner = LABEL_CORNER  # where the picture lies
+    share: float = LABEL_PERCENT  # how much of the photo's area it takes, %
     signed: bool = False
+    # Files that it takes to sign.
     certificate: str = ""
     key: str = ""
 

@@ -32,23 +32,12 @@ _SAMPLE_BYTES: Final = 2
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """One save: what is written, where, and what comes after it.
+    """One save: what is written, where, and what comes after it."""
 
-    Parameters
-    ----------
-    photo : Photo
-        The photo that was open.
-    saving : Saving
-        What the file will hold.
-    file : Path
-        Where it goes.
-    then : callable, optional
-        What the user wanted to do once everything is saved: close, or open another photo.
-    """
-
-    photo: Photo
-    saving: Saving
-    file: Path
+    photo: Photo  # the photo that was open
+    saving: Saving  # what the file will hold
+    file: Path  # where it goes
+    # What the user wanted to do once everything is saved: close, or open another photo.
     then: Then | None
 
 
@@ -131,21 +120,7 @@ class Saver(Feature):
         *,
         whole: bool = False,
     ) -> None:
-        """End the gesture in hand and write the committed state.
-
-        Parameters
-        ----------
-        file : Path
-            Where it goes, for messages.
-        write : callable
-            Takes photo and state, writes them in a worker and returns notes for the user.
-        saved, failed : callable
-            Called when it is over, with the request and its notes, or with what went wrong.
-        then : callable, optional
-            What comes after.
-        whole : bool
-            True for a file that holds both modes, False for a picture made in the one at work.
-        """
+        """End the gesture in hand and write the committed state."""
         photo = self.document.photo
         if photo is None:
             return

@@ -27,15 +27,7 @@ _TOOLS: Final = ("mark", "mirror", "mirror-side", "snap", "apply")
 
 
 class Manual(Feature):
-    """Switches modes, marks points, and keeps the time.
-
-    Signals
-    -------
-    changed
-        Another mode or tool is in hand, or the clock was stopped or set going.
-    applied
-        Everything is set, and the clock has stopped.
-    """
+    """Switches modes, marks points, and keeps the time."""
 
     name = "manual"
     changed = Signal()
@@ -315,13 +307,7 @@ class ManualPanel(QWidget):
 
 
 class SettingClock(QObject):
-    """Runs while there is a photo, the window has the focus and nothing is applied yet.
-
-    Signals
-    -------
-    ticked
-        Another time is to be shown.
-    """
+    """Runs while there is a photo, the window has the focus and nothing is applied yet."""
 
     ticked = Signal()
 

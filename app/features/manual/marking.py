@@ -25,17 +25,7 @@ _SAME: Final = 0.4
 
 
 def marked(state: State, face: int | None, at: Mark) -> State:
-    """Return the state with one more point: of the face being begun, or a landmark of `face`.
-
-    Parameters
-    ----------
-    state : State
-        What is shown.
-    face : int or None
-        The face that gets the landmark; None begins a new one.
-    at : Mark
-        The landmark and its target, px of the photo.
-    """
+    """Return the state with one more point: of the face being begun, or a landmark of `face`."""
     if face is not None:
         return state.with_face(face, _with_landmark(state.faces[face], at))
     draft = (*state.draft, at)

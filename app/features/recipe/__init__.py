@@ -22,15 +22,7 @@ _LONGEST_TEXT = 10_000
 
 
 class RecipeEditing(Feature):
-    """Edits the recipe of the chosen face, or the photo's when none is chosen.
-
-    Signals
-    -------
-    chosen
-        Another face's settings are edited now, or the photo's.
-    moved
-        A setting is on the move.
-    """
+    """Edits the recipe of the chosen face, or the photo's when none is chosen."""
 
     name = "recipe"
     chosen = Signal()

@@ -177,13 +177,7 @@ _LETTERS: Final = {
 
 
 class CenterChoice(QWidget):
-    """A row of buttons: the candidates of figure 7a.
-
-    Signals
-    -------
-    chosen(int)
-        The number of a candidate, from 1.
-    """
+    """A row of buttons: the candidates of figure 7a."""
 
     chosen = Signal(int)
 

@@ -32,15 +32,6 @@ class RecipePanel(QWidget):
     """Warp distance, centre, lattice; zones, and fit, threshold and the like, folded away.
 
     In plain words there is an amount and whether it looks natural; all else folds away.
-
-    Parameters
-    ----------
-    edit : callable
-        Takes a field of the recipe and its new value, while a gesture lasts.
-    commit : callable
-        Takes the gesture's end.
-    refuse : callable
-        Takes a sentence: what was typed for a field is no value of it.
     """
 
     def __init__(

@@ -33,30 +33,16 @@ _GRIDS: Final = ((16, 2), (8, 6))  # cells per side, anchors per cell
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """One face box, turned with the face.
+    """One face box, turned with the face."""
 
-    Parameters
-    ----------
-    center_px : array of shape (2,)
-        Middle of the box.
-    side_px : float
-        Longer side of the box.
-    degrees : float
-        Roll of the line between the eyes, from +x towards +y.
-    score : float
-        The network's probability, 0 to 1.
-    keypoints_px : array of shape (6, 2), optional
-        Left and right eye, tip of the nose, middle of the mouth, left and right ear; absent in a
-        box that the network didn't draw.
-    seen_wide : bool
-        Whether the view it was seen in shows it upright and about `WIDE` sides wide.
-    """
-
-    center_px: Array
-    side_px: float
-    degrees: float
-    score: float
+    center_px: Array  # (2,): middle of the box
+    side_px: float  # longer side of the box
+    degrees: float  # roll of the line between the eyes, from +x towards +y
+    score: float  # the network's probability, 0 to 1
+    # (6, 2): left and right eye, tip of the nose, middle of the mouth, left and right ear; absent
+    # in a box that the network didn't draw.
     keypoints_px: Array | None = None
+    # Whether the view it was seen in shows it upright and about `WIDE` sides wide.
     seen_wide: bool = False
 
     def is_like(self, other: Detection) -> bool:
@@ -74,37 +60,19 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """What one view shows.
+    """What one view shows."""
 
-    Parameters
-    ----------
-    boxes : list of Detection
-        The faces in it, best first, none twice.
-    most : float
-        The highest probability anywhere in it, be it a face's or not.
-    """
-
-    boxes: list[Detection]
-    most: float
+    boxes: list[Detection]  # the faces in it, best first, none twice
+    most: float  # the highest probability anywhere in it, be it a face's or not
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Square:
-    """A square of the image that the network looks at.
+    """A square of the image that the network looks at."""
 
-    Parameters
-    ----------
-    center_px : array of shape (2,)
-        Its middle in the image.
-    side_px : float
-        Its side.
-    degrees : float
-        Its turn, from +x towards +y.
-    """
-
-    center_px: Array
-    side_px: float
-    degrees: float = 0.0
+    center_px: Array  # (2,): its middle in the image
+    side_px: float  # its side
+    degrees: float = 0.0  # its turn, from +x towards +y
 
     @property
     def to_image(self) -> Affine:
@@ -116,13 +84,7 @@ class Square:
 
 
 class BlazeFace:
-    """The detector network; threads may share it.
-
-    Parameters
-    ----------
-    weights : path
-        ``face_detection_back.tflite``.
-    """
+    """The detector network; threads may share it."""
 
     def __init__(self, weights: Path) -> None:
         self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))

@@ -52,18 +52,7 @@ _SIDES_IN_CROP: Final = 2.0
 
 
 class FacemarkSource:
-    """Landmarks by a model file that the user brings, faces by BlazeFace.
-
-    Parameters
-    ----------
-    model : path
-        An LBF (``.yaml``) or Kazemi (``.dat``) model of 68 points as `cv2.face` reads them.
-
-    Raises
-    ------
-    ModelRefused
-        If the file is no such model.
-    """
+    """Landmarks by a model file that the user brings, faces by BlazeFace."""
 
     name = "facemark"
 

@@ -19,14 +19,8 @@ PERSON: Final = "models/selfie_segmentation.tflite"
 def network(name: str) -> Path:
     """Return where a network lies, after a look whether it is the one that was locked.
 
-    A damaged one would find no face, or somewhere else. It takes 2 ms.
-
-    Raises
-    ------
-    AssetMissing
-        If it isn't in this installation.
-    ModelRefused
-        If the file there is another one.
+    A damaged one would find no face, or somewhere else. It takes 2 ms. Raises AssetMissing,
+    ModelRefused.
     """
     path = assets.path(name)
     manifest = json.loads(assets.path("assets.json").read_text(encoding="utf-8"))

@@ -71,30 +71,14 @@ _CORNERS: Final = np.array(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """What the network made of one crop; all px of the image.
+    """What the network made of one crop; all px of the image."""
 
-    Parameters
-    ----------
-    outline : array of shape (21, 2)
-        Silhouette from the image's left of the upright face to its right.
-    eyes : array of shape (4, 2)
-        Eye corners, left to right.
-    mouth : array of shape (2, 2)
-        Mouth corners, left to right.
-    forehead : array of shape (15, 2)
-        The rest of the silhouette, in the same direction.
-    box : Detection
-        The square that the mesh fills, upright along the eye line.
-    presence : float
-        The network's log-odds that there is a face.
-    """
-
-    outline: Array
-    eyes: Array
-    mouth: Array
-    forehead: Array
-    box: Detection
-    presence: float
+    outline: Array  # (21, 2): silhouette from the image's left of the upright face to its right
+    eyes: Array  # (4, 2): eye corners, left to right
+    mouth: Array  # (2, 2): mouth corners, left to right
+    forehead: Array  # (15, 2): the rest of the silhouette, in the same direction
+    box: Detection  # the square that the mesh fills, upright along the eye line
+    presence: float  # the network's log-odds that there is a face
 
     def differs_from(self, other: Mesh) -> float:
         """Return the mean distance of eye and mouth corners in outer inter-ocular distances."""
@@ -105,28 +89,14 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshInput:
-    """A face as the network sees it.
+    """A face as the network sees it."""
 
-    Parameters
-    ----------
-    pixels : uint8 array of shape (256, 256, 3)
-        RGB.
-    to_image : Affine
-        Maps its pixels to the image.
-    """
-
-    pixels: Image
-    to_image: Affine
+    pixels: Image  # uint8 (256, 256, 3): RGB
+    to_image: Affine  # maps its pixels to the image
 
 
 class MeshNetwork:
-    """The landmark network; threads may share it.
-
-    Parameters
-    ----------
-    weights : path
-        ``face_landmarks_detector.tflite``.
-    """
+    """The landmark network; threads may share it."""
 
     def __init__(self, weights: Path) -> None:
         self._nets = Spares(lambda: _net(weights))
@@ -137,15 +107,7 @@ class MeshNetwork:
             pass
 
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
-        """Return the mesh of the face in a box, None when it collapses, and the crop it is from.
-
-        Parameters
-        ----------
-        image : Pyramid
-            The image.
-        box : Detection
-            The face, its middle and its angle.
-        """
+        """Return the mesh of the face in a box, None when it collapses, and the crop it is from."""
         view = Square(box.center_px, _CROP * box.side_px, box.degrees)
         crop = MeshInput(image.sample(view.to_image, INPUT_PX, cv2.BORDER_REPLICATE), view.to_image)
         points, presence = self._points(crop.pixels)

@@ -43,22 +43,8 @@ _OUTWARD_LESS_AT_ENDS: Final = 0.0029
 def silhouette(mesh: Array, eyes: Array) -> Array:
     """Return the visible edge of a face from the eye line round the chin to the eye line.
 
-    Parameters
-    ----------
-    mesh : array of shape (468 or more, 2)
-        Points of the MediaPipe face mesh, px.
-    eyes : array of shape (4, 2)
-        Its eye corners, left to right of the upright face, px.
-
-    Returns
-    -------
-    array of shape (21, 2)
-        Left to right at equal steps of arc length, px.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has collapsed, so that no part of it lies below the eyes.
+    `mesh` (468 or more, 2) px; `eyes` (4, 2) px. Result (21, 2): left to right at equal steps of
+    arc length, px.
     """
     return _pushed_out(resampled(_arc(mesh, eyes), OUTLINE_POINTS))
 
@@ -75,17 +61,7 @@ def forehead(mesh: Array, eyes: Array) -> Array:
 def joined(rim: Array, outline: Array) -> Array:
     """Return what lies between the ends of a `forehead`, shifted so that these are an outline's.
 
-    Parameters
-    ----------
-    rim : array of shape (15, 2)
-        Of the forehead, px.
-    outline : array of shape (N, 2)
-        Of the same face, px.
-
-    Returns
-    -------
-    array of shape (13, 2)
-        Px.
+    `rim` (15, 2) px. Result (13, 2) px.
     """
     share = np.linspace(0.0, 1.0, len(rim))[:, None]
     moved = rim + (1.0 - share) * (outline[0] - rim[0]) + share * (outline[-1] - rim[-1])
@@ -105,22 +81,7 @@ def _arc(mesh: Array, eyes: Array) -> Array:
 def ended(line: Array, eyes: Array) -> Array:
     """Return the part of a line round the chin that ends at `END_BELOW_EYES` on both sides.
 
-    Parameters
-    ----------
-    line : array of shape (N, 2)
-        Along the edge of a face, px. A side that ends lower is prolonged straight.
-    eyes : array of shape (4, 2)
-        Eye corners, left to right of the upright face, px.
-
-    Returns
-    -------
-    array of shape (M, 2)
-        Its ends lie on the level that they are cut at, px.
-
-    Raises
-    ------
-    ValueError
-        If no part of it lies below the eyes, or a side ends lower and doesn't point upwards.
+    `eyes` (4, 2) px. Result (M, 2): its ends lie on the level that they are cut at, px.
     """
     depth = _below_eyes(line, eyes) - END_BELOW_EYES
     chin = int(depth.argmax())
@@ -156,16 +117,7 @@ def _arc_lengths(line: Array) -> Array:
 def resampled(line: Array, count: int) -> Array:
     """Return `count` points at equal steps of arc length along a polyline, ends kept.
 
-    Parameters
-    ----------
-    line : array of shape (N, 2 or more)
-        x, y and whatever else is to be interpolated with them.
-    count : int
-        Number of points.
-
-    Returns
-    -------
-    array of shape (count, 2 or more)
+    `line` (N, 2 or more). Result (count, 2 or more).
     """
     lengths = _arc_lengths(line[:, :2])
     wanted = np.linspace(0.0, lengths[-1], count)

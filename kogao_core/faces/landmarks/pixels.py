@@ -20,13 +20,7 @@ _ROWS: Final = 64  # halved at a time: what they are made of stays within the pr
 
 
 class Pyramid:
-    """An image and its halvings, made when first needed; threads may share it.
-
-    Parameters
-    ----------
-    image : array of shape (H, W) or (H, W, C)
-        See `rgb8`.
-    """
+    """An image and its halvings, made when first needed; threads may share it."""
 
     def __init__(self, image: Image) -> None:
         rgb8(image[:1] if image.ndim else image)  # says so where it isn't an image
@@ -75,21 +69,7 @@ class Pyramid:
         return level, index
 
     def sample(self, to_image: Affine, size_px: int, border: int = cv2.BORDER_CONSTANT) -> Rgb8:
-        """Resample a square of the image.
-
-        Parameters
-        ----------
-        to_image : Affine
-            Maps pixel centres of the result to the full image.
-        size_px : int
-            Side of the result.
-        border : int
-            OpenCV border mode outside the image; black by default.
-
-        Returns
-        -------
-        uint8 array of shape (size_px, size_px, 3)
-        """
+        """Resample a square of the image. Result uint8 (size_px, size_px, 3)."""
         # Bilinear sampling aliases when it shrinks: go down the pyramid as far as no detail is
         # lost, then sample twice as dense and average 2 x 2.
         shrink = max(1.0, to_image.scale)

@@ -35,20 +35,11 @@ STIRRED: Final = 0.2
 
 
 class Fitted(NamedTuple):
-    """A face that was found.
+    """A face that was found."""
 
-    Parameters
-    ----------
-    face : Face
-        The face.
-    box : Detection
-        The square that its mesh fills.
-    beside : sequence of Detection, optional
-        Other boxes that came into view in the closer look at it; absent if it needed none.
-    """
-
-    face: Face
-    box: Detection
+    face: Face  # the face
+    box: Detection  # the square that its mesh fills
+    # Other boxes that came into view in the closer look at it; absent if it needed none.
     beside: Sequence[Detection] | None = None
 
 
@@ -66,19 +57,6 @@ def faces(
 
     The result doesn't depend on the number of threads: they look and fit ahead, but what counts as
     found already is decided in the order of the proposals.
-
-    Parameters
-    ----------
-    image : Pyramid
-        The image.
-    detector : BlazeFace
-        Proposes boxes.
-    fit : callable
-        Turns a box into a face and its own box, or None; called in several threads at once.
-    fit_in_company : callable, optional
-        The same for boxes beside a sure small face, where another is likely.
-    on_face : callable
-        Gets each face as it is found, one at a time.
     """
     found: list[Fitted] = []
     most: dict[Square, float] = {}

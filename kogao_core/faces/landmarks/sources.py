@@ -20,48 +20,25 @@ _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What a landmark source was measured to do (docs/landmarks.md).
+    """What a landmark source was measured to do (docs/landmarks.md)."""
 
-    Parameters
-    ----------
-    studio_jaw, wild_jaw : float
-        Mean distance from labelled jaw points to the outline on studio portraits and in the wild,
-        % of the outer inter-ocular distance, on faces left out of training.
-    typical_ms : float
-        Time for a portrait of about a megapixel with one face, on two cores.
-    """
-
+    # Mean distance from labelled jaw points to the outline on studio portraits and in the wild, %
+    # of the outer inter-ocular distance, on faces left out of training.
     studio_jaw: float
     wild_jaw: float
-    typical_ms: float
+    typical_ms: float  # time for a portrait of about a megapixel with one face, on two cores
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A landmark source that travels with the program.
+    """A landmark source that travels with the program."""
 
-    Parameters
-    ----------
-    name : str
-        What to ask for: ``--landmarks NAME``.
-    title : str
-        What people call it, without an article.
-    make : callable
-        Returns the source; models are read at its first use.
-    needs_networks : bool
-        Whether it needs the networks that are fetched when a wheel is built.
-    measured : Measured, optional
-        None, if it wasn't measured.
-    help : str
-        What it does otherwise than the others, in one sentence; may be empty.
-    """
-
-    name: str
-    title: str
-    make: Callable[[], LandmarkSource]
-    needs_networks: bool
-    measured: Measured | None = None
-    help: str = ""
+    name: str  # what to ask for: ``--landmarks NAME``
+    title: str  # what people call it, without an article
+    make: Callable[[], LandmarkSource]  # returns the source; models are read at its first use
+    needs_networks: bool  # whether it needs the networks that are fetched when a wheel is built
+    measured: Measured | None = None  # None, if it wasn't measured
+    help: str = ""  # what it does otherwise than the others, in one sentence; may be empty
 
 
 def _aam() -> LandmarkSource:
@@ -166,10 +143,7 @@ def networks_are_here() -> bool:
 def check_networks() -> None:
     """Check that the networks which are here are those that Kogao came with.
 
-    Raises
-    ------
-    ModelRefused
-        If one is damaged.
+    Raises ModelRefused.
     """
     for name in _NETWORKS:
         with suppress(assets.AssetMissing):

@@ -33,15 +33,7 @@ takes_photos = words.together(
 
 
 class Work:
-    """One experiment on the command line, from its arguments to its files.
-
-    Parameters
-    ----------
-    name : str
-        Of the experiment, and of its files in a folder.
-    given : mapping
-        What `takes_photos` has added to the command's arguments.
-    """
+    """One experiment on the command line, from its arguments to its files."""
 
     def __init__(self, name: str, given: Mapping[str, Any]) -> None:
         self._given = given
@@ -60,10 +52,7 @@ class Work:
     def subjects(self) -> Iterator[Subject]:
         """Yield the photos that have a face; others are named on stderr and in the report.
 
-        Raises
-        ------
-        Stop
-            If there is none at all.
+        Raises Stop.
         """
         source = self.source
         common.mention_fallback(self._given["landmarks"])

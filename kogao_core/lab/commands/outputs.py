@@ -35,23 +35,7 @@ def asked_for(given: Mapping[str, Any]) -> dict[str, Path]:
 
 
 class Outputs:
-    """Where the result goes; checked before work begins.
-
-    Parameters
-    ----------
-    files : mapping of str to Path
-        By kind; ``-`` is the standard output.
-    folder : Path, optional
-        For pictures; made if need be.
-    force : bool
-        Replace what is there.
-
-    Raises
-    ------
-    Stop
-        If a file or folder is in the way, there is no folder for a file, or two files are to be
-        printed.
-    """
+    """Where the result goes; checked before work begins."""
 
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder

@@ -27,49 +27,30 @@ _LOCAL_STEPS: Final = 200  # samples of det J along each side of the domain
 
 @dataclass(frozen=True, slots=True)
 class Distortion:
-    """What one variant does to one photo.
+    """What one variant does to one photo."""
 
-    Parameters
-    ----------
-    photo : str
-        Its name.
-    variant : Variant
-        Centre, distance and lattice.
-    spacing_px, warp_px : float
-        Mean lattice spacing, and mean warp distance, of the faces.
-    achieved : float
-        How far landmarks come towards the centre, mean over the faces, in % of D
-        (`kogao_core.warp.dose`); the variant's percentage was asked for.
-    face_area : float
-        Area inside the outline after the warp over the area before it, minus 1, in %.
-    local_area : float
-        Root mean square of local changes of area, |det J - 1|, where pixels move, in %.
-    min_det : float
-        Smallest Jacobian determinant; 0 or less is a fold.
-    folds : bool
-        Whether it folds.
-    bend : float
-        How far the worst straight line of a grid over and round the faces departs from straight, in
-        % of the distance between the eyes' outer corners.
-    photo_bend : float, optional
-        The same of the worst line found in the photo beside the faces, on hair and collars, too: a
-        studio portrait has no others. None where there is none.
-    residual, contour : float
-        How far landmarks end from their targets on average, and the outline between them from its
-        curve at worst, in % of the same.
-    """
-
-    photo: str
-    variant: Variant
+    photo: str  # its name
+    variant: Variant  # centre, distance and lattice
+    # Mean lattice spacing, and mean warp distance, of the faces.
     spacing_px: float
     warp_px: float
+    # How far landmarks come towards the centre, mean over the faces, in % of D
+    # (`kogao_core.warp.dose`); the variant's percentage was asked for.
     achieved: float
+    # Area inside the outline after the warp over the area before it, minus 1, in %.
     face_area: float
+    # Root mean square of local changes of area, |det J - 1|, where pixels move, in %.
     local_area: float
-    min_det: float
-    folds: bool
+    min_det: float  # smallest Jacobian determinant; 0 or less is a fold
+    folds: bool  # whether it folds
+    # How far the worst straight line of a grid over and round the faces departs from straight, in %
+    # of the distance between the eyes' outer corners.
     bend: float
+    # The same of the worst line found in the photo beside the faces, on hair and collars, too: a
+    # studio portrait has no others.
     photo_bend: float | None
+    # How far landmarks end from their targets on average, and the outline between them from its
+    # curve at worst, in % of the same.
     residual: float
     contour: float
 
@@ -94,17 +75,7 @@ def shown(recipe: Recipe) -> tuple[Variant, ...]:
 def measure(
     subject: Subject, recipe: Recipe = PAPER, *, progress: Progress = no_progress
 ) -> list[Distortion]:
-    """Measure every variant of one photo.
-
-    Parameters
-    ----------
-    subject : Subject
-        Photo with faces.
-    recipe : Recipe
-        What to do; its centre, distance and, for figure 11, lattice are replaced.
-    progress : callable
-        Called with how many variants are done, and of how many.
-    """
+    """Measure every variant of one photo."""
     found = []
     chosen = shown(recipe)
     lines = _LinesOf(subject)

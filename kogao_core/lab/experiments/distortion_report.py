@@ -25,24 +25,14 @@ _LEAD: Final = Text(
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A number of `Distortion`.
+    """A number of `Distortion`."""
 
-    Parameters
-    ----------
-    name : str
-        Of the column in files.
-    title, heading : Text
-        What people read, within a sentence and above a table.
-    digits : int
-        Decimals shown.
-    harm : callable
-        Turns it into something that is 0 without a warp and grows with it.
-    """
-
-    name: str
+    name: str  # of the column in files
+    # What people read, within a sentence and above a table.
     title: Text
     heading: Text
-    digits: int
+    digits: int  # decimals shown
+    # Turns it into something that is 0 without a warp and grows with it.
     harm: Callable[[float], float] = abs
 
     def median(self, found: Sequence[Distortion]) -> float:

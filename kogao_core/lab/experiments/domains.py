@@ -25,79 +25,40 @@ _LEVELS: Final = 255.0
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """How a thresholded result differs from the one without a threshold.
+    """How a thresholded result differs from the one without a threshold."""
 
-    Parameters
-    ----------
-    max_levels : float
-        Largest difference of a pixel, 0 to 255 whatever the photo's depth.
-    psnr_db : float, optional
-        Peak signal-to-noise ratio over the pixels of the control-point domain; None where nothing
-        differs.
-    seam_px : float
-        Largest step that the threshold brings into the displacement between neighbouring pixels.
-    """
-
-    max_levels: float
-    psnr_db: float | None
+    max_levels: float  # largest difference of a pixel, 0 to 255 whatever the photo's depth
+    psnr_db: float | None  # peak signal-to-noise ratio over the pixels of the control-point domain
+    # Largest step that the threshold brings into the displacement between neighbouring pixels.
     seam_px: float
 
 
 @dataclass(frozen=True, slots=True)
 class ThresholdErrors:
-    """One threshold.
+    """One threshold."""
 
-    Parameters
-    ----------
-    threshold_px : float
-        T: pixels that move by no more stay.
-    pixels : int
-        Pixels that move by more.
-    cut : Error
-        As section 4.2 has it: below T a pixel isn't moved at all.
-    fade : Error
-        As this program has it: the displacement fades in over [T, 2T].
-    fade_proven : bool
-        Whether that fade is proven not to fold.
-    """
-
-    threshold_px: float
-    pixels: int
-    cut: Error
-    fade: Error
-    fade_proven: bool
+    threshold_px: float  # T: pixels that move by no more stay
+    pixels: int  # pixels that move by more
+    cut: Error  # as section 4.2 has it: below T a pixel isn't moved at all
+    fade: Error  # as this program has it: the displacement fades in over [T, 2T]
+    fade_proven: bool  # whether that fade is proven not to fold
 
 
 @dataclass(frozen=True, eq=False)
 class Domains:
-    """The domains of one photo.
+    """The domains of one photo."""
 
-    Parameters
-    ----------
-    photo : str
-        Its name.
-    width, height, faces : int
-        What was worked on, px.
-    counts : dict of str to int
-        Pixels of all three domains.
-    computing_ms : dict of str to Spread
-        Time that a warp of each domain takes.
-    steps : tuple of ThresholdErrors
-        One for each threshold.
-    shown : dict of str to array
-        The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
-    masks : dict of str to array of shape (H, W)
-        Pixels to work on in each but the whole image, with the lossless threshold.
-    """
-
-    photo: str
+    photo: str  # its name
+    # What was worked on, px.
     width: int
     height: int
     faces: int
-    counts: dict[DomainName, int]
-    computing_ms: dict[DomainName, Spread]
-    steps: tuple[ThresholdErrors, ...]
+    counts: dict[DomainName, int]  # pixels of all three domains
+    computing_ms: dict[DomainName, Spread]  # time that a warp of each domain takes
+    steps: tuple[ThresholdErrors, ...]  # one for each threshold
+    # The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
     shown: dict[DomainName, Image]
+    # (H, W): pixels to work on in each but the whole image, with the lossless threshold.
     masks: dict[DomainName, Mask]
 
     def without_masks(self) -> Domains:
@@ -121,21 +82,7 @@ def measure(
     repeats: int = 5,
     progress: Progress = no_progress,
 ) -> Domains:
-    """Count the domains of one photo, time them in turns, and compare thresholds with none.
-
-    Parameters
-    ----------
-    subject : Subject
-        Photo with faces.
-    recipe : Recipe
-        What to do; its domain and threshold are replaced.
-    thresholds : sequence of float
-        T to try, px, 0 to 16.
-    repeats : int
-        Rounds of timing that count, after one that doesn't.
-    progress : callable
-        Called with how many steps are done, and of how many.
-    """
+    """Count the domains of one photo, time them in turns, and compare thresholds with none."""
     whole = _render(subject, recipe, "control-points")
     image = whole.domain.image
     masks = {one.name: mask_of(whole.field, image, one.name) for one in DOMAINS}

@@ -35,17 +35,7 @@ _NEVER_ZERO: Final = 1e-9
 
 
 def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
-    """Draw every figure of a photo.
-
-    Parameters
-    ----------
-    subject : Subject
-        Photo and faces.
-    recipe : Recipe
-        What is done to them.
-    width_px : int
-        Width of each drawing, several pictures side by side included.
-    """
+    """Draw every figure of a photo."""
     shown = pictured(subject, width_px)
     rendering = render(shown.pixels, shown.faces, recipe)
     made: Sequence[Callable[[Subject, Rendering], Drawing]] = (

@@ -32,29 +32,17 @@ _MOST_BYTES: Final = 4096  # of a line
 
 @dataclass(frozen=True, slots=True)
 class SettingTime:
-    """One photo set by hand.
+    """One photo set by hand."""
 
-    Parameters
-    ----------
-    photo : str
-        Name of its file, without the folder.
-    width, height : int
-        Its size, px.
-    faces, landmarks : int
-        Faces that were set, and all outline landmarks of theirs.
-    setting_s : float
-        Time on the setting clock when it was applied, s.
-    at : str
-        When, ISO 8601 with the time zone.
-    """
-
-    photo: str
+    photo: str  # name of its file, without the folder
+    # Its size, px.
     width: int
     height: int
+    # Faces that were set, and all outline landmarks of theirs.
     faces: int
     landmarks: int
-    setting_s: float
-    at: str
+    setting_s: float  # time on the setting clock when it was applied, s
+    at: str  # when, ISO 8601 with the time zone
 
     @staticmethod
     def now(
@@ -66,13 +54,7 @@ class SettingTime:
 
 
 def append(path: Path, setting_time: SettingTime) -> None:
-    """Add a session to a file, which is made if need be.
-
-    Raises
-    ------
-    OSError
-        If the file can't be written.
-    """
+    """Add a session to a file, which is made if need be."""
     values = {"version": VERSION, **dataclasses.asdict(setting_time)}
     with appended(path) as file:
         file.write(json.dumps(values, ensure_ascii=False).encode() + b"\n")
@@ -81,15 +63,7 @@ def append(path: Path, setting_time: SettingTime) -> None:
 
 
 def read(path: Path) -> list[SettingTime]:
-    """Return the sessions of a file, oldest first.
-
-    Raises
-    ------
-    OSError
-        If the file can't be read.
-    BadFile
-        If a line isn't a session; the message names it.
-    """
+    """Return the sessions of a file, oldest first. Raises BadFile."""
     found = []
     lines = path.read_bytes().split(b"\n")
     for number, line in enumerate(lines, start=1):

@@ -61,35 +61,19 @@ PROCEDURES: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """The runs of one procedure on one photo at one size.
+    """The runs of one procedure on one photo at one size."""
 
-    Parameters
-    ----------
-    photo : str
-        Its name.
-    size : {"960x720", "own"}
-        Which size.
-    width, height, faces : int
-        What was worked on, px.
-    procedure : str
-        Name of a row of `PROCEDURES`.
-    domain_share : float
-        Part of the image that was worked on, 0 to 1, by section 4's counts.
-    setting_ms : tuple of float
-        Time to find faces and landmarks in each run; empty where people do that.
-    stages_ms : dict of str to tuple of float
-        Computing time by stage of `pipeline.render`.
-    """
-
-    photo: str
-    size: Size
+    photo: str  # its name
+    size: Size  # which size
+    # What was worked on, px.
     width: int
     height: int
     faces: int
-    procedure: str
-    domain_share: float
+    procedure: str  # name of a row of `PROCEDURES`
+    domain_share: float  # part of the image that was worked on, 0 to 1, by section 4's counts
+    # Time to find faces and landmarks in each run; empty where people do that.
     setting_ms: tuple[float, ...]
-    stages_ms: dict[str, tuple[float, ...]]
+    stages_ms: dict[str, tuple[float, ...]]  # computing time by stage of `pipeline.render`
 
     @property
     def computing_ms(self) -> tuple[float, ...]:
@@ -99,23 +83,12 @@ class Timing:
 
 @dataclass(frozen=True, slots=True)
 class TimingResult:
-    """Table 2 on some photos.
+    """Table 2 on some photos."""
 
-    Parameters
-    ----------
-    timings : tuple of Timing
-        What was measured.
-    setting_times : tuple of SettingTime
-        Setting by hand, as recorded; may be empty.
-    recipe : Recipe
-        What was done to the faces; its domain is set by the procedure.
-    repeats, warm_up : int
-        Rounds that count, and rounds before them.
-    """
-
-    timings: tuple[Timing, ...]
-    setting_times: tuple[SettingTime, ...]
-    recipe: Recipe
+    timings: tuple[Timing, ...]  # what was measured
+    setting_times: tuple[SettingTime, ...]  # setting by hand, as recorded; may be empty
+    recipe: Recipe  # what was done to the faces; its domain is set by the procedure
+    # Rounds that count, and rounds before them.
     repeats: int
     warm_up: int
 
@@ -144,27 +117,7 @@ def measure(
 
     Manual procedures get the subject's faces with all targets set; how long people take for that is
     their setting clock's to say. Automatic procedures search the photo anew in every run, and of
-    what they find warp the same faces.
-
-    Parameters
-    ----------
-    subject : Subject
-        Photo with faces.
-    source : LandmarkSource
-        Finds faces for the automatic procedures.
-    recipe : Recipe
-        What to do; its domain is replaced.
-    sizes : sequence of {"960x720", "own"}
-        Sizes to work at.
-    repeats, warm_up : int
-        Rounds that count, and rounds before them that don't; a round runs every procedure once.
-    progress : callable
-        Called with how many runs are done, and of how many.
-
-    Returns
-    -------
-    list of Timing, list of str
-        And what couldn't be measured, in a sentence each.
+    what they find warp the same faces. Result: and what couldn't be measured, in a sentence each.
     """
     timings: list[Timing] = []
     notes: list[str] = []

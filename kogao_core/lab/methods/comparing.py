@@ -29,55 +29,31 @@ _ROUND: Final = 0.35  # of the faces' size is shown round them
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """One method on one photo.
+    """One method on one photo."""
 
-    Parameters
-    ----------
-    method : Method
-        Which.
-    fit_ms, warp_ms : Spread
-        From points to the fitted method, and from there to all pixels.
-    residual_mean_px, residual_max_px : float
-        How far landmarks end from their targets.
-    min_det : float
-        Smallest Jacobian determinant by central differences on the sampled pixels.
-    folded_share, moved_share : float
-        Parts of the image, 0 to 1, that fold, and that move by more than 1/64 px.
-    largest_px : float
-        Largest displacement.
-    pictures : dict of str to array
-        ``result``, ``difference`` (to the photo, times `DIFFERENCE_GAIN`) and ``heat``; RGB.
-    """
-
-    method: Method
+    method: Method  # which
+    # From points to the fitted method, and from there to all pixels.
     fit_ms: Spread
     warp_ms: Spread
+    # How far landmarks end from their targets.
     residual_mean_px: float
     residual_max_px: float
-    min_det: float
+    min_det: float  # smallest Jacobian determinant by central differences on the sampled pixels
+    # Parts of the image, 0 to 1, that fold, and that move by more than 1/64 px.
     folded_share: float
     moved_share: float
-    largest_px: float
+    largest_px: float  # largest displacement
+    # ``result``, ``difference`` (to the photo, times `DIFFERENCE_GAIN`) and ``heat``; RGB.
     pictures: dict[str, Image] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """All methods on one photo.
+    """All methods on one photo."""
 
-    Parameters
-    ----------
-    subject : Subject
-        Photo and faces.
-    asked_px : float
-        Largest displacement that a landmark asks for: the bright end of the heat.
-    methods : tuple of Compared
-        One for each that could be fitted.
-    """
-
-    subject: Subject
-    asked_px: float
-    methods: tuple[Compared, ...]
+    subject: Subject  # photo and faces
+    asked_px: float  # largest displacement that a landmark asks for: the bright end of the heat
+    methods: tuple[Compared, ...]  # one for each that could be fitted
 
     def views(self) -> Comparison:
         """Return the comparison with pictures cut to the faces and reduced for a report."""
@@ -131,23 +107,7 @@ def measure(
 ) -> tuple[Comparison, list[str]]:
     """Compare methods on one photo, in turns; those whose library is absent stay out.
 
-    Parameters
-    ----------
-    subject : Subject
-        Photo with faces.
-    recipe : Recipe
-        Says where landmarks go, and the size of the lattice; all methods resample bilinearly.
-    methods : sequence of Method
-        Which.
-    repeats, warm_up : int
-        Rounds of timing that count, and rounds before them.
-    progress : callable
-        Called with how many runs are done, and of how many.
-
-    Returns
-    -------
-    Comparison, list of str
-        And a sentence for each method that can't be fitted to these points.
+    Result: and a sentence for each method that can't be fitted to these points.
     """
     with one_blas_thread():
         task = WarpTask.of(subject.pixels, subject.faces, recipe)

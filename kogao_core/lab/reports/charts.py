@@ -27,57 +27,27 @@ _LEAST: Final = 1e-3  # smaller values are told as such
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """One curve, or one kind of bar.
+    """One curve, or one kind of bar."""
 
-    Parameters
-    ----------
-    name : str
-        What the key calls it.
-    values : sequence of float
-        One for each place; NaN and infinity leave a gap.
-    intervals : sequence of (float, float), optional
-        Lower and upper ends for each value, drawn as error bars.
-    """
-
-    name: str
-    values: Sequence[float]
+    name: str  # what the key calls it
+    values: Sequence[float]  # one for each place; NaN and infinity leave a gap
+    # Lower and upper ends for each value, drawn as error bars.
     intervals: Sequence[tuple[float, float]] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Values at places: curves over places that lie evenly along x, or bars beside their names.
+    """Values at places: curves over places that lie evenly along x, or bars beside their names."""
 
-    Parameters
-    ----------
-    title : str
-        What it shows; read aloud in place of the picture, with its values.
-    places : sequence of str
-        Names of the places.
-    unit : str
-        Name and unit of the values, which begin at 0.
-    series : sequence of Series
-        At most a handful.
-    along : str
-        What the places are, with its unit; of curves only.
-    bars : bool
-        Draw bars.
-    logarithmic : bool
-        Bars begin at a power of ten instead of 0.
-    caption : str
-        Text below it.
-    most : float, optional
-        Where the axis of curves ends, at least; so that charts side by side compare.
-    """
-
-    title: str
-    places: Sequence[str]
-    unit: str
-    series: Sequence[Series]
-    along: str = ""
-    bars: bool = False
-    logarithmic: bool = False
-    caption: str = ""
+    title: str  # what it shows; read aloud in place of the picture, with its values
+    places: Sequence[str]  # names of the places
+    unit: str  # name and unit of the values, which begin at 0
+    series: Sequence[Series]  # at most a handful
+    along: str = ""  # what the places are, with its unit; of curves only
+    bars: bool = False  # draw bars
+    logarithmic: bool = False  # bars begin at a power of ten instead of 0
+    caption: str = ""  # text below it
+    # Where the axis of curves ends, at least; so that charts side by side compare.
     most: float = 0.0
 
 

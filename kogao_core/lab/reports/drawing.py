@@ -53,24 +53,12 @@ Mark = Dots | Strokes | Word
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """A picture and what is painted over it, in this order.
+    """A picture and what is painted over it, in this order."""
 
-    Parameters
-    ----------
-    name : str
-        What it shows.
-    pixels : array of shape (H, W, 3)
-        RGB, uint8.
-    marks : tuple of Mark
-        In px of the picture.
-    exact : bool
-        Keep the very pixels in an SVG, too (PNG inside); JPEG otherwise.
-    """
-
-    name: str
-    pixels: Image
-    marks: tuple[Mark, ...] = ()
-    exact: bool = False
+    name: str  # what it shows
+    pixels: Image  # (H, W, 3): RGB, uint8
+    marks: tuple[Mark, ...] = ()  # in px of the picture
+    exact: bool = False  # keep the very pixels in an SVG, too (PNG inside); JPEG otherwise
 
     def png(self) -> bytes:
         """Return the drawing as a PNG file."""

@@ -10,17 +10,7 @@ _DIGITS: Final = 1  # decimals of a number: coordinates, px
 
 
 def element(tag: str, *content: Element | str, **attributes: str | float) -> Element:
-    """Return an element.
-
-    Parameters
-    ----------
-    tag : str
-        Its name.
-    *content : Element or str
-        Elements and texts, in order.
-    **attributes
-        ``class_`` is ``class``, ``aria_label`` is ``aria-label``; an empty text leaves one out.
-    """
+    """Return an element."""
     named = {name.strip("_").replace("_", "-"): _text(v) for name, v in attributes.items()}
     made = Element(tag, {name: value for name, value in named.items() if value})
     for part in content:

@@ -29,24 +29,12 @@ _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of ready text.
+    """A table of ready text."""
 
-    Parameters
-    ----------
-    caption : str
-        What it shows, with units.
-    header : sequence of str
-        Names of the columns.
-    rows : sequence of sequences of str
-        One string a column; the first names the row.
-    note : str
-        What the reader must know to read it; shown below.
-    """
-
-    caption: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
+    caption: str  # what it shows, with units
+    header: Sequence[str]  # names of the columns
+    rows: Sequence[Sequence[str]]  # one string a column; the first names the row
+    note: str = ""  # what the reader must know to read it; shown below
 
     @property
     def numeric(self) -> list[bool]:
@@ -80,22 +68,13 @@ class Heading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """A picture with its caption.
+    """A picture with its caption."""
 
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, 3)
-        Grey or RGB, uint8; shown reduced.
-    caption, alt : str
-        Text below it; what it shows, for those who don't see it.
-    exact : bool
-        Keep the very pixels (PNG), for masks and maps; JPEG otherwise.
-    """
-
-    pixels: Image
+    pixels: Image  # (H, W) or (H, W, 3): grey or RGB, uint8; shown reduced
+    # Text below it; what it shows, for those who don't see it.
     caption: str
     alt: str
-    exact: bool = False
+    exact: bool = False  # keep the very pixels (PNG), for masks and maps; JPEG otherwise
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,23 +91,13 @@ Part = str | Heading | Table | Chart | Picture | Row
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """How a report came to be.
+    """How a report came to be."""
 
-    Parameters
-    ----------
-    command : str
-        The command line, or what was chosen in the editor.
-    at : datetime
-        When, with its time zone.
-    machine : mapping
-        Processor, cores, system and versions (`kogao_core.lab.reports.machine`).
-    left_out : tuple of str
-        What was asked for but is missing, and why: photos without a face, absent libraries.
-    """
-
-    command: str
-    at: datetime
+    command: str  # the command line, or what was chosen in the editor
+    at: datetime  # when, with its time zone
+    # Processor, cores, system and versions (`kogao_core.lab.reports.machine`).
     machine: Mapping[str, object]
+    # What was asked for but is missing, and why: photos without a face, absent libraries.
     left_out: tuple[str, ...] = ()
 
     @staticmethod
@@ -148,25 +117,14 @@ class Made:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What an experiment found.
+    """What an experiment found."""
 
-    Parameters
-    ----------
-    title, lead : str
-        Heading, and what was asked, in a sentence or two.
-    parts : sequence of Part
-        To read and to look at, in order; the first is something to look at.
-    records : list of dict
-        A flat record for each row of a table to compute with.
-    document : dict
-        Everything as plain JSON values.
-    """
-
+    # Heading, and what was asked, in a sentence or two.
     title: str
     lead: str
-    parts: Sequence[Part]
-    records: list[dict[str, object]]
-    document: dict[str, object]
+    parts: Sequence[Part]  # to read and to look at, in order; the first is something to look at
+    records: list[dict[str, object]]  # a flat record for each row of a table to compute with
+    document: dict[str, object]  # everything as plain JSON values
 
     @property
     def tables(self) -> list[Table]:

@@ -24,13 +24,7 @@ class Spread:
 
     @staticmethod
     def of(values: Sequence[float]) -> Spread:
-        """Return the spread of at least one value; quartiles include the ends (Tukey's hinges).
-
-        Raises
-        ------
-        ValueError
-            If there is no value.
-        """
+        """Return the spread of at least one value; quartiles include the ends (Tukey's hinges)."""
         if not values:
             raise ValueError(Text("a spread needs at least one value"))
         ordered = sorted(values)

@@ -12,15 +12,7 @@ from kogao_core.lab.reports.report import Report
 def translated_report(report: Report) -> Report:
     """Return a report whose texts are said in the language at work.
 
-    Parameters
-    ----------
-    report : Report
-        As an experiment made it, in English.
-
-    Returns
-    -------
-    Report
-        With the same records and document.
+    Result: with the same records and document.
     """
     title, lead, parts = map(_said, (report.title, report.lead, report.parts))
     return replace(report, title=title, lead=lead, parts=parts)

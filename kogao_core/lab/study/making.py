@@ -29,25 +29,13 @@ class RefusedFolder(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """How a study is made.
+    """How a study is made."""
 
-    Parameters
-    ----------
-    recipe : Recipe
-        What all pictures share; the paper's without the guard, which would hide what is asked.
-    variants : tuple of Variant
-        The pictures of each subject.
-    seed : str, optional
-        Brings the same pictures of the same faces again; drawn when absent. At most 64 printable
-        letters.
-    landmarks : str
-        Name of the source that found the faces, for the key.
-    """
-
+    # What all pictures share; the paper's without the guard, which would hide what is asked.
     recipe: Recipe = PAPER
-    variants: tuple[Variant, ...] = variants()
-    seed: str | None = None
-    landmarks: str = ""
+    variants: tuple[Variant, ...] = variants()  # the pictures of each subject
+    seed: str | None = None  # brings the same pictures of the same faces again; drawn when absent
+    landmarks: str = ""  # name of the source that found the faces, for the key
 
     def __post_init__(self) -> None:
         """Refuse a seed that a key couldn't hold."""
@@ -61,13 +49,7 @@ class Choices:
 
 
 def check_folder(folder: Path) -> None:
-    """Check that a study can be made in a folder.
-
-    Raises
-    ------
-    RefusedFolder
-        If something lies there already, or its parent is missing.
-    """
+    """Check that a study can be made in a folder. Raises RefusedFolder."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise RefusedFolder(
             Text("{folder} isn't empty; name a new folder for the study", folder=folder)
@@ -91,31 +73,7 @@ def make(
     choices: Choices | None = None,
     progress: Progress = no_progress,
 ) -> Key:
-    """Make a study of some subjects.
-
-    Parameters
-    ----------
-    subjects : sequence of Subject
-        At least one, as `pictures.subject` returns them.
-    folder : Path
-        New or empty. The key is written beside it (`plan.key_path`).
-    choices : Choices, optional
-        Recipe, variants and seed.
-    progress : callable
-        Called with how many pictures are done, and of how many.
-
-    Returns
-    -------
-    Key
-        What each picture is.
-
-    Raises
-    ------
-    RefusedFolder
-        See `check_folder`.
-    OSError
-        If the disk is full or the folder isn't writable.
-    """
+    """Make a study of some subjects. Result: what each picture is. Raises RefusedFolder."""
     choices = choices or Choices()
     check_folder(folder)
     seed = choices.seed or secrets.token_hex(_SEED_BYTES)

@@ -24,21 +24,11 @@ _DIGITS: Final = 2  # decimals of landmarks, px at the paper's size
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """How a study came to be.
+    """How a study came to be."""
 
-    Parameters
-    ----------
-    program : str
-        Version of Kogao.
-    made : str
-        When, ISO 8601 in UTC.
-    landmarks : str
-        Name of the landmark source; empty where faces came from elsewhere.
-    """
-
-    program: str
-    made: str
-    landmarks: str
+    program: str  # version of Kogao
+    made: str  # when, ISO 8601 in UTC
+    landmarks: str  # name of the landmark source; empty where faces came from elsewhere
 
     @staticmethod
     def now(landmarks: str) -> Origin:
@@ -57,21 +47,11 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class PhotoRecord:
-    """One face of a study.
+    """One face of a study."""
 
-    Parameters
-    ----------
-    name : str
-        Its photo's file name.
-    sha256 : str
-        Of that file; empty where there was none.
-    points : tuple of (float, float)
-        Landmarks in px of its pictures, unwarped.
-    """
-
-    name: str
-    sha256: str = ""
-    points: tuple[tuple[float, float], ...] = ()
+    name: str  # its photo's file name
+    sha256: str = ""  # of that file; empty where there was none
+    points: tuple[tuple[float, float], ...] = ()  # landmarks in px of its pictures, unwarped
 
     @staticmethod
     def of(subject: Subject) -> PhotoRecord:
@@ -99,18 +79,11 @@ class PhotoRecord:
 
 @dataclass(frozen=True, slots=True)
 class PictureFigures:
-    """What a picture's warp amounts to.
+    """What a picture's warp amounts to."""
 
-    Parameters
-    ----------
-    achieved : float
-        How far the landmarks came towards the centre, % of D (`kogao_core.warp.dose`).
-    lattice_in_warps : float, optional
-        Lattice spacing in mean warp distances, the paper's R in figures 10 and 11; None where
-        nothing moves.
-    """
-
+    # How far the landmarks came towards the centre, % of D (`kogao_core.warp.dose`).
     achieved: float
+    # Lattice spacing in mean warp distances, the paper's R in figures 10 and 11.
     lattice_in_warps: float | None
 
     @staticmethod

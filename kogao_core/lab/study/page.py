@@ -23,15 +23,6 @@ def page(study: Study, folder: Path, *, served: bool = False) -> str:
     Its content security policy allows its own script and style by their digests and pictures from
     its own folder, and nothing else: no request can leave for anywhere. It speaks the language at
     work.
-
-    Parameters
-    ----------
-    study : Study
-        What is asked.
-    folder : Path
-        Where its pictures lie.
-    served : bool
-        For `server.Server`, to which answers go; otherwise the browser keeps them.
     """
     style = _part("page.css").replace("SURROUND", results.SURROUND)
     script = _part("page.js").replace('"STUDY"', _data(study, folder, served))

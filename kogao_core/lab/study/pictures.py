@@ -73,17 +73,7 @@ def padded(data: bytes, size: int, secret: str) -> bytes:
 
 
 def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
-    """Put pictures in their folder, all of one size and time, in the order of their names.
-
-    Parameters
-    ----------
-    pictures : mapping of str to Path
-        Where each one lies so far, by name.
-    folder : Path
-        Where they belong.
-    seed : str
-        What their padding follows from.
-    """
+    """Put pictures in their folder, all of one size and time, in the order of their names."""
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
         put(padded(pictures[name].read_bytes(), size, f"{seed}:{name}"), folder / name)

@@ -42,21 +42,11 @@ _RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """What raters get: names without meaning, in the order of the alphabet.
+    """What raters get: names without meaning, in the order of the alphabet."""
 
-    Parameters
-    ----------
-    identity : str
-        Which study; ratings carry it.
-    ratings : tuple of str
-        Pictures to be called natural or unnatural.
-    satisfaction : tuple of str
-        Pictures to be graded from 0 to 100.
-    """
-
-    identity: str
-    ratings: tuple[str, ...]
-    satisfaction: tuple[str, ...]
+    identity: str  # which study; ratings carry it
+    ratings: tuple[str, ...]  # pictures to be called natural or unnatural
+    satisfaction: tuple[str, ...]  # pictures to be graded from 0 to 100
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -83,31 +73,15 @@ class Meaning:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What only the study's maker gets.
+    """What only the study's maker gets."""
 
-    Parameters
-    ----------
-    identity : str
-        The study's.
-    seed : str
-        Names follow from it: the same photos, landmarks, choices and seed give the same names.
-    recipe : Recipe
-        What all pictures share.
-    subjects : tuple of PhotoRecord
-        The photos; `Meaning.subject` counts them from 0.
-    pictures : mapping of str to Meaning
-        By name.
-    origin : Origin, optional
-        How the study came to be. None in keys of version 1, whose names follow from seed and
-        choices alone: other faces with the same seed have the same.
-    """
-
-    identity: str
+    identity: str  # the study's
+    # Names follow from it: the same photos, landmarks, choices and seed give the same names.
     seed: str
-    recipe: Recipe
-    subjects: tuple[PhotoRecord, ...]
-    pictures: Mapping[str, Meaning]
-    origin: Origin | None = None
+    recipe: Recipe  # what all pictures share
+    subjects: tuple[PhotoRecord, ...]  # the photos; `Meaning.subject` counts them from 0
+    pictures: Mapping[str, Meaning]  # by name
+    origin: Origin | None = None  # how the study came to be
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -138,19 +112,7 @@ def key_path(folder: Path) -> Path:
 
 
 def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str:
-    """Return a name that means nothing without the seed, which can't be computed from it.
-
-    Parameters
-    ----------
-    seed : str
-        The key's.
-    content : str
-        Digest of photo, landmarks and recipe (`origin.digest`).
-    subject : int
-        Its number: a photo can be there twice.
-    variant : Variant
-        Which picture of it.
-    """
+    """Return a name that means nothing without the seed, which can't be computed from it."""
     text = json.dumps([content, subject, *dataclasses.astuple(variant)])
     digest = hmac.new(seed.encode(), text.encode(), hashlib.sha256).hexdigest()
     return digest[:_HEX] + SUFFIX
@@ -162,13 +124,7 @@ def is_rater(code: str) -> bool:
 
 
 def load_study(folder: Path) -> Study:
-    """Read the raters' half.
-
-    Raises
-    ------
-    BadFile
-        If the folder holds no study.
-    """
+    """Read the raters' half. Raises BadFile."""
     top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
     _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"), VERSION)
     identity = top.field("study").text(64)
@@ -179,13 +135,7 @@ def load_study(folder: Path) -> Study:
 
 
 def load_key(path: Path) -> Key:
-    """Read the maker's half.
-
-    Raises
-    ------
-    BadFile
-        If it can't be read or isn't a key.
-    """
+    """Read the maker's half. Raises BadFile."""
     top = _parsed(path, Text("the key {path} can't be read", path=path))
     version = top.field("version").whole(1, KEY_VERSION)
     first = version == 1
@@ -219,13 +169,7 @@ def load_key(path: Path) -> Key:
 
 
 def save(content: Study | Key, path: Path) -> None:
-    """Write one half, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If it can't be written.
-    """
+    """Write one half, whole or not at all."""
     put((json.dumps(content.to_dict(), indent=1) + "\n").encode(), path)
 
 
@@ -253,13 +197,7 @@ def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:
 
 
 def names(node: Node) -> tuple[str, ...]:
-    """Read a list of different pictures.
-
-    Raises
-    ------
-    BadFile
-        If it isn't one.
-    """
+    """Read a list of different pictures. Raises BadFile."""
     found = tuple(_checked_name(item) for item in node.items(_MOST_PICTURES))
     if len(set(found)) != len(found):
         node.refuse("names a picture twice")

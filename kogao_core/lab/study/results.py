@@ -46,57 +46,24 @@ _LARGEST_RATIO: Final = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Ratings:
-    """What a file of ratings holds.
+    """What a file of ratings holds."""
 
-    Parameters
-    ----------
-    study, rater : str
-        Whose answers to what.
-    order : tuple of str, optional
-        In which the pictures are shown; logs of version 1 don't name it.
-    records : tuple of Record
-        The lines in their order.
-    torn : int
-        Lines that aren't JSON: left by a program killed while it wrote.
-    """
-
+    # Whose answers to what.
     study: str
     rater: str
+    # In which the pictures are shown; logs of version 1 don't name it.
     order: tuple[str, ...] | None
-    records: tuple[Record, ...]
-    torn: int
+    records: tuple[Record, ...]  # the lines in their order
+    torn: int  # lines that aren't JSON: left by a program killed while it wrote
 
     def session(self, study: Study) -> Session:
-        """Return the session that was logged.
-
-        Raises
-        ------
-        BadFile
-            If it can't be one of this study.
-        """
+        """Return the session that was logged. Raises BadFile."""
         order = order_seen(study, self.records) if self.order is None else self.order
         return Session(study, self.rater, order, list(self.records))
 
 
 class Log:
-    """A session's file, opened to append.
-
-    Parameters
-    ----------
-    path : Path
-        The file; a new one is begun with a line that names study, rater and the order drawn.
-    study : Study
-        The study.
-    rater : str
-        The rater's code.
-
-    Raises
-    ------
-    OSError
-        If it can't be read or written.
-    BadFile
-        If a file there is no log of this study and rater.
-    """
+    """A session's file, opened to append."""
 
     def __init__(self, path: Path, study: Study, rater: str) -> None:
         self.path = path
@@ -114,15 +81,7 @@ class Log:
             self._write({**header(study, rater, "program"), "order": self.session.order})
 
     def add(self, record: Record) -> None:
-        """Put a record on the disk, then let it count.
-
-        Raises
-        ------
-        OSError
-            If it couldn't be written; the session is as before.
-        BadFile
-            If it doesn't follow; nothing is written.
-        """
+        """Put a record on the disk, then let it count. Raises BadFile."""
         self.session.check(record)
         self._write(record.to_dict())
         self.session.take(record)
@@ -161,13 +120,7 @@ def header(study: Study, rater: str, via: str) -> dict[str, Any]:
 
 
 def load(path: Path) -> Ratings:
-    """Read a file of ratings, the program's or one that the page saved.
-
-    Raises
-    ------
-    BadFile
-        If it can't be read or isn't one.
-    """
+    """Read a file of ratings, the program's or one that the page saved. Raises BadFile."""
     data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise BadFile(Text("{path} is too large for a file of ratings", path=path))
@@ -205,13 +158,7 @@ def _lines(data: bytes) -> tuple[Iterator[Node], int]:
 
 
 def record(node: Node, version: int = VERSION) -> Record:
-    """Read one line.
-
-    Raises
-    ------
-    BadFile
-        If it isn't one.
-    """
+    """Read one line. Raises BadFile."""
     number = node.field("n").whole(1, _MOST_RECORDS)
     picture = node.field("picture").text(40)
     if node.field("back").value is not None:
@@ -245,10 +192,7 @@ def _size(node: Node) -> tuple[int, int]:
 def newest(many: Sequence[Ratings]) -> list[Ratings]:
     """Keep one file a rater: the longest, where the others are earlier copies of it.
 
-    Raises
-    ------
-    BadFile
-        If two files of one rater differ in a line that both have.
+    Raises BadFile.
     """
     kept: dict[tuple[str, str], Ratings] = {}
     for ratings in many:

@@ -36,20 +36,7 @@ _HEADERS: Final = {
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the study of one folder until it is stopped.
-
-    Parameters
-    ----------
-    folder : Path
-        What ``kogao-cli experiment study make`` has made.
-
-    Raises
-    ------
-    BadFile
-        If the folder holds no study.
-    OSError
-        If this machine lets no program listen.
-    """
+    """Serves the study of one folder until it is stopped."""
 
     daemon_threads = True
 

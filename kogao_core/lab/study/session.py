@@ -16,50 +16,26 @@ Answer = Literal["natural", "unnatural"]
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """How a picture was displayed when it was judged.
+    """How a picture was displayed when it was judged."""
 
-    Parameters
-    ----------
-    shown, window : (int, int)
-        Width and height of the picture and of the browser's viewport, CSS px.
-    ratio : float
-        Device px a CSS px.
-    """
-
+    # Width and height of the picture and of the browser's viewport, CSS px.
     shown: tuple[int, int]
     window: tuple[int, int]
-    ratio: float
+    ratio: float  # device px a CSS px
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One line of a log: an answer about a picture, or that the last one was taken back.
+    """One line of a log: an answer about a picture, or that the last one was taken back."""
 
-    Parameters
-    ----------
-    number : int
-        Counts the lines of a session from 1.
-    picture : str
-        Its name.
-    answer : {"natural", "unnatural"}, optional
-        For a picture of the first block.
-    grade : int, optional
-        0 to 100 for a picture of the second block; None there for one that was skipped.
-    back : bool
-        The last answer, about this picture, is taken back.
-    took_ms : int
-        From the picture's appearance to the answer.
-    display : Display, optional
-        How it was displayed. None in logs of version 1.
-    """
-
-    number: int
-    picture: str
-    answer: Answer | None = None
+    number: int  # counts the lines of a session from 1
+    picture: str  # its name
+    answer: Answer | None = None  # for a picture of the first block
+    # 0 to 100 for a picture of the second block; None there for one that was skipped.
     grade: int | None = None
-    back: bool = False
-    took_ms: int = 0
-    display: Display | None = None
+    back: bool = False  # the last answer, about this picture, is taken back
+    took_ms: int = 0  # from the picture's appearance to the answer
+    display: Display | None = None  # how it was displayed. None in logs of version 1.
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -95,34 +71,17 @@ def order_seen(study: Study, records: Iterable[Record]) -> tuple[str, ...]:
 
 @dataclass(slots=True)
 class Session:
-    """One rater's answers to a study so far, and the picture to ask about next.
+    """One rater's answers to a study so far, and the picture to ask about next."""
 
-    Parameters
-    ----------
-    study : Study
-        Its pictures.
-    rater : str
-        The rater's code.
-    order : tuple of str
-        Every picture once, in the order of showing; those to be graded come last.
-    records : list of Record
-        Every line so far.
-    """
-
-    study: Study
-    rater: str
+    study: Study  # its pictures
+    rater: str  # the rater's code
+    # Every picture once, in the order of showing; those to be graded come last.
     order: tuple[str, ...]
-    records: list[Record] = field(default_factory=list)
+    records: list[Record] = field(default_factory=list)  # every line so far
     _answers: dict[str, Record] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Replay the records.
-
-        Raises
-        ------
-        BadFile
-            If the order isn't one of this study, or the records don't follow from one another.
-        """
+        """Replay the records. Raises BadFile."""
         rated = len(self.study.ratings)
         blocks = sorted(self.order[:rated]), sorted(self.order[rated:])
         if blocks != (sorted(self.study.ratings), sorted(self.study.satisfaction)):
@@ -148,13 +107,7 @@ class Session:
         return len(self.study.ratings) <= len(self._answers) < len(self.order)
 
     def check(self, record: Record) -> None:
-        """Check that a record may come next.
-
-        Raises
-        ------
-        BadFile
-            If it isn't the next one of this session: a line is missing, doubled or foreign.
-        """
+        """Check that a record may come next. Raises BadFile."""
         number = len(self.records) + 1
         if record.number != number:
             raise BadFile(

@@ -40,18 +40,7 @@ class Behind(Exception):
 
 
 class Sessions:
-    """A study and its open sessions; may be called from many threads.
-
-    Parameters
-    ----------
-    folder : Path
-        What ``kogao-cli experiment study make`` has made.
-
-    Raises
-    ------
-    BadFile
-        If the folder holds no study.
-    """
+    """A study and its open sessions; may be called from many threads."""
 
     def __init__(self, folder: Path) -> None:
         self.study = plan.load_study(folder)
@@ -84,15 +73,7 @@ class Sessions:
         return found
 
     def open(self, rater: str) -> dict[str, Any]:
-        """Begin a session, or go on with the one of this code; return its state.
-
-        Raises
-        ------
-        BadFile
-            If the code can't be one, the session is open elsewhere, or its file can't be used.
-        OSError
-            If the folder can't be written to.
-        """
+        """Begin a session, or go on with the one of this code; return its state. Raises BadFile."""
         if not plan.is_rater(rater):
             raise BadFile(Text("A code is made of a to z, 0 to 9 and dashes, 32 at most."))
         with self._lock:
@@ -108,17 +89,7 @@ class Sessions:
             return _state_of(self._open[rater][0].session)
 
     def add(self, rater: str, record: Record) -> dict[str, Any]:
-        """Put a record on the disk and count it.
-
-        Raises
-        ------
-        Behind
-            If the session is further than whoever made the record believes.
-        BadFile
-            If it isn't open, or the record doesn't follow.
-        OSError
-            If it couldn't be written; it doesn't count.
-        """
+        """Put a record on the disk and count it. Raises Behind, BadFile."""
         with self._lock:
             if rater not in self._open:
                 raise BadFile(Text("this session isn't open; load the page again"))

@@ -14,14 +14,9 @@ _Z: Final = 1.959963984540054
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """A share of answers with its 95 % interval, 0 to 1.
+    """A share of answers with its 95 % interval, 0 to 1."""
 
-    Parameters
-    ----------
-    hits, answers : int
-        How many of how many.
-    """
-
+    # How many of how many.
     hits: int
     answers: int
 

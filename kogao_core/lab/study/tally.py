@@ -24,39 +24,23 @@ _MOST_FILES: Final = 10_000
 
 @dataclass(slots=True)
 class Tally:
-    """What one or more studies found.
+    """What one or more studies found."""
 
-    Parameters
-    ----------
-    shares : mapping of Variant to Share
-        Answers "unnatural" to each variant, over all subjects and raters.
-    grades : list of int
-        Satisfaction, 0 to 100.
-    skipped : int
-        Pictures that weren't graded.
-    subjects, torn : int
-        How many photos, and torn lines.
-    codes : set of str
-        Of the raters; one code is one person in all studies.
-    measured : mapping of Variant to PictureFigures
-        Means over the subjects; without variants that a key doesn't have.
-    keys : list of Key
-        The studies.
-    unfinished : list of Session
-        Begun and not brought to their end; their answers count.
-    foreign : list of (Path, str)
-        Files of ratings that aren't counted, and the study that each names.
-    """
-
+    # Answers "unnatural" to each variant, over all subjects and raters.
     shares: dict[Variant, Share] = field(default_factory=dict)
-    grades: list[int] = field(default_factory=list)
-    skipped: int = 0
+    grades: list[int] = field(default_factory=list)  # satisfaction, 0 to 100
+    skipped: int = 0  # pictures that weren't graded
+    # How many photos, and torn lines.
     subjects: int = 0
     torn: int = 0
+    # Of the raters; one code is one person in all studies.
     codes: set[str] = field(default_factory=set)
+    # Means over the subjects; without variants that a key doesn't have.
     measured: dict[Variant, PictureFigures] = field(default_factory=dict)
-    keys: list[Key] = field(default_factory=list)
+    keys: list[Key] = field(default_factory=list)  # the studies
+    # Begun and not brought to their end; their answers count.
     unfinished: list[Session] = field(default_factory=list)
+    # Files of ratings that aren't counted, and the study that each names.
     foreign: list[tuple[Path, str]] = field(default_factory=list)
 
     @property
@@ -77,20 +61,7 @@ def _rating_files(folder: Path) -> list[Path]:
 
 
 def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> Tally:
-    """Count the answers of some studies.
-
-    Parameters
-    ----------
-    studies : sequence of (Path, Path)
-        Folder and key of each.
-    others : iterable of Path
-        Further files of ratings; each goes to the study that it names.
-
-    Raises
-    ------
-    BadFile
-        If a file isn't what it should be, or belongs to none of the studies.
-    """
+    """Count the answers of some studies. Raises BadFile."""
     total, hits, answers = Tally(), Counter[Variant](), Counter[Variant]()
     extra = _by_study(others)
     for folder, key_file in studies:

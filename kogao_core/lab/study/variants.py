@@ -21,25 +21,14 @@ LATTICES: Final = (0.25, 0.5, 1.0, 2.0)
 
 @dataclass(frozen=True, slots=True, order=True)
 class Variant:
-    """One picture of a subject.
+    """One picture of a subject."""
 
-    Parameters
-    ----------
-    kind : {"table1", "figure11", "control", "satisfaction"}
-        What it is for: the grid of table 1, the lattice sizes of figure 11, the photo as it is
-        among them, or the picture whose owner says how satisfied they are.
-    percent : float
-        Warp distance, % of D.
-    center : int
-        Centre candidate 1 to 4.
-    lattice : float
-        Lattice spacing R.
-    """
-
+    # What it is for: the grid of table 1, the lattice sizes of figure 11, the photo as it is among
+    # them, or the picture whose owner says how satisfied they are.
     kind: Kind
-    percent: float
-    center: int
-    lattice: float
+    percent: float  # warp distance, % of D
+    center: int  # centre candidate 1 to 4
+    lattice: float  # lattice spacing R
 
     def recipe(self, base: Recipe) -> Recipe:
         """Return the recipe that makes the picture; the rest is as in `base`."""
@@ -55,17 +44,7 @@ def variants(
     control: bool = False,
     satisfaction: bool = True,
 ) -> tuple[Variant, ...]:
-    """Return every picture of one subject.
-
-    Parameters
-    ----------
-    base : Recipe
-        Its lattice is table 1's.
-    lattices : tuple of float
-        R of figure 11's pictures.
-    control, satisfaction : bool
-        Whether the untouched photo and the picture to be graded from 0 to 100 are among them.
-    """
+    """Return every picture of one subject."""
     centers = range(1, len(PAPER_CENTERS) + 1)
     made = [Variant("table1", p, c, base.lattice) for c in centers for p in DISTANCES]
     made += [Variant("figure11", BEST_PERCENT, BEST_CENTER, size) for size in lattices]

@@ -47,30 +47,14 @@ _LOCAL: Final = {"remote_manifest_fetch": False, "ocsp_fetch": False, "verify_tr
 
 @dataclass(frozen=True, slots=True)
 class Signer:
-    """Who signs.
+    """Who signs."""
 
-    Parameters
-    ----------
-    certificate : str
-        A PEM file: the signer's certificate first, then those that vouch for it.
-    key : str
-        A PEM file with its private key; a protected one's password is in `PASSWORD`.
-    """
-
-    certificate: str
-    key: str
+    certificate: str  # a PEM file: the signer's certificate first, then those that vouch for it
+    key: str  # a PEM file with its private key; a protected one's password is in `PASSWORD`
 
 
 def check_signer(signer: Signer) -> None:
-    """Check that there is what it takes to sign.
-
-    Raises
-    ------
-    MissingExtra
-        If the extra ``credentials`` isn't installed.
-    CannotDisclose
-        If certificate or key can't be used, with the next step.
-    """
+    """Check that there is what it takes to sign. Raises MissingExtra, CannotDisclose."""
     _c2pa()
     _read(signer)
 
@@ -79,26 +63,8 @@ def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str
     """Return a file with credentials that say what was done to a photo; no pixel changes.
 
     The photo's file is their source, with the credentials that it has itself. Nothing is fetched
-    from anywhere, and no thumbnail is made: it would show the face as it was.
-
-    Parameters
-    ----------
-    photo : Photo
-        The photo as it was read.
-    pieces : pieces
-        The result as a file.
-    form : str
-        The result's format.
-    signer : Signer
-        Who signs.
-    what : str
-        A few words on what was done.
-
-    Raises
-    ------
-    CannotDisclose
-        If the extra is missing, certificate or key can't be used, or the photo's file has changed
-        since it was read.
+    from anywhere, and no thumbnail is made: it would show the face as it was. Raises
+    CannotDisclose.
     """
     if not photo.is_as_read:
         raise CannotDisclose(

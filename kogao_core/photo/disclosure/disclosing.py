@@ -17,28 +17,16 @@ from kogao_core.photo.writing import Sign
 
 @dataclass(frozen=True, slots=True)
 class Disclosure:
-    """What a result discloses of its retouching; nothing, unless it is asked for.
+    """What a result discloses of its retouching; nothing, unless it is asked for."""
 
-    Parameters
-    ----------
-    record : bool
-        Add an edit record to the XMP: an event in ``xmpMM:History`` and, where the photo is a
-        plain capture so far, the IPTC digital source type "human edits".
-    label : str
-        Text to draw into the bottom right corner; none if empty.
-    font : str, optional
-        A font file for the label, for letters that the built-in Latin font lacks.
-    picture : LabelPicture, optional
-        A picture to lay over a corner.
-    signer : Signer, optional
-        Who signs content credentials, see `signing`.
-    """
-
+    # Add an edit record to the XMP: an event in ``xmpMM:History`` and, where the photo is a plain
+    # capture so far, the IPTC digital source type "human edits".
     record: bool = False
-    label: str = ""
+    label: str = ""  # text to draw into the bottom right corner; none if empty
+    # A font file for the label, for letters that the built-in Latin font lacks.
     font: str | None = None
-    picture: LabelPicture | None = None
-    signer: Signer | None = None
+    picture: LabelPicture | None = None  # a picture to lay over a corner
+    signer: Signer | None = None  # who signs content credentials, see `signing`
 
     @property
     def is_wanted(self) -> bool:
@@ -66,32 +54,8 @@ def disclose(
 
     A result that equals the photo discloses nothing: there was no retouching (see `undisclosed`).
     Labels change the pixels of their own rectangles only, the record nothing but the XMP packet.
-
-    Parameters
-    ----------
-    photo : Photo
-        The photo as it was read.
-    pixels : array of shape (H, W) or (H, W, C)
-        Its new pixels, upright; left as they are.
-    disclosure : Disclosure
-        What to disclose.
-    what : str
-        A few words on what was done, for the record.
-    when : datetime, optional
-        When, with a time zone; now, if not given.
-
-    Returns
-    -------
-    photo : Photo
-        With the record in its XMP.
-    pixels : array like `pixels`
-        With the labels; the very same array where there are none.
-
-    Raises
-    ------
-    CannotDisclose
-        If the photo's XMP can't be added to, the photo is too small for the label, the font is
-        missing or lacks a letter, or the label's picture can't be read; one sentence.
+    `photo`: with the record in its XMP; `pixels`: with the labels; the very same array where there
+    are none. Raises CannotDisclose.
     """
     if not disclosure.is_wanted or is_same(photo.pixels, pixels):
         return photo, pixels
@@ -112,15 +76,7 @@ def disclose(
 
 
 def signing(disclosure: Disclosure, what: str) -> Sign | None:
-    """Return what signs a result on its way into a file, for `write`; None, where nobody does.
-
-    Parameters
-    ----------
-    disclosure : Disclosure
-        What to disclose.
-    what : str
-        A few words on what was done.
-    """
+    """Return what signs a result on its way into a file, for `write`; None, where nobody does."""
     if disclosure.signer is None:
         return None
     return partial(signed, signer=disclosure.signer, what=what)

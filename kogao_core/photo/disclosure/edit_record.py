@@ -37,20 +37,7 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
     """Return an XMP packet with one more event in its history.
 
     The IPTC digital source type becomes "human edits" where there is none, or that of a capture.
-
-    Parameters
-    ----------
-    packet : bytes, optional
-        The packet so far.
-    what : str
-        A few words on what was done.
-    when : datetime
-        With a time zone.
-
-    Raises
-    ------
-    CannotDisclose
-        If the packet can't be read, or its history is of another form.
+    Raises CannotDisclose.
     """
     packet = (packet or _NO_PACKET).rstrip(b"\0")
     places = _Places(packet)
@@ -78,16 +65,6 @@ class _Places(xmp.Walk):
     """Where the parts of a packet lie.
 
     What is nested elsewhere is another picture's.
-
-    Attributes
-    ----------
-    top, sequence, source_type : tuple of int
-        ``rdf:RDF``, the ``rdf:Seq`` of the history, and what tells the digital source type: an
-        element, or the start tag whose attribute it is.
-    has_history : bool
-        Whether there is a history of any form.
-    about : str
-        Which picture the packet is about; one name for all descriptions.
     """
 
     def __init__(self, packet: bytes) -> None:

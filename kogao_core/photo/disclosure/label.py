@@ -35,20 +35,7 @@ _OF_SYSTEM: Final = (
 def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
     """Return a copy of a picture with white text on a dark plate in its bottom right corner.
 
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, C)
-        Grey or RGB, with or without alpha; uint8, uint16 or float32 (white is 1).
-    text : str
-        One line of at most `LONGEST` letters.
-    font : str, optional
-        A font file. The built-in font knows Latin letters; for others one of the system's is
-        taken, if it has one.
-
-    Raises
-    ------
-    CannotDisclose
-        If the text is too long for the picture, or the font is missing or lacks a letter.
+    Raises CannotDisclose.
     """
     height, width = pixels.shape[:2]
     check_label(text, font)
@@ -62,13 +49,7 @@ def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
 
 
 def check_label(text: str, font: str | None = None) -> None:
-    """Check that a label can be drawn on a picture that is large enough.
-
-    Raises
-    ------
-    CannotDisclose
-        If it is no line of at most `LONGEST` letters, or the font is missing or lacks a letter.
-    """
+    """Check that a label can be drawn on a picture that is large enough. Raises CannotDisclose."""
     if not text.strip() or len(text) > LONGEST or printable(text) != text:
         raise CannotDisclose(
             Text(

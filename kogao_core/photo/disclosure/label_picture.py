@@ -26,30 +26,18 @@ _OPAQUE: Final = 255
 
 @dataclass(frozen=True, slots=True)
 class LabelPicture:
-    """A picture that says that a photo was retouched, such as the mark that Norway prescribes.
+    """A picture that says that a photo was retouched, such as the mark that Norway prescribes."""
 
-    Parameters
-    ----------
-    file : str
-        Any photo that can be read; where it is transparent, the photo shows through.
-    corner : str
-        Where it lies, a key of `settings.CORNERS`.
-    percent : float
-        How much of the photo's area lies within its convex outline, within `settings.LABEL_SHARE`.
-    """
-
-    file: str
-    corner: Corner = LABEL_CORNER
+    file: str  # any photo that can be read; where it is transparent, the photo shows through
+    corner: Corner = LABEL_CORNER  # where it lies, a key of `settings.CORNERS`
+    # How much of the photo's area lies within its convex outline, within `settings.LABEL_SHARE`.
     percent: float = LABEL_PERCENT
 
 
 def check_picture(label: LabelPicture) -> None:
     """Check that a label's picture can be laid over a photo that is large enough.
 
-    Raises
-    ------
-    CannotDisclose
-        If it can't be read, or nothing of it is to be seen.
+    Raises CannotDisclose.
     """
     _read(label)
 
@@ -58,21 +46,7 @@ def lay_over(photo: Photo, pixels: Image, label: LabelPicture) -> Image:
     """Return a copy of a photo's new pixels with a picture over one of their corners.
 
     The picture keeps its shape, less what is transparent all round it. Its 8-bit colours are
-    converted from its colour profile, or sRGB, to the photo's.
-
-    Parameters
-    ----------
-    photo : Photo
-        Whose colour profile counts.
-    pixels : array of shape (H, W) or (H, W, C)
-        Grey or RGB, with or without alpha; uint8, uint16 or float32 (white is 1).
-    label : LabelPicture
-        The picture, and where it goes.
-
-    Raises
-    ------
-    CannotDisclose
-        If the picture can't be read, or doesn't fit into the photo at this share of its area.
+    converted from its colour profile, or sRGB, to the photo's. Raises CannotDisclose.
     """
     mark, profile = _read(label)
     box = _place(label, pixels, mark)

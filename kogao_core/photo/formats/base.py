@@ -24,23 +24,12 @@ Fate = Literal["kept", "moved", "left out"]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A file to read a photo from.
+    """A file to read a photo from."""
 
-    Parameters
-    ----------
-    file : file
-        Open, at its start.
-    path : Path
-        Where it lies, for messages.
-    bits : {8, 16}
-        How deep pixels are to be where the reader may choose.
-    check : callable
-        To be called with the width and height in px before anything is decoded.
-    """
-
-    file: IO[bytes]
-    path: Path
-    bits: int
+    file: IO[bytes]  # open, at its start
+    path: Path  # where it lies, for messages
+    bits: int  # how deep pixels are to be where the reader may choose
+    # To be called with the width and height in px before anything is decoded.
     check: Callable[[int, int], None]
 
     def data(self) -> bytes:
@@ -70,29 +59,16 @@ class Reader:
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """Pixels to write and the metadata there is.
+    """Pixels to write and the metadata there is."""
 
-    Parameters
-    ----------
-    photo : Photo
-        The source, for how it was compressed.
-    pixels : array of shape (H, W) or (H, W, C)
-        Of a depth and layout that the format holds, but for alpha where it holds none.
-    blocks : dict
-        By Pillow's names, None where there is none.
-    resources : bytes, optional
-        Photoshop image resources.
-    carried : tuple of bytes
-        Segments or chunks of the source, if it is of the same format.
-    is_lossless : bool
-        Whether nothing was lost in the source, so that nothing may be lost now.
-    """
-
-    photo: Photo
+    photo: Photo  # the source, for how it was compressed
+    # (H, W) or (H, W, C): of a depth and layout that the format holds, but for alpha where it holds
+    # none.
     pixels: Image
-    blocks: dict[str, Any]
-    resources: bytes | None = None
-    carried: tuple[bytes, ...] = ()
+    blocks: dict[str, Any]  # by Pillow's names, None where there is none
+    resources: bytes | None = None  # photoshop image resources
+    carried: tuple[bytes, ...] = ()  # segments or chunks of the source, if it is of the same format
+    # Whether nothing was lost in the source, so that nothing may be lost now.
     is_lossless: bool = False
 
     def saved(self, form: str, **options: Any) -> bytes:

@@ -26,20 +26,7 @@ _WIDENED: Final = {
 
 
 def to_array(image: Pillow.Image, bits: int = _BITS) -> tuple[Image, bytes | None, tuple[str, ...]]:
-    """Return uint8 pixels of shape (H, W) or (H, W, 2..4), their ICC profile, and notes.
-
-    Parameters
-    ----------
-    image : PIL.Image.Image
-        Decoded.
-    bits : int
-        How deep a channel, or an index, is in its file, 1 to 8.
-
-    Raises
-    ------
-    ValueError
-        If Pillow has no way from this colour model to RGB.
-    """
+    """Return uint8 pixels of shape (H, W) or (H, W, 2..4), their ICC profile, and notes."""
     profile = image.info.get("icc_profile") or None
     if image.mode == "L" and bits < _BITS:
         _scale_transparency(image, bits)

@@ -24,17 +24,7 @@ _HEAD_BYTES = 16  # by which Pillow recognises a format
 
 
 def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
-    """Return the photo of a file that is of one of these formats.
-
-    Raises
-    ------
-    UnreadablePhoto
-        If it is a JPEG of a kind that libjpeg doesn't know.
-    UnidentifiedImageError
-        If it is none of them.
-    ValueError
-        If it begins as one of them and is damaged.
-    """
+    """Return the photo of a file that is of one of these formats. Raises UnreadablePhoto."""
     file = source.file
     try:
         opened = Pillow.open(file, formats=names)

@@ -36,13 +36,7 @@ def png_layout(image: Pillow.Image, file: IO[bytes]) -> tuple[int, bool] | None:
 
 
 def verify_png(file: IO[bytes]) -> None:
-    """Check every chunk of an open PNG file, where OpenCV would complain on stderr; stays put.
-
-    Raises
-    ------
-    OSError
-        If a chunk is damaged or missing.
-    """
+    """Check every chunk of an open PNG file, where OpenCV would complain on stderr; stays put."""
     position = file.tell()
     file.seek(0)
     with Pillow.open(file, formats=["PNG"]) as image:
@@ -51,13 +45,7 @@ def verify_png(file: IO[bytes]) -> None:
 
 
 def decode(data: bytes) -> Image:
-    """Decode a file at full depth to grey, RGB or RGBA.
-
-    Raises
-    ------
-    ValueError
-        If OpenCV can't.
-    """
+    """Decode a file at full depth to grey, RGB or RGBA."""
     with _silent_opencv():
         stored = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if stored is None:
@@ -94,20 +82,7 @@ def _silent_opencv() -> Iterator[None]:
 
 
 def encode(pixels: Image, how: Sequence[int] = ()) -> bytes:
-    """Encode grey, RGB or RGBA pixels at full depth as TIFF.
-
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, 3..4)
-        What to encode.
-    how : sequence of int
-        OpenCV's numbers of choices, each with its value.
-
-    Raises
-    ------
-    ValueError
-        If OpenCV can't.
-    """
+    """Encode grey, RGB or RGBA pixels at full depth as TIFF."""
     with _silent_opencv():
         done, data = cv2.imencode(".tiff", _swapped(pixels), how)
     if not done:

@@ -27,13 +27,7 @@ Strip = tuple[bytes, int, int]
 
 
 def header(pixels: Image) -> bytes:
-    """Return the beginning of a file of pixels, up to the end of its header chunk.
-
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, 2..4)
-        Grey, grey + alpha, RGB or RGBA; uint8 or uint16.
-    """
+    """Return the beginning of a file of pixels, up to the end of its header chunk."""
     height, width = pixels.shape[:2]
     colours = _COLOUR_TYPES[channels_of(pixels)]
     return chunks.SIGNATURE + chunks.made(
@@ -45,11 +39,6 @@ def packed(pixels: Image) -> list[bytes]:
     """Return the chunks that hold pixels, and the one that ends the file.
 
     The result doesn't depend on the number of threads.
-
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, 2..4)
-        As for `header`.
     """
     lines = pixels.reshape(len(pixels), -1)
     rows = max(1, _STRIP_BYTES // (lines.shape[1] * lines.itemsize))

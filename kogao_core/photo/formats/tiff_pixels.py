@@ -29,24 +29,7 @@ _MOST_SHORT: Final = 0xFFFF
 def read(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | None:
     """Read deep pixels, upright, if they lie in a file uncompressed and one behind the other.
 
-    Parameters
-    ----------
-    file : file
-        Open, anywhere.
-    tags : PIL.Image.Exif
-        Its directory, of a layout that was checked; all that it points to lies in the file.
-    orientation : int
-        EXIF orientation, 1 to 8.
-
-    Returns
-    -------
-    array of shape (H, W) or (H, W, 3..4), uint16 or float32, or None
-        None, where it takes a decoder.
-
-    Raises
-    ------
-    ValueError
-        If the file ends before its pixels.
+    Result (H, W) or (H, W, 3..4), uint16 or float32, or None: None, where it takes a decoder.
     """
     width, height = tags[Tag.ImageWidth], tags[Tag.ImageLength]
     samples = tags.get(Tag.SamplesPerPixel, 1)
@@ -99,17 +82,8 @@ def numbers(tags: Pillow.Exif, tag: int) -> tuple[int, ...]:
 def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
     """Return the directory of a file that holds pixels uncompressed, and its bytes of pixels.
 
-    Parameters
-    ----------
-    pixels : array of shape (H, W) or (H, W, 3..4)
-        Grey or RGB; uint8, uint16 or float32.
-
-    Returns
-    -------
-    directory : PIL.TiffImagePlugin.ImageFileDirectory_v2
-        As libtiff writes it, but strips are counted from the first pixel.
-    stored : memoryview
-        Those of `pixels` themselves, where this machine stores numbers as the file does.
+    `directory`: as libtiff writes it, but strips are counted from the first pixel; `stored`: those
+    of `pixels` themselves, where this machine stores numbers as the file does.
     """
     height, width = pixels.shape[:2]
     samples = channels_of(pixels)

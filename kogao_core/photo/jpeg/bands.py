@@ -31,18 +31,12 @@ Band = list[tuple[Plane, int]]
 
 
 class Around(NamedTuple):
-    """The data of a scan around some rows of minimum coded units.
+    """The data of a scan around some rows of minimum coded units."""
 
-    Parameters
-    ----------
-    first, end : int
-        The rows that they lack, up to the one before `end`.
-    before, after : Bits
-        What precedes these rows, and what follows.
-    """
-
+    # The rows that they lack, up to the one before `end`.
     first: int
     end: int
+    # What precedes these rows, and what follows.
     before: Bits
     after: Bits
 
@@ -58,16 +52,7 @@ def cuts(
     """Return the rows of minimum coded units at which bands begin, and where the last one ends.
 
     Only where the last block before ends with the usual code for that, whose last bit is 0, can it
-    be told from the ones that fill the last byte.
-
-    Parameters
-    ----------
-    planes : sequence of arrays of shape (rows, columns, 64)
-        The blocks of each component.
-    factors : sequence of tuple of int
-        Blocks per minimum coded unit (down, along) of each component.
-    first, end : int, optional
-        The rows to cut, up to the one before `end`; all when absent.
+    be told from the ones that fill the last byte. `planes` (rows, columns, 64).
     """
     rows = rows_of(planes, factors)
     end = rows if end is None else end
@@ -100,22 +85,8 @@ def around(
 ) -> Around | None:
     """Return the data around some rows, which serve a file where only these become others.
 
-    Parameters
-    ----------
-    source : Bits
-        The data of a file's scan.
-    planes, factors : sequences
-        See `cuts`. They are others while this works, and the same again afterwards.
-    first, end : int
-        The rows, up to the one before `end`.
-    write : callable
-        See `written`.
-
-    Returns
-    -------
-    Around, optional
-        None where it can't be told where the data of these rows begin and end, as where the picture
-        repeats itself or another encoder would have written other bits.
+    Result: None where it can't be told where the data of these rows begin and end, as where the
+    picture repeats itself or another encoder would have written other bits.
     """
 
     def encoded(row: int) -> Bits:
@@ -145,20 +116,7 @@ def written(
     write: Write,
     rest: Around | None = None,
 ) -> bytes:
-    """Return a whole file, made of bands.
-
-    Parameters
-    ----------
-    planes, factors : sequences
-        See `cuts`. The blocks are others while this works, and the same again afterwards.
-    at : sequence of int
-        The rows of units at which bands begin, and where the last one ends.
-    write : callable
-        Given a band's blocks and the rows of units where it begins and ends, in any thread; returns
-        it as a file with the usual Huffman codes.
-    rest : Around, optional
-        What precedes and follows the bands, where they aren't all of the picture.
-    """
+    """Return a whole file, made of bands."""
     ends = list(pairwise(at))
     parts = [_band(planes, factors, *one) for one in ends]
     heads, scans = [b""] * len(parts), [NOTHING] * len(parts)

@@ -34,53 +34,25 @@ class CannotKeepBlocks(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blocks:
-    """The blocks of a JPEG file, to be kept in others.
+    """The blocks of a JPEG file, to be kept in others."""
 
-    Parameters
-    ----------
-    whole : Coefficients
-        Of the file.
-    damage : tuple of str
-        The decoder's complaints about damaged data.
-    """
-
-    whole: Coefficients
-    damage: tuple[str, ...] = ()
+    whole: Coefficients  # of the file
+    damage: tuple[str, ...] = ()  # the decoder's complaints about damaged data
 
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A JPEG file with the source's coefficients wherever no pixel changed.
+    """A JPEG file with the source's coefficients wherever no pixel changed."""
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    share : float
-        Part of the minimum coded units that are the source's, 0 to 1.
-    damage : tuple of str
-        The decoder's complaints about damaged data in the source.
-    """
-
-    data: bytes
-    share: float
-    damage: tuple[str, ...] = ()
+    data: bytes  # the file
+    share: float  # part of the minimum coded units that are the source's, 0 to 1
+    damage: tuple[str, ...] = ()  # the decoder's complaints about damaged data in the source
 
 
 def read_blocks(source: Path, folder: Path) -> Blocks:
     """Read the blocks of a JPEG file; Python's lock is given up meanwhile.
 
-    Parameters
-    ----------
-    source : Path
-        The file.
-    folder : Path
-        Where a file may be laid aside for a moment.
-
-    Raises
-    ------
-    CannotKeepBlocks
-        If they can't be read.
+    Raises CannotKeepBlocks.
     """
     with aside(folder) as place, hushed() as complaints:
         whole = _read(source.read_bytes(), place / "read")
@@ -99,29 +71,8 @@ def keep_blocks(
 ) -> Kept:
     """Encode what lies around changed pixels, and put it among a source's coefficients.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        Those of the source, whose pixels are upright. They are others while this works, so it is
-        for one thread at a time.
-    before, after : arrays of shape (H, W) or (H, W, C), uint8
-        Its pixels and the new ones.
-    encode : callable
-        Given a part of `after`, px; returns it as a JPEG with the source's tables and subsampling,
-        and the metadata of the whole.
-    folder : Path
-        Where files may be laid aside for a moment.
-
-    Returns
-    -------
-    Kept
-        Sequential, with the source's Huffman codes where they are the usual ones, or else codes of
-        its own, and the headers that `encode` makes.
-
-    Raises
-    ------
-    CannotKeepBlocks
-        If tables, subsampling, colours or size differ from the source's.
+    Result: sequential, with the source's Huffman codes where they are the usual ones, or else codes
+    of its own, and the headers that `encode` makes. Raises CannotKeepBlocks.
     """
     whole = blocks.whole
     if (whole.frame.height, whole.frame.width) != before.shape[:2]:
@@ -160,10 +111,8 @@ def _put(
 ) -> list[tuple[Plane, Mask, Plane]]:
     """Put the blocks of the units that changed into the whole; `part` are those of a box.
 
-    Returns
-    -------
-    list of tuple
-        Of each component the blocks of the box, which of them were replaced, and what these were.
+    Result: of each component the blocks of the box, which of them were replaced, and what these
+    were.
     """
     former = []
     for into, fresh, (down, along) in zip(

@@ -55,22 +55,14 @@ class UnreadableCoefficients(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What a JPEG file says of its components.
+    """What a JPEG file says of its components."""
 
-    Parameters
-    ----------
-    height, width : int
-        Of the picture, px.
-    factors : tuple of tuple of int
-        Blocks per minimum coded unit (down, along) of each component.
-    colours : int
-        `GREY`, `RGB` or `YCC`.
-    """
-
+    # Of the picture, px.
     height: int
     width: int
+    # Blocks per minimum coded unit (down, along) of each component.
     factors: tuple[tuple[int, int], ...]
-    colours: int
+    colours: int  # `GREY`, `RGB` or `YCC`
 
     @property
     def unit_px(self) -> tuple[int, int]:
@@ -90,30 +82,15 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Coefficients:
-    """All coefficients of a JPEG file, as quantised.
+    """All coefficients of a JPEG file, as quantised."""
 
-    Parameters
-    ----------
-    frame : Frame
-        How they are laid out.
-    planes : tuple of int16 arrays of shape (rows, columns, 64)
-        The blocks of each component.
-    tables : uint16 array of shape (4, 64)
-        Quantisation tables; zeros where there is none.
-    numbers : int16 array of shape (4,)
-        The table of each component.
-    has_usual_codes : bool
-        Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
-    scans : memoryview
-        The file from its first scan on.
-    """
-
-    frame: Frame
-    planes: tuple[Plane, ...]
-    tables: npt.NDArray[np.uint16]
-    numbers: npt.NDArray[np.int16]
+    frame: Frame  # how they are laid out
+    planes: tuple[Plane, ...]  # (rows, columns, 64): the blocks of each component
+    tables: npt.NDArray[np.uint16]  # uint16 (4, 64): quantisation tables; zeros where there is none
+    numbers: npt.NDArray[np.int16]  # int16 (4,): the table of each component
+    # Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
     has_usual_codes: bool
-    scans: memoryview
+    scans: memoryview  # the file from its first scan on
 
     @property
     def used(self) -> npt.NDArray[np.uint16]:
@@ -122,20 +99,7 @@ class Coefficients:
 
 
 def read(data: bytes, copy: Path) -> Coefficients:
-    """Read the coefficients of a JPEG file.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    copy : Path
-        What may be a copy for a moment: the library reads files alone.
-
-    Raises
-    ------
-    UnreadableCoefficients
-        If they can't be read.
-    """
+    """Read the coefficients of a JPEG file. Raises UnreadableCoefficients."""
     with io.BytesIO(data) as file:
         needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
         frame, scans = _frame(needed), memoryview(data)[file.tell() :]
@@ -157,19 +121,7 @@ def read(data: bytes, copy: Path) -> Coefficients:
 def around(coefficients: Coefficients, first: int, end: int, folder: Path) -> Around | None:
     """Return the data of a file around some rows of units, for `write` once these are others.
 
-    Parameters
-    ----------
-    coefficients : Coefficients
-        As they were read; they are others while this works.
-    first, end : int
-        The rows, up to the one before `end`, which begins with what it was.
-    folder : Path
-        See `write`.
-
-    Returns
-    -------
-    Around, optional
-        None where it can't be told or isn't worth it.
+    Result: None where it can't be told or isn't worth it.
     """
     planes, factors = coefficients.planes, coefficients.frame.factors
     if not coefficients.has_usual_codes or not bands.is_much_around(planes, factors, first, end):
@@ -184,20 +136,6 @@ def write(coefficients: Coefficients, folder: Path, rest: Around | None = None) 
 
     Usual Huffman codes stay: up to the first change the picture's data are then the source's, bit
     for bit. Other files get codes of their own, which are shorter and take longer to find.
-
-    Parameters
-    ----------
-    coefficients : Coefficients
-        What to write; not of RGB.
-    folder : Path
-        Where the file may lie for a moment: the library writes files alone.
-    rest : Around, optional
-        What is known already of the data: only the rows between are written.
-
-    Raises
-    ------
-    OSError
-        If it can't be written.
     """
     planes, factors = coefficients.planes, coefficients.frame.factors
     if rest is not None and not bands.has_end(planes, factors, rest.end):

@@ -42,12 +42,7 @@ _ANYTHING: Final = b"\xaa" * 1000  # unlike the zeros that decoders fill in
 def check(file: IO[bytes], path: Path) -> bool:
     """Check an open JPEG file before it is decoded; return whether the picture ends with a scan.
 
-    Raises
-    ------
-    UnreadablePhoto
-        If it has so many scans that it is made to take long.
-    ValueError
-        If its data can't hold as many pixels as it claims.
+    Raises UnreadablePhoto.
     """
     frame = next((body for code, body in segments(file) if code in _LEAST_BITS), None)
     for _ in segments(file):
@@ -107,19 +102,7 @@ def pixels(data: bytes, size: tuple[int, int], mode: str) -> Image | None:
 
     They are those of Pillow, from the same libjpeg, in half the time and less memory. What Pillow
     takes for damage OpenCV complains of, or refuses; but it doesn't hear of damage behind a scan.
-
-    Parameters
-    ----------
-    data : bytes
-        The file, whose picture ends with a scan.
-    size : tuple of int
-        Its width and height, px, as Pillow reads them.
-    mode : str
-        Pillow's name of its colour model.
-
-    Returns
-    -------
-    uint8 array of shape (H, W) or (H, W, 3), optional
+    Result uint8 (H, W) or (H, W, 3).
     """
     if mode not in _FLAGS:
         return None

@@ -15,18 +15,11 @@ _TRIES: Final = 4  # where bits repeat themselves, they tell no place
 
 
 class Bits(NamedTuple):
-    """Bits without what is stuffed between them.
+    """Bits without what is stuffed between them."""
 
-    Parameters
-    ----------
-    data : uint8 array
-        The first bit is the highest of the first byte; zeros fill up the last.
-    length : int
-        How many they are.
-    """
-
+    # The first bit is the highest of the first byte; zeros fill up the last.
     data: npt.NDArray[np.uint8]
-    length: int
+    length: int  # how many they are
 
 
 NOTHING: Final = Bits(np.zeros(0, np.uint8), 0)
@@ -42,13 +35,7 @@ def bits_of(data: bytes | memoryview) -> Bits:
 
 
 def only_scan(file: memoryview) -> Bits | None:
-    """Return the data of the one scan of a file, None where there are more, or restarts in it.
-
-    Parameters
-    ----------
-    file : memoryview
-        The file from the marker of its first scan on.
-    """
+    """Return the data of the one scan of a file, None where there are more, or restarts in it."""
     start = 2 + int.from_bytes(file[2:4], "big")
     marker = _MARKER.search(file, start)
     if marker is None or marker[0] != _END or marker.start() == start:

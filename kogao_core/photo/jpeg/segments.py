@@ -42,15 +42,7 @@ def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
 
 
 def end_of_picture(data: bytes, start: int) -> tuple[int, int]:
-    """Return where a picture ends, and how many bytes of APPn and comments follow its first scan.
-
-    Parameters
-    ----------
-    data : bytes
-        A file.
-    start : int
-        Where the picture's first scan, or its first segment, starts.
-    """
+    """Return where a picture ends, and the bytes of APPn and comments behind its first scan."""
     at, late, in_scans = start, 0, False
     while (marker := _MARKER.search(data, at)) is not None:
         at, code = marker.end(), data[marker.end() - 1]
@@ -116,15 +108,7 @@ def inserted(jpeg: bytes, more: tuple[bytes, ...]) -> bytes:
 
 
 def with_jfif(jpeg: bytes, header: bytes) -> bytes:
-    """Return a JPEG file with another version, unit and density in its JFIF segment, if any.
-
-    Parameters
-    ----------
-    jpeg : bytes
-        A file as an encoder wrote it: its JFIF segment comes first.
-    header : bytes
-        Seven bytes.
-    """
+    """Return a JPEG file with another version, unit and density in its JFIF segment, if any."""
     if jpeg[2:4] != bytes([0xFF, _JFIF]) or jpeg[6:_JFIF_AT] != b"JFIF\0":
         return jpeg
     return jpeg[:_JFIF_AT] + header + jpeg[_JFIF_AT + len(header) :]

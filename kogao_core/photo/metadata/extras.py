@@ -17,17 +17,7 @@ from kogao_core.photo.model import Photo
 def found(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     """Return what an open file holds beside pixels, profile, EXIF, XMP, IPTC and resolution.
 
-    Parameters
-    ----------
-    photo : Photo
-        What was read of it; a decoder may have found extras already.
-    file : file
-        Open, anywhere.
-
-    Returns
-    -------
-    tuple of Extra
-        In the order things are found; each of them once.
+    Result: in the order things are found; each of them once.
     """
     form = formats.BY_NAME[photo.format]
     seen = [*photo.extras, *form.inside(photo, file), *_from_metadata(photo, form.note)]

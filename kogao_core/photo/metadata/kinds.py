@@ -14,24 +14,13 @@ from kogao_core.base.language import Text
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of thing beside the pixels.
+    """A kind of thing beside the pixels."""
 
-    Parameters
-    ----------
-    name : Text
-        In a photographer's words, as notes say it.
-    seen : str
-        How it is recognised.
-    why : str
-        Why it isn't kept.
-    is_reported : bool
-        Whether a note names it where it isn't kept; not, where only copies of the picture or of
-        what else is in the file go.
-    """
-
-    name: Text
-    seen: str
-    why: str = ""
+    name: Text  # in a photographer's words, as notes say it
+    seen: str  # how it is recognised
+    why: str = ""  # why it isn't kept
+    # Whether a note names it where it isn't kept; not, where only copies of the picture or of what
+    # else is in the file go.
     is_reported: bool = True
 
 

@@ -70,15 +70,7 @@ def found(packet: bytes) -> tuple[Kind, ...]:
 
 
 def without(packet: bytes, *, is_extended: bool) -> bytes:
-    """Return a packet without the properties of parts that a changed photo doesn't have.
-
-    Parameters
-    ----------
-    packet : bytes
-        As stored. One that can't be read is returned as is: nobody else can read it either.
-    is_extended : bool
-        Whether the rest of a long packet comes along.
-    """
+    """Return a packet without the properties of parts that a changed photo doesn't have."""
     try:
         spans = _Stale(packet.rstrip(b"\0"), is_extended).spans
     except xmp.BadXmp:

@@ -66,13 +66,7 @@ def compression_name(number: int) -> str:
 
 
 def is_tiff(file: IO[bytes], path: Path) -> bool:
-    """Tell by the first bytes of an open file; leaves it at its start.
-
-    Raises
-    ------
-    UnreadablePhoto
-        If it is a BigTIFF.
-    """
+    """Tell by the first bytes of an open file; leaves it at its start. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
     if head in _BIG_HEADS:
@@ -91,13 +85,7 @@ class TiffTags:
 
     @staticmethod
     def read(file: IO[bytes]) -> TiffTags:
-        """Read the directory of an open file.
-
-        Raises
-        ------
-        ValueError
-            If it isn't the directory of a picture.
-        """
+        """Read the directory of an open file."""
         tags = Pillow.Exif()
         tags.load_from_fp(file)
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
@@ -109,13 +97,7 @@ class TiffTags:
         return int(value[0] if isinstance(value, tuple) else value)
 
     def check_whole(self, file_bytes: int) -> None:
-        """Check that all pixels lie within the file: libtiff would complain on stderr.
-
-        Raises
-        ------
-        ValueError
-            If they don't.
-        """
+        """Check that all pixels lie within the file: libtiff would complain on stderr."""
         for places, lengths in (
             (Tag.StripOffsets, Tag.StripByteCounts),
             (Tag.TileOffsets, Tag.TileByteCounts),
@@ -172,10 +154,7 @@ class TiffTags:
     def check_first(self, path: Path) -> None:
         """Refuse a file whose first picture is a small copy of another one.
 
-        Raises
-        ------
-        UnreadablePhoto
-            If so; renamed raw photos are such files.
+        Raises UnreadablePhoto.
         """
         is_copy = self._first(Tag.NewSubfileType, 0) & _IS_REDUCED
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
@@ -188,13 +167,7 @@ class TiffTags:
             )
 
     def check_compression(self, path: Path) -> None:
-        """Refuse what the libtiff of neither decoder is built for.
-
-        Raises
-        ------
-        UnreadablePhoto
-            If the pixels are compressed in such a way.
-        """
+        """Refuse what the libtiff of neither decoder is built for. Raises UnreadablePhoto."""
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
@@ -209,10 +182,7 @@ class TiffTags:
     def check_layout(self, path: Path) -> None:
         """Refuse deep layouts that OpenCV decodes wrongly, silently or not at all.
 
-        Raises
-        ------
-        UnreadablePhoto
-            If a deep file isn't 16-bit whole or 32-bit float, grey or RGB(A), interleaved.
+        Raises UnreadablePhoto.
         """
         samples = self._first(Tag.SamplesPerPixel, 1)
         depth = (self.bits, self._first(Tag.SampleFormat, _UNSIGNED))
@@ -359,19 +329,7 @@ def with_metadata(
     aspect: tuple[int, int] | None,
     photoshop_resources: bytes | None,
 ) -> Pieces:
-    """Return a TIFF file with a fuller directory ahead of its pixels.
-
-    Parameters
-    ----------
-    directory : PIL.TiffImagePlugin.ImageFileDirectory_v2
-        What it says of the pixels; strips are counted from the first pixel.
-    pixels : memoryview
-        As they are stored.
-    exif, xmp, icc_profile, dpi, aspect
-        As in `Photo`.
-    photoshop_resources : bytes, optional
-        Those to keep.
-    """
+    """Return a TIFF file with a fuller directory ahead of its pixels."""
     if directory[Tag.SamplesPerPixel] == _WITH_ALPHA:
         directory[Tag.ExtraSamples] = _STRAIGHT
     density = dpi or aspect

@@ -37,15 +37,7 @@ _MOST_DIRECTORIES: Final = 1000
 
 
 def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
-    """Yield what the first directory of a TIFF file holds, by its order.
-
-    Parameters
-    ----------
-    tags : PIL.Image.Exif
-        The directory.
-    channels : int
-        How many were read, alpha included.
-    """
+    """Yield what the first directory of a TIFF file holds, by its order."""
     if tags.get_ifd(ExifTags.IFD.IFD1):
         yield Extra(kinds.FURTHER)
     photometric, samples = (

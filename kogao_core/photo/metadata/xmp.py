@@ -86,13 +86,7 @@ def _refuse_types(*_: object) -> None:
 
 
 def tag_end(packet: bytes, start: int) -> int:
-    """Return where a start tag ends.
-
-    Raises
-    ------
-    BadXmp
-        If none starts there.
-    """
+    """Return where a start tag ends. Raises BadXmp."""
     return start + len(_tag(packet, start)[0])
 
 

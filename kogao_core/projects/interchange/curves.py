@@ -16,19 +16,8 @@ def along(line: Array, count: int) -> Array:
     """Return `count` points at equal steps along the smooth curve through a line (N, 2), N >= 2.
 
     The curve is Catmull and Rom's. Steps along the straight pieces would cut every bend: on an oval
-    face 1.5 % of the inter-ocular distance are lost from 21 points to 17 and back.
-
-    Parameters
-    ----------
-    line : array of shape (N, 2)
-        N >= 2.
-    count : int
-        At least 2.
-
-    Returns
-    -------
-    array of shape (count, 2)
-        The line's ends among them.
+    face 1.5 % of the inter-ocular distance are lost from 21 points to 17 and back. Result (count,
+    2): the line's ends among them.
     """
     ends = 2.0 * line[[0, -1]] - line[[1, -2]]
     around = np.vstack([ends[:1], line, ends[1:]])
@@ -45,22 +34,7 @@ def along(line: Array, count: int) -> Array:
 def shares_of(line: Array) -> Array:
     """Return how far along a line (N, 2) each of its points lies, 0 to 1.
 
-    Parameters
-    ----------
-    line : array of shape (N, 2)
-        Not all in one place.
-
-    Returns
-    -------
-    array of shape (N,)
-        From 0 to 1, by length along straight pieces.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from kogao_core.projects.interchange.curves import shares_of
-    >>> shares_of(np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 3.0)]))
-    array([0.  , 0.25, 1.  ])
+    Result (N,): from 0 to 1, by length along straight pieces.
     """
     lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
     return np.asarray(lengths / lengths[-1])
@@ -69,16 +43,7 @@ def shares_of(line: Array) -> Array:
 def placed(line: Array, shares: Array) -> Array:
     """Return the points that lie at shares of the way along the smooth curve through a line.
 
-    Parameters
-    ----------
-    line : array of shape (N, 2)
-        N >= 2.
-    shares : array of shape (M,)
-        0 to 1, by length along the curve.
-
-    Returns
-    -------
-    array of shape (M, 2)
+    `shares` (M,). Result (M, 2).
     """
     even = along(line, _STEPS * len(line))
     return np.column_stack(

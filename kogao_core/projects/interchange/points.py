@@ -36,18 +36,10 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class PointSet:
-    """The points of one face.
+    """The points of one face."""
 
-    Parameters
-    ----------
-    points : array of shape (N, 2)
-        px of the upright photo, pixel centres at whole numbers from 0, y down.
-    lines : tuple of Line
-        How a template joins them; kept for those who draw them.
-    """
-
-    points: Array
-    lines: tuple[Line, ...] = ()
+    points: Array  # (N, 2): px of the upright photo, pixel centres at whole numbers from 0, y down
+    lines: tuple[Line, ...] = ()  # how a template joins them; kept for those who draw them
 
     def __post_init__(self) -> None:
         """Freeze the points."""
@@ -55,29 +47,7 @@ class PointSet:
 
 
 def text_of(data: bytes) -> str:
-    """Return a file's text.
-
-    Parameters
-    ----------
-    data : bytes
-        A whole file, in UTF-8.
-
-    Returns
-    -------
-    str
-        Without a byte order mark.
-
-    Raises
-    ------
-    BadFile
-        If it is too large, has too many or too long lines, or is no text.
-
-    Examples
-    --------
-    >>> from kogao_core.projects.interchange.points import text_of
-    >>> text_of(bytes([0xEF, 0xBB, 0xBF]) + b"27")
-    '27'
-    """
+    """Return a file's text. Result: without a byte order mark. Raises BadFile."""
     if len(data) > MOST_BYTES:
         raise BadFile(
             Text(
@@ -105,47 +75,14 @@ def _check_lines(text: str) -> None:
 
 
 def count_in(text: str, what: str) -> int:
-    """Read how many points or lines there are.
-
-    Parameters
-    ----------
-    text : str
-        As it stands in the file.
-    what : str
-        What is counted, for the refusal.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    BadFile
-        If it is no number from 0 to `MOST_POINTS`.
-    """
+    """Read how many points or lines there are. Raises BadFile."""
     if not (text.isascii() and text.isdecimal() and len(text) < 9 and int(text) <= MOST_POINTS):
         raise BadFile(Text("{text} can't be the number of {what}", text=shown(text), what=what))
     return int(text)
 
 
 def coordinates(rows: Sequence[Sequence[str]]) -> Array:
-    """Read a row of two numbers for each point, shape (N, 2).
-
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        x and y of each point, px.
-
-    Returns
-    -------
-    array of shape (N, 2)
-        Px.
-
-    Raises
-    ------
-    BadFile
-        If a row isn't two finite numbers of px.
-    """
+    """Read a row of two numbers for each point, shape (N, 2), px. Raises BadFile."""
     found = np.empty((len(rows), 2))
     for number, row in enumerate(rows, start=1):
         try:
@@ -164,16 +101,5 @@ def coordinates(rows: Sequence[Sequence[str]]) -> Array:
 
 
 def number(value: float) -> str:
-    """Write a coordinate, to a thousandth of a px.
-
-    Parameters
-    ----------
-    value : float
-        Px.
-
-    Returns
-    -------
-    str
-        With three decimals.
-    """
+    """Write a coordinate, to a thousandth of a px. Result: with three decimals."""
     return f"{value:.3f}"

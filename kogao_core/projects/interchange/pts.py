@@ -24,20 +24,7 @@ _WHOLE: Final = re.compile(
 def parse(data: bytes) -> PointSet:
     """Read a file of any number of points.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Returns
-    -------
-    PointSet
-        Px, with pixel centres at whole numbers.
-
-    Raises
-    ------
-    BadFile
-        If it is none.
+    Result: px, with pixel centres at whole numbers. Raises BadFile.
     """
     lines = [line for line in text_of(data).splitlines() if not line.lstrip().startswith("#")]
     found = _WHOLE.fullmatch("\n".join(lines))
@@ -55,15 +42,7 @@ def parse(data: bytes) -> PointSet:
 def text(points: PointSet) -> str:
     """Write a file; lines between points are left out, the format has none.
 
-    Parameters
-    ----------
-    points : PointSet
-        Px, with pixel centres at whole numbers.
-
-    Returns
-    -------
-    str
-        The file, which counts from 1.
+    Result: the file, which counts from 1.
     """
     rows = [f"{number(x)} {number(y)}" for x, y in (points.points + FIRST_PIXEL).tolist()]
     head = ["version: 1", f"n_points: {len(rows)}"]

@@ -22,23 +22,12 @@ from kogao_core.warp.limits import OutOfBounds, check_faces
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A kind of file.
+    """A kind of file."""
 
-    Parameters
-    ----------
-    name : str
-        Its ending, without the dot.
-    title : str
-        What it is called.
-    several : bool
-        Whether one file holds several faces.
-    templates : tuple of str
-        Templates it can be written in, the usual one first; empty where it holds our own groups.
-    """
-
-    name: str
-    title: str
-    several: bool
+    name: str  # its ending, without the dot
+    title: str  # what it is called
+    several: bool  # whether one file holds several faces
+    # Templates it can be written in, the usual one first; empty where it holds our own groups.
     templates: tuple[str, ...]
 
     @property
@@ -88,22 +77,7 @@ def _format_of(path: Path) -> Format:
 def read(path: Path, mapping: Template | None = None) -> list[Face]:
     """Read the faces of a file of landmarks; its format follows from its ending.
 
-    Parameters
-    ----------
-    path : Path
-        ``.tem``, ``.pts``, ``.csv`` or ``.json``.
-    mapping : Template, optional
-        Which points are which; by their number where absent.
-
-    Returns
-    -------
-    list of Face
-        At least one, px of the photo it was made on.
-
-    Raises
-    ------
-    BadFile
-        If it can't be read or holds no face; one sentence.
+    Result: at least one, px of the photo it was made on. Raises BadFile.
     """
     form = _format_of(path)
     data = strict.read(path, MOST_BYTES)
@@ -119,26 +93,7 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
 def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[Written]:
     """Write faces; a format that holds one gets a file each, numbered after the first.
 
-    Parameters
-    ----------
-    faces : sequence of Face
-        At least one.
-    path : Path
-        Its ending tells the format. Files there are replaced.
-    wanted : str, optional
-        Name of the template, the format's usual one where absent.
-
-    Returns
-    -------
-    list of Written
-        Each file, with what it doesn't hold.
-
-    Raises
-    ------
-    BadFile
-        If the ending is unknown or the format has no such template.
-    OSError
-        If it can't be written.
+    Result: each file, with what it doesn't hold. Raises BadFile.
     """
     form = _format_of(path)
     name = wanted or next(iter(form.templates), "")
@@ -167,20 +122,7 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
 
 
 def files(path: Path, faces: Sequence[Face]) -> list[Path]:
-    """Return the files that `write` writes.
-
-    Parameters
-    ----------
-    path : Path
-        Its ending tells the format.
-    faces : sequence of Face
-        At least one.
-
-    Returns
-    -------
-    list of Path
-        One for each face, or one for all.
-    """
+    """Return the files that `write` writes. Result: one for each face, or one for all."""
     if _format_of(path).several:
         return [path]
     rest = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(2, len(faces) + 1)]
@@ -221,21 +163,7 @@ def _note(template: Template, faces: Sequence[Face]) -> str:
 
 
 def check_inside(faces: Sequence[Face], image: Box) -> None:
-    """Check that faces lie on a photo; the photo's edge may crop them.
-
-    Parameters
-    ----------
-    faces : sequence of Face
-        As they were read.
-    image : Box
-        The photo.
-
-    Raises
-    ------
-    BadFile
-        If the middle of one lies outside: its points belong to another photo, or to another size
-        of this one. Or if a point lies farther outside than its face is large.
-    """
+    """Check that faces lie on a photo; the photo's edge may crop them. Raises BadFile."""
     for number, face in enumerate(faces, start=1):
         x, y = face.middle
         if not (image.left <= x < image.right and image.top <= y < image.bottom):

@@ -39,22 +39,8 @@ def parse_csv(data: bytes) -> list[PointSet]:
     """Read a table with the columns x and y, and face where it holds several; others are left out.
 
     Columns may be parted by semicolons, and numbers then have a decimal comma. Rows may be in any
-    order where a column point names them as `csv_text` does.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Returns
-    -------
-    list of PointSet
-        One for each face, in the order of their first rows.
-
-    Raises
-    ------
-    BadFile
-        If it is none.
+    order where a column point names them as `csv_text` does. Result: one for each face, in the
+    order of their first rows. Raises BadFile.
     """
     try:
         text = text_of(data)
@@ -94,15 +80,7 @@ def _in_order(named: list[tuple[str, list[str]]]) -> list[list[str]]:
 def numbered(count: int) -> list[str]:
     """Return the names of points that have none of their own: how many precede each.
 
-    Parameters
-    ----------
-    count : int
-        Of points.
-
-    Returns
-    -------
-    list of str
-        From 0.
+    Result: from 0.
     """
     return [str(k) for k in range(count)]
 
@@ -110,17 +88,7 @@ def numbered(count: int) -> list[str]:
 def csv_text(faces: Sequence[Array], names: Sequence[str]) -> str:
     """Write a row for each point of each face, shape (N, 2), with its name.
 
-    Parameters
-    ----------
-    faces : sequence of array of shape (N, 2)
-        Px.
-    names : sequence of str
-        Of the N points.
-
-    Returns
-    -------
-    str
-        The file, with its header.
+    Result: the file, with its header.
     """
     with io.StringIO(newline="") as out:
         writer = csv.writer(out, lineterminator="\n")
@@ -134,20 +102,7 @@ def csv_text(faces: Sequence[Array], names: Sequence[str]) -> str:
 def parse_faces(data: bytes) -> list[Face]:
     """Read what `faces_text` or ``kogao-cli detect --json`` wrote.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-
-    Returns
-    -------
-    list of Face
-        At least one.
-
-    Raises
-    ------
-    BadFile
-        If it is none.
+    Result: at least one. Raises BadFile.
     """
     top = parse_json(data, MOST_BYTES)
     _check_ours(top.value)
@@ -198,16 +153,5 @@ def _points(node: Node) -> Array:
 
 
 def faces_text(faces: Sequence[Face]) -> str:
-    """Write faces to the last bit.
-
-    Parameters
-    ----------
-    faces : sequence of Face
-        In the order of the file.
-
-    Returns
-    -------
-    str
-        JSON.
-    """
+    """Write faces to the last bit. Result: JSON."""
     return json.dumps({"faces": [face.to_dict() for face in faces]}, indent=1) + "\n"

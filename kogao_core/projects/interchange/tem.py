@@ -23,27 +23,7 @@ from kogao_core.projects.interchange.points import (
 def parse(data: bytes) -> PointSet:
     r"""Read a template of any number of points.
 
-    Parameters
-    ----------
-    data : bytes
-        A whole file.
-
-    Returns
-    -------
-    PointSet
-        px, and the lines between points where there are some.
-
-    Raises
-    ------
-    BadFile
-        If it is none.
-
-    Examples
-    --------
-    >>> from kogao_core.projects.interchange.tem import parse
-    >>> parse(b"2\n10 20\n30.5 40\n").points
-    array([[10. , 20. ],
-           [30.5, 40. ]])
+    Result: px, and the lines between points where there are some. Raises BadFile.
     """
     stripped = [row.strip() for row in text_of(data).splitlines()]
     rows = [row for row in stripped if row and not row.startswith("#")]
@@ -90,18 +70,7 @@ def _line(rows: list[str], points: int) -> Line:
 
 
 def text(points: PointSet) -> str:
-    """Write a template.
-
-    Parameters
-    ----------
-    points : PointSet
-        Px, with the lines that join them.
-
-    Returns
-    -------
-    str
-        The file.
-    """
+    """Write a template. Result: the file."""
     rows = [str(len(points.points))]
     rows += [f"{number(x)}\t{number(y)}" for x, y in points.points.tolist()]
     rows.append(str(len(points.lines)))

@@ -31,26 +31,15 @@ _SPEC: Final = re.compile(r"[0-9,\-]+/[0-9,\-]+/[0-9,\-]+")
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """Which of a file's points are the outline, the eye corners and the mouth corners.
+    """Which of a file's points are the outline, the eye corners and the mouth corners."""
 
-    Parameters
-    ----------
-    name : str
-        What to call it: the number of its points, or how it was given.
-    count : int, optional
-        How many points it has; None for any that has those named.
-    outline, eyes, mouth : tuple of int
-        Numbers from 0, in the order of `Face`.
-    lines : tuple of Line
-        How its points are joined.
-    """
-
-    name: str
-    count: int | None
+    name: str  # what to call it: the number of its points, or how it was given
+    count: int | None  # how many points it has; None for any that has those named
+    # Numbers from 0, in the order of `Face`.
     outline: tuple[int, ...]
     eyes: tuple[int, ...]
     mouth: tuple[int, ...]
-    lines: tuple[Line, ...] = ()
+    lines: tuple[Line, ...] = ()  # how its points are joined
 
     @property
     def ours(self) -> tuple[int, ...]:
@@ -60,20 +49,7 @@ class Template:
     def face(self, points: PointSet) -> Face:
         """Return the face in a template's points; the other points are left out.
 
-        Parameters
-        ----------
-        points : PointSet
-            All the file's, px.
-
-        Returns
-        -------
-        Face
-            With 21 points on its outline.
-
-        Raises
-        ------
-        BadFile
-            If points are missing or their outline has no length.
+        Result: with 21 points on its outline. Raises BadFile.
         """
         if len(points.points) <= max(self.ours):
             raise BadFile(
@@ -94,15 +70,7 @@ class Template:
     def points(self, face: Face) -> PointSet:
         """Return a face's points in the template; what isn't ours comes from a mean face.
 
-        Parameters
-        ----------
-        face : Face
-            Px.
-
-        Returns
-        -------
-        PointSet
-            As many as the template has, px.
+        Result: as many as the template has, px.
         """
         outline = face.outline
         if self.count != _OWN:
@@ -185,10 +153,7 @@ TEMPLATES: Final = {
 def means() -> dict[int, Array]:
     """Return the mean face of 189 points, and of 68, by their count.
 
-    Returns
-    -------
-    dict of int to array of shape (count, 2)
-        Unit: the outer inter-ocular distance of the 189.
+    Result (count, 2): unit: the outer inter-ocular distance of the 189.
     """
     text = resources.files(__package__).joinpath("mean189.csv").read_text(encoding="ascii")
     full = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1)
@@ -215,23 +180,7 @@ def _sixty_eight(full: Array) -> Array:
 
 
 def template(wanted: str) -> Template:
-    """Return a template by its number of points, or by a mapping.
-
-    Parameters
-    ----------
-    wanted : str
-        ``"27"``, ``"68"``, ``"189"``, or the numbers from 0 of outline, four eye corners and two
-        mouth corners of any other, such as ``"0-16/36,39,42,45/48,54"``.
-
-    Returns
-    -------
-    Template
-
-    Raises
-    ------
-    ValueError
-        If it is neither.
-    """
+    """Return a template by its number of points, or by a mapping."""
     if wanted in TEMPLATES:
         return TEMPLATES[wanted]
     parts = [_numbers(part) for part in wanted.split("/")] if _SPEC.fullmatch(wanted) else []
@@ -261,22 +210,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def fitting(points: PointSet) -> Template:
-    """Return the template that has as many points.
-
-    Parameters
-    ----------
-    points : PointSet
-        A file's.
-
-    Returns
-    -------
-    Template
-
-    Raises
-    ------
-    BadFile
-        If none has.
-    """
+    """Return the template that has as many points. Raises BadFile."""
     count = len(points.points)
     if str(count) not in TEMPLATES:
         raise BadFile(

@@ -26,18 +26,10 @@ _PASSES: Final = 2
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """One face of a photograph.
+    """One face of a photograph."""
 
-    Parameters
-    ----------
-    box : Detection
-        The detector's box, px of the photograph.
-    mesh : array of shape (478, 3)
-        Points of the mesh, px of the photograph; z grows away from the camera.
-    """
-
-    box: Detection
-    mesh: Array
+    box: Detection  # the detector's box, px of the photograph
+    mesh: Array  # (478, 3): points of the mesh, px of the photograph; z grows away from the camera
 
 
 class Networks:
@@ -92,13 +84,7 @@ def _around(points: Array, across: Array) -> Detection:
 
 
 def read(path: Path) -> Image:
-    """Return a photograph, uint8 RGB of shape (H, W, 3).
-
-    Raises
-    ------
-    FileNotFoundError
-        If it is missing or no picture.
-    """
+    """Return a photograph, uint8 RGB of shape (H, W, 3)."""
     pixels = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if pixels is None:
         raise FileNotFoundError(f"{path} is missing or no picture")

@@ -33,30 +33,14 @@ _DRAWN_ON, _DRAWN_BELOW = "sheet05", 1.0 / 3.0
 
 @dataclass(frozen=True, eq=False)
 class Photographed:
-    """One face, in px of its crop.
+    """One face, in px of its crop."""
 
-    Parameters
-    ----------
-    path : Path
-        The photograph.
-    view : FaceCrop
-        Crop, mesh and keypoints.
-    box : Detection
-        The detector's box.
-    to_photo : Affine
-        Maps the crop to the photograph.
-    labels : array of shape (189, 2), optional
-        Hand labels.
-    person : str
-        The same for all pictures of one person, as far as that is known.
-    """
-
-    path: Path
-    view: FaceCrop
-    box: Detection
-    to_photo: Affine
-    labels: Array | None
-    person: str
+    path: Path  # the photograph
+    view: FaceCrop  # crop, mesh and keypoints
+    box: Detection  # the detector's box
+    to_photo: Affine  # maps the crop to the photograph
+    labels: Array | None  # (189, 2): hand labels
+    person: str  # the same for all pictures of one person, as far as that is known
 
     @property
     def folder(self) -> str:

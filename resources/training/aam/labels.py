@@ -30,24 +30,12 @@ MIRRORED_X: Final = np.array([-1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Labeller:
-    """Turns a mesh into our points, by what hand labels say about it.
+    """Turns a mesh into our points, by what hand labels say about it."""
 
-    Parameters
-    ----------
-    mean : array of shape (80, 2)
-        Mean hand-labelled face, one outer inter-ocular distance wide.
-    vertices : tuple of int
-        The mesh point next to each inner point.
-    offset : array of shape (80, 2)
-        From the mesh to the hand labels, mean, in the frame of `mean`.
-    personal : mapping of str to array of shape (80, 2)
-        The same for each person with hand labels.
-    """
-
-    mean: Array
-    vertices: tuple[int, ...]
-    offset: Array
-    personal: Mapping[str, Array]
+    mean: Array  # (80, 2): mean hand-labelled face, one outer inter-ocular distance wide
+    vertices: tuple[int, ...]  # the mesh point next to each inner point
+    offset: Array  # (80, 2): from the mesh to the hand labels, mean, in the frame of `mean`
+    personal: Mapping[str, Array]  # (80, 2): the same for each person with hand labels
 
     def points(self, mesh: Array, person: str) -> Array:
         """Return the 80 points of a mesh (478, 2 or more)."""

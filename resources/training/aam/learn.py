@@ -41,41 +41,24 @@ class ScalePlan:
 
 @dataclass(frozen=True)
 class Plan:
-    """How to learn.
+    """How to learn."""
 
-    Parameters
-    ----------
-    scales : tuple of ScalePlan
-        From coarse to fine.
-    turns : int
-        Turned views of each face, see `turned`.
-    starts : int
-        Scattered starts of an example of weight 1.
-    shape_share, appearance_share : float
-        Share of the variance that the modes explain.
-    most_appearance : int
-        Most appearance modes of a scale.
-    ridge : float
-        Weight against large updates, in mean variances of a feature.
-    trusted_share : float
-        Share of the examples whose residual is taken for that of a good fit.
-    seed : int
-        Of all that is random.
-    """
-
+    # From coarse to fine.
     scales: tuple[ScalePlan, ...] = (
         ScalePlan(14.0, 1.4, 3),
         ScalePlan(28.0, 2.4, 2),
         ScalePlan(52.0, 3.8, 2),
     )
-    turns: int = 1
-    starts: int = 4
+    turns: int = 1  # turned views of each face, see `turned`
+    starts: int = 4  # scattered starts of an example of weight 1
+    # Share of the variance that the modes explain.
     shape_share: float = 0.99
     appearance_share: float = 0.6
-    most_appearance: int = 60
-    ridge: float = 1.0
+    most_appearance: int = 60  # most appearance modes of a scale
+    ridge: float = 1.0  # weight against large updates, in mean variances of a feature
+    # Share of the examples whose residual is taken for that of a good fit.
     trusted_share: float = 0.995
-    seed: int = 1
+    seed: int = 1  # of all that is random
 
 
 Report = Callable[[str], None]

@@ -26,15 +26,7 @@ _FOREHEAD: Final = ((-1.0, -0.45), (-0.6, -0.75), (0.6, -0.75), (1.0, -0.45))
 
 
 def shape_model(shapes: Sequence[Array], explained: float) -> ShapeModel:
-    """Return the mean and the modes that explain a share of the variance.
-
-    Parameters
-    ----------
-    shapes : sequence of arrays of shape (V, 2)
-        With each shape its mirror image is expected, so that the mean is symmetric.
-    explained : float
-        Share of the variance, 0 to 1.
-    """
+    """Return the mean and the modes that explain a share of the variance. `shapes` (V, 2)."""
     mean = _normal(shapes[0])
     for _ in range(_ROUNDS):
         mean = _normal(np.mean([similarity(shape, mean)(shape) for shape in shapes], axis=0))

@@ -25,21 +25,11 @@ _STEPS: Final = 24
 
 @dataclass(frozen=True, eq=False)
 class FaceCrop:
-    """A face on its crop.
+    """A face on its crop."""
 
-    Parameters
-    ----------
-    grey : uint8 array of shape (H, H)
-        The crop.
-    mesh : array of shape (478, 3)
-        Points of the mesh, px of the crop.
-    keypoints : array of shape (6, 2)
-        The detector's keypoints, px of the crop.
-    """
-
-    grey: Grey
-    mesh: Array
-    keypoints: Array
+    grey: Grey  # uint8 (H, H): the crop
+    mesh: Array  # (478, 3): points of the mesh, px of the crop
+    keypoints: Array  # (6, 2): the detector's keypoints, px of the crop
 
 
 def turned(view: FaceCrop, yaw_degrees: float, pitch_degrees: float) -> FaceCrop:

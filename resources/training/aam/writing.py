@@ -23,13 +23,7 @@ def packed(matrix: Floats) -> Packed:
 
 
 def write(model: Model, path: Path) -> None:
-    """Write the model; the same model gives the same bytes.
-
-    Raises
-    ------
-    ValueError
-        If the file would be larger than 4 MB.
-    """
+    """Write the model; the same model gives the same bytes."""
     arrays = dict(_arrays(model))
     size = sum(array.nbytes for array in arrays.values())
     if size > MOST_BYTES - 100_000:

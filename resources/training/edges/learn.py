@@ -33,33 +33,15 @@ _LONGER: Final = 1.8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledCut:
-    """A labelled face, cut out.
+    """A labelled face, cut out."""
 
-    Parameters
-    ----------
-    name : str
-        Which face.
-    cut : Cut
-        Its picture.
-    lines : Lines
-        Lines across the silhouette of the mesh.
-    moves : array of shape (41,)
-        Steps to the label along each line; NaN where there is none.
-    unseen : bool array of shape (41,)
-        Where the label is a guess because something covers the edge.
-    weight : float
-        How often it is drawn.
-    tags : tuple of str
-        Rows of a report that it belongs to.
-    """
-
-    name: str
-    cut: Cut
-    lines: Lines
-    moves: Array
-    unseen: np.ndarray
-    weight: float
-    tags: tuple[str, ...] = ()
+    name: str  # which face
+    cut: Cut  # its picture
+    lines: Lines  # lines across the silhouette of the mesh
+    moves: Array  # (41,): steps to the label along each line; NaN where there is none
+    unseen: np.ndarray  # bool (41,): where the label is a guess because something covers the edge
+    weight: float  # how often it is drawn
+    tags: tuple[str, ...] = ()  # rows of a report that it belongs to
 
 
 def labelled_cut(
@@ -71,25 +53,7 @@ def labelled_cut(
     weight: float,
     tags: tuple[str, ...] = (),
 ) -> LabelledCut:
-    """Return a face cut out with its labelled outline.
-
-    Parameters
-    ----------
-    name : str
-        Which face.
-    image : Pyramid
-        The photograph.
-    face : Face
-        Its landmarks, the outline not refined.
-    label : array of shape (N, 2)
-        Labelled outline from left to right, px.
-    hidden : sequence of int
-        Points of the label that are guesses.
-    weight : float
-        How often it is drawn.
-    tags : tuple of str
-        Rows of a report that it belongs to.
-    """
+    """Return a face cut out with its labelled outline."""
     cut = Cut.of(image, face.eyes, face.outline)
     lines = lines_of(cut.to_image.inverse(face.outline))
     line = cut.to_image.inverse(label)

@@ -26,28 +26,15 @@ _STEPS: Final = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unseen:
-    """A labelled face that wasn't learnt from.
+    """A labelled face that wasn't learnt from."""
 
-    Parameters
-    ----------
-    tags : tuple of str
-        Its rows in the table.
-    before, after : float
-        Mean distance of its seen labels from silhouette and refined outline, %.
-    apart : array of shape (N,)
-        Distance of each label from the refined outline, %.
-    confidence : array of shape (N,)
-        That of the nearest point of the outline.
-    seen : bool array of shape (N,)
-        False where something hides the edge.
-    """
-
-    tags: tuple[str, ...]
+    tags: tuple[str, ...]  # its rows in the table
+    # Mean distance of its seen labels from silhouette and refined outline, %.
     before: float
     after: float
-    apart: Array
-    confidence: Array
-    seen: npt.NDArray[np.bool_]
+    apart: Array  # (N,): distance of each label from the refined outline, %
+    confidence: Array  # (N,): that of the nearest point of the outline
+    seen: npt.NDArray[np.bool_]  # bool (N,): false where something hides the edge
 
 
 def unseen(parameters: list[Floats], one: LabelledCut, labels: Labels) -> Unseen:

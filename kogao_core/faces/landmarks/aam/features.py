@@ -19,14 +19,8 @@ _CONTRAST_PX: Final = 4.0
 def directions(grey: npt.NDArray[np.uint8]) -> Floats:
     """Return edge strength by direction, normalised by the contrast round about.
 
-    Parameters
-    ----------
-    grey : uint8 array of shape (H, W)
-
-    Returns
-    -------
-    float32 array of shape (H, W, 8)
-        Square roots of the share of each of eight directions of the gradient, 0 to about 1.
+    Result float32 (H, W, 8): square roots of the share of each of eight directions of the gradient,
+    0 to about 1.
     """
     smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), _SMOOTH_PX)
     across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1.0 / 8.0)

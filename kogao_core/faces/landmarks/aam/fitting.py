@@ -24,13 +24,7 @@ Light = Callable[[Grey], Grey]
 
 
 class Crop:
-    """The surroundings of one face in grey, and their halvings.
-
-    Parameters
-    ----------
-    grey : uint8 array of shape (H, W)
-        An upright face of about 64 px between the outer eye corners.
-    """
+    """The surroundings of one face in grey, and their halvings."""
 
     def __init__(self, grey: Grey) -> None:
         self.levels = [grey]
@@ -66,21 +60,11 @@ class Crop:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where the model came to rest.
+    """Where the model came to rest."""
 
-    Parameters
-    ----------
-    points : array of shape (80, 2)
-        Landmarks, px of the picture it was fitted to.
-    residual : float
-        Mean square of the features that the model can't explain.
-    residuals : array of shape (80,)
-        The same near each landmark.
-    """
-
-    points: Array
-    residual: float
-    residuals: Array
+    points: Array  # (80, 2): landmarks, px of the picture it was fitted to
+    residual: float  # mean square of the features that the model can't explain
+    residuals: Array  # (80,): the same near each landmark
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +117,8 @@ def _change(rest: Floats, update: Update) -> Floats:
 def fit_both_ways(model: Model, picture: Pyramid, points: Array) -> Fit:
     """Fit the model to a picture and to its mirror image, and return the mean.
 
-    A little better than one fit, and the fit of a mirrored photo is the mirrored fit.
-
-    Parameters
-    ----------
-    model : Model
-    picture : Pyramid
-        The photo.
-    points : array of shape (80, 2)
-        First landmarks, px of the photo.
+    A little better than one fit, and the fit of a mirrored photo is the mirrored fit. `points` (80,
+    2) px.
     """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     side_px = 2 * round(HALF_UNITS * UNIT_PX) + 1

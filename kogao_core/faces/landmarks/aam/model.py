@@ -20,16 +20,10 @@ _NEAR: Final = 0.12
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """A matrix kept in bytes, with one scale per column.
+    """A matrix kept in bytes, with one scale per column."""
 
-    Parameters
-    ----------
-    values : int8 array of shape (D, K)
-    scales : float32 array of shape (K,)
-    """
-
-    values: np.ndarray
-    scales: Floats
+    values: np.ndarray  # int8 (D, K)
+    scales: Floats  # float32 (K,)
 
     @cached_property
     def matrix(self) -> Floats:
@@ -47,27 +41,13 @@ class Update:
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """What the face looks like at one size, and the steps taken there.
+    """What the face looks like at one size, and the steps taken there."""
 
-    Parameters
-    ----------
-    unit_px : float
-        Outer inter-ocular distance of the mean face, px.
-    places : float32 array of shape (P, 2)
-        Where the mean face is sampled, in units of the shape model.
-    average : float32 array of shape (8 P,)
-        Mean features there.
-    appearance : Packed
-        Appearance modes (8 P, K), orthonormal columns but for rounding.
-    updates : tuple of Update
-        Steps from coarse to fine.
-    """
-
-    unit_px: float
-    places: Floats
-    average: Floats
-    appearance: Packed
-    updates: tuple[Update, ...]
+    unit_px: float  # outer inter-ocular distance of the mean face, px
+    places: Floats  # float32 (P, 2): where the mean face is sampled, in units of the shape model
+    average: Floats  # float32 (8 P,): mean features there
+    appearance: Packed  # appearance modes (8 P, K), orthonormal columns but for rounding
+    updates: tuple[Update, ...]  # steps from coarse to fine
 
     @property
     def corner(self) -> Array:
@@ -94,21 +74,11 @@ class Scale:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the landmarks lie, judged by the detector alone; lengths in sides of its box.
+    """Where the landmarks lie, judged by the detector alone; lengths in sides of its box."""
 
-    Parameters
-    ----------
-    keypoints : array of shape (12,)
-        Mean of the six keypoints.
-    shape : array of shape (2 V,)
-        Mean of the landmarks.
-    slopes : array of shape (12, 2 V)
-        How the landmarks follow the keypoints.
-    """
-
-    keypoints: Array
-    shape: Array
-    slopes: Array
+    keypoints: Array  # (12,): mean of the six keypoints
+    shape: Array  # (2 V,): mean of the landmarks
+    slopes: Array  # (12, 2 V): how the landmarks follow the keypoints
 
     def points(self, box: Detection) -> Array:
         """Return the landmarks (V, 2) in px of the image of a box."""
@@ -127,24 +97,12 @@ def box_frame(box: Detection) -> Affine:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """An Active Appearance Model with learnt updates (section 3.1).
+    """An Active Appearance Model with learnt updates (section 3.1)."""
 
-    Parameters
-    ----------
-    shape : ShapeModel
-        Mean and modes of the landmarks.
-    start : Start
-        First guess.
-    scales : tuple of Scale
-        From coarse to fine.
-    most_residual : float
-        Fits with a larger residual deserve little trust.
-    """
-
-    shape: ShapeModel
-    start: Start
-    scales: tuple[Scale, ...]
-    most_residual: float
+    shape: ShapeModel  # mean and modes of the landmarks
+    start: Start  # first guess
+    scales: tuple[Scale, ...]  # from coarse to fine
+    most_residual: float  # fits with a larger residual deserve little trust
 
     @cached_property
     def motions(self) -> tuple[Floats, ...]:

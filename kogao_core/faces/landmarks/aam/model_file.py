@@ -33,13 +33,7 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 def read(path: Path) -> Model:
-    """Read a model.
-
-    Raises
-    ------
-    ModelRefused
-        If the file can't be read, is none of ours, of another version, or damaged.
-    """
+    """Read a model. Raises ModelRefused."""
     try:
         return _model(_read_arrays(path))
     except _UNREADABLE as error:

@@ -16,21 +16,12 @@ _MOST_DEVIATIONS: Final = 3.0
 
 @dataclass(frozen=True, eq=False)
 class ShapeModel:
-    """Shapes as mean plus modes; lengths in outer inter-ocular distances, origin at the mean.
+    """Shapes as mean plus modes; lengths in outer inter-ocular distances, origin at the mean."""
 
-    Parameters
-    ----------
-    mean : array of shape (V, 2)
-        The mean face.
-    modes : array of shape (2 V, 4 + K)
-        Orthonormal columns; the first four are scale, turn and shift of the mean.
-    deviations : array of shape (K,)
-        Standard deviation of each mode after the first four.
-    """
-
-    mean: Array
+    mean: Array  # (V, 2): the mean face
+    # (2 V, 4 + K): orthonormal columns; the first four are scale, turn and shift of the mean.
     modes: Array
-    deviations: Array
+    deviations: Array  # (K,): standard deviation of each mode after the first four
 
     def points(self, parameters: Array) -> Array:
         """Return the shape (V, 2) of parameters (4 + K,)."""

@@ -33,11 +33,6 @@ class AamSource:
     """The paper's extractor (section 3.1) with learnt updates.
 
     The model is read at the first use. One source may be shared between threads.
-
-    Parameters
-    ----------
-    model : path, optional
-        Another model than the one that travels with the program.
     """
 
     name = "aam"

@@ -32,19 +32,7 @@ def shapes() -> list[tuple[int, ...]]:
 
 
 def forward(parameters: list[Floats], strips: Floats) -> Floats:
-    """Run the network.
-
-    Parameters
-    ----------
-    parameters : list of array
-        See `shapes`.
-    strips : array of shape (B, 5, along, across)
-        Strips and their places.
-
-    Returns
-    -------
-    array of shape (B, 2, along, across)
-    """
+    """Run the network. `strips` (B, 5, along, across). Result (B, 2, along, across)."""
     here = strips
     for index in range(len(LAYERS)):
         _, here = through(parameters, index, here)
@@ -54,11 +42,8 @@ def forward(parameters: list[Floats], strips: Floats) -> Floats:
 def through(parameters: list[Floats], index: int, here: Floats) -> tuple[Floats, Floats]:
     """Return what one layer gathers from its input (B, C, along, across), and its output.
 
-    Returns
-    -------
-    columns : array of shape (B, 2 C taps, along * across)
-        Each place's taps across and the sums of its neighbours' along.
-    output : array of shape (B, outputs, along, across)
+    `columns` (B, 2 C taps, along * across): each place's taps across and the sums of its
+    neighbours' along; `output` (B, outputs, along, across).
     """
     columns = _columns(here, LAYERS[index])
     output = np.matmul(parameters[2 * index], columns) + parameters[2 * index + 1]

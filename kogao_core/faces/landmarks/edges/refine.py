@@ -46,15 +46,7 @@ INSIDE: Final = int(MOVES[0] - ACROSS[0])
 
 
 class EdgeNetwork:
-    """Moves an outline onto the edge that can be seen.
-
-    Parameters
-    ----------
-    parameters : list of array
-        See `network.shapes`.
-    beards : bool
-        Whether the edge that a beard hangs over is the outline, or the chin below.
-    """
+    """Moves an outline onto the edge that can be seen."""
 
     def __init__(self, parameters: list[Floats], *, beards: bool = True) -> None:
         self._parameters = parameters
@@ -62,13 +54,7 @@ class EdgeNetwork:
 
     @staticmethod
     def read(path: Path, *, beards: bool = True) -> EdgeNetwork:
-        """Read a model file; `beards` is as above.
-
-        Raises
-        ------
-        ModelRefused
-            If the file is damaged or holds another kind of model.
-        """
+        """Read a model file; `beards` is as above. Raises ModelRefused."""
         try:
             with np.load(path, allow_pickle=False) as file:
                 parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
@@ -90,22 +76,9 @@ class EdgeNetwork:
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
         """Return a finer outline and how sure each of its points is.
 
-        Parameters
-        ----------
-        image : Pyramid
-            The image.
-        eyes : array of shape (4, 2)
-            Eye corners, left to right, px.
-        outline : array of shape (N, 2)
-            Silhouette from left to right, px.
-
-        Returns
-        -------
-        outline : array of shape (N, 2)
-            At equal steps of arc length, px.
-        confidence : array of shape (N,)
-            Probability, 0 to 1, that the edge is seen and lies within 3 % of the outer
-            inter-ocular distance.
+        `eyes` (4, 2) px. `outline` (N, 2): at equal steps of arc length, px; `confidence` (N,):
+        probability, 0 to 1, that the edge is seen and lies within 3 % of the outer inter-ocular
+        distance.
         """
         cut = Cut.of(image, eyes, outline)
         lines = lines_of(cut.to_image.inverse(outline))
@@ -125,23 +98,8 @@ def split(outputs: Floats) -> tuple[Floats, Floats]:
 def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array, Array]:
     """Return the expected move of each line and its confidence.
 
-    Moves of neighbouring lines are alike: a chain, solved forwards and backwards.
-
-    Parameters
-    ----------
-    seen : array of shape (41, 55)
-        Log-odds of the moves `MOVES`.
-    unseen : array of shape (41,)
-        Log-odds that nothing can be seen, against all of them together.
-    beards : bool
-        Whether an edge far outside counts.
-
-    Returns
-    -------
-    moves : array of shape (41,)
-        Steps outwards.
-    confidence : array of shape (41,)
-        0 to 1.
+    Moves of neighbouring lines are alike: a chain, solved forwards and backwards. `seen` (41, 55);
+    `unseen` (41,). `moves` (41,): steps outwards; `confidence` (41,): 0 to 1.
     """
     own = np.exp(seen - seen.max(axis=1, keepdims=True)).astype(np.float64)
     own /= own.sum(axis=1, keepdims=True)

@@ -26,14 +26,9 @@ _SIDE: Final = 384  # of the picture that strips are cut from, steps
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """Places along an outline with their outward normals; steps of a `Cut`.
+    """Places along an outline with their outward normals; steps of a `Cut`."""
 
-    Parameters
-    ----------
-    points, normals : array of shape (41, 2)
-        At equal steps of arc length.
-    """
-
+    # (41, 2): at equal steps of arc length.
     points: Array
     normals: Array
 
@@ -44,18 +39,10 @@ class Lines:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
-    """A face cut out upright at a fixed size.
+    """A face cut out upright at a fixed size."""
 
-    Parameters
-    ----------
-    picture : uint8 array of shape (384, 384, 3)
-        RGB.
-    to_image : Affine
-        Maps its pixels to the image.
-    """
-
-    picture: Image
-    to_image: Affine
+    picture: Image  # uint8 (384, 384, 3): RGB
+    to_image: Affine  # maps its pixels to the image
 
     @staticmethod
     def of(image: Pyramid, eyes: Array, outline: Array) -> Cut:
