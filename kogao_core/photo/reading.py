@@ -19,7 +19,8 @@ from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import Source, common
-from kogao_core.photo.metadata import extras
+from kogao_core.photo.metadata import kinds, stale, tiff_extras
+from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
 
 MAX_MEGAPIXELS: Final = 300.0
@@ -113,7 +114,7 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
     with _own_limits(), hushed() as complaints:
         try:
             photo = _decoded(Source(file, path, bits, check))
-            photo = dataclasses.replace(photo, stamp=stamp, extras=extras.found(photo, file))
+            photo = dataclasses.replace(photo, stamp=stamp, extras=extras_of(photo, file))
         except UnreadablePhoto:
             raise
         except UnidentifiedImageError:
@@ -181,3 +182,33 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
                 max_megapixels=max_megapixels,
             )
         )
+
+
+def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
+    """Return what an open file holds beside pixels, profile, EXIF, XMP, IPTC and resolution.
+
+    Result: in the order things are found; each of them once.
+    """
+    form = formats.BY_NAME[photo.format]
+    seen = [*photo.extras, *form.inside(photo, file), *_from_metadata(photo, form.note)]
+    if form.behind is not None:
+        file.seek(0)
+        seen += form.behind(file)
+    return tuple(dict.fromkeys(seen))
+
+
+def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
+    """Yield the extras that the metadata blocks name."""
+    yield from map(Extra, stale.found(photo.xmp) if photo.xmp else ())
+    if photo.exif is None:
+        return
+    tags = Pillow.Exif()
+    try:
+        tags.load(photo.exif)
+        has_note = tiff_extras.has_maker_note(tags)
+    except Exception:  # a damaged block, which is kept as it is
+        return
+    if note is not None and has_note:
+        yield Extra(note)
+    if note is kinds.MAKER_NOTE and (rare := tiff_extras.rare_tags(tags)):
+        yield Extra(kinds.EXIF_TAGS, Text("EXIF tags {tags}", tags=" ".join(map(str, rare))))

@@ -27,7 +27,7 @@ from scenes import oval_face
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import aim
-from kogao_core.lab.reports.machine import machine
+from kogao_core.lab.reports.report import machine
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.domain import fade_of

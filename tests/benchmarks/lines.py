@@ -30,7 +30,7 @@ from kogao_core.background.lines import SEEN_PX as SEEN_BEND_PX
 from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.face import Face
-from kogao_core.lab.reports.machine import machine
+from kogao_core.lab.reports.report import machine
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
 from kogao_core.warp.one_to_one import least_det

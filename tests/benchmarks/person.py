@@ -28,7 +28,7 @@ from kogao_core.background.lines import SEEN_PX, BentLine, bends, beside, straig
 from kogao_core.background.people import PersonFinder
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.faces.face import Face
-from kogao_core.lab.reports.machine import machine
+from kogao_core.lab.reports.report import machine
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.sidecar import Applied
 from kogao_core.warp.protection import NOTHING

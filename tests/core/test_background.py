@@ -11,7 +11,7 @@ from scenes import oval_face
 from kogao_core.background import find as backgrounds
 from kogao_core.background.find import BackgroundFinder, held_of, measure
 from kogao_core.background.holding import Held
-from kogao_core.background.lines import SEEN_PX, bends, straight_lines
+from kogao_core.background.lines import SEEN_PX, bends, shortest_px, straight_lines
 from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
@@ -229,3 +229,7 @@ def test_a_photo_is_looked_at_once_for_the_same_faces(monkeypatch):
     finder.find(photo, [FACE.with_outline_point(3, (300.0, 300.0))])
     finder.find(photo.copy(), [FACE])
     assert len(sought) == 3
+
+
+def test_a_line_must_be_long_for_its_photo():
+    assert shortest_px(np.zeros((300, 400), np.uint8)) == 16.0

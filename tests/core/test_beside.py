@@ -14,7 +14,8 @@ from PIL import Image, ImageCms
 
 from kogao_core import photo
 from kogao_core.photo import formats
-from kogao_core.photo.metadata import contents, extras, kinds, stale, tiff_extras
+from kogao_core.photo.metadata import contents, kinds, stale, tiff_extras
+from kogao_core.photo.reading import extras_of
 
 OUTPUTS = {form.suffixes[0]: form for form in formats.WRITTEN}
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
@@ -303,6 +304,4 @@ def test_damaged_files_never_stop_the_reader(tmp_path, case):
         if source.format == "TIFF":
             assert 0 < tiff_extras.end(io.BytesIO(data)) <= len(data)
         else:
-            assert all(
-                isinstance(one, kinds.Extra) for one in extras.found(source, io.BytesIO(data))
-            )
+            assert all(isinstance(one, kinds.Extra) for one in extras_of(source, io.BytesIO(data)))

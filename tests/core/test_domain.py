@@ -11,7 +11,7 @@ from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.domain import fade_of, reduce, threshold_mask
+from kogao_core.warp.domain import cells_beyond, fade_of, reduce, threshold_mask, threshold_of
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import groups
 
@@ -126,3 +126,15 @@ def test_no_seam_at_the_edge_of_a_large_threshold():
     untouched = spline.on_grid(np.arange(480), np.arange(360))
     assert tear(faded) < 2.0 * tear(untouched)
     assert tear(hard) > 0.9
+
+
+def test_the_lossless_threshold_counts_where_a_fade_was_refused():
+    field = render(np.zeros((360, 480), np.uint8), [oval_face()], Recipe(percent=6)).field
+    assert threshold_of(Recipe(threshold_px=2.0), field) == LOSSLESS_PX  # it has no fade
+
+
+def test_fewer_cells_move_farther():
+    photo = np.zeros((360, 480), np.uint8)
+    (lattice,) = render(photo, [oval_face()], Recipe(percent=6)).field.lattices
+    few, many = (cells_beyond(lattice, Box.of(photo), px).active.sum() for px in (1.0, 0.1))
+    assert 0 < few < many

@@ -5,7 +5,7 @@ import pytest
 from scenes import field_of, oval_face
 
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import fade, shown_at
+from kogao_core.warp.field import det_of, fade, shown_at
 from kogao_core.warp.guard import hold_back
 
 
@@ -64,3 +64,7 @@ def test_every_point_is_found_however_near_the_warp_comes_to_a_fold(seed):
     points = rng.uniform((left, top), (right, bottom), (800, 2))
     shown = shown_at(field, points)
     np.testing.assert_allclose(shown + field.at(shown), points, rtol=0.0, atol=1e-3)
+
+
+def test_det_j_is_one_plus_what_the_displacement_adds_along_and_across():
+    assert det_of(np.array([0.5, 0.0]), np.array([0.0, 1.0])) == pytest.approx(3.0)

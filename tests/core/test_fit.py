@@ -8,8 +8,16 @@ from kogao_core.faces.targets import aim
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.field import Field, residual
-from kogao_core.warp.fit import QUANTUM_PX, Problem, approximate, fit, spacing_px
-from kogao_core.warp.lattice import Grid, basis
+from kogao_core.warp.fit import (
+    QUANTUM_PX,
+    Problem,
+    approximate,
+    fit,
+    on_quanta,
+    spacing_px,
+    summed,
+)
+from kogao_core.warp.lattice import Grid, Lattice, basis
 from kogao_core.warp.one_to_one import check_one_to_one
 
 
@@ -148,3 +156,15 @@ def test_dragging_one_landmark_leaves_far_control_points_exactly_alone():
     assert same[:, a.shape[1] // 2 :].mean() > 0.9
     assert not same.all()
     np.testing.assert_array_equal(a.phi, np.round(a.phi / QUANTUM_PX) * QUANTUM_PX)
+
+
+def test_fields_add_up_whatever_the_spacing_of_their_grids():
+    one = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.ones((4, 4, 2)))
+    both = summed(one.refined(), one)
+    assert both.grid.spacing_px == 10.0
+    np.testing.assert_allclose(both.at([[30.0, 30.0]]), 2.0 * one.at([[30.0, 30.0]]))
+
+
+def test_control_points_are_rounded_to_the_nearest_quantum():
+    lattice = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.full((1, 1, 2), 1.7 * QUANTUM_PX))
+    assert (on_quanta(lattice).phi / QUANTUM_PX == 2.0).all()

@@ -12,8 +12,8 @@ from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import pts, read, tables, tem, template, write
-from kogao_core.projects.interchange.curves import along
-from kogao_core.projects.interchange.points import Line, PointSet
+from kogao_core.projects.interchange.points import Line, PointSet, text_of
+from kogao_core.projects.interchange.templates import along, shares_of
 
 ROUNDED = 0.00051  # files hold thousandths of a px
 
@@ -359,3 +359,12 @@ def test_csv_text_names_our_points():
     assert rows[0] == "face,point,x,y"
     assert rows[11].startswith("1,outline-11,")
     assert rows[-1].startswith("1,mouth-2,")
+
+
+def test_shares_of_a_line_go_by_length():
+    corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 3.0)])
+    assert shares_of(corners).tolist() == [0.0, 0.25, 1.0]
+
+
+def test_a_byte_order_mark_is_no_text():
+    assert text_of(b"\xef\xbb\xbf27") == "27"

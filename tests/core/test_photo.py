@@ -509,3 +509,10 @@ def test_a_name_may_be_as_long_as_the_file_system_takes(tmp_path, picture):
     with pytest.raises(CannotWrite, match=r"name too long.*choose a shorter name"):
         photo.write(photo.read(path), 255 - picture, path, force=True)
     np.testing.assert_array_equal(photo.read(path).pixels, picture)
+
+
+def test_a_format_that_cannot_hold_the_photo_is_told_before_any_work():
+    deep = np.zeros((30, 40, 3), np.uint16)
+    photo.check_holds("new.png", deep)
+    with pytest.raises(RefusedOutput, match="this 16-bit photo; write it as"):
+        photo.check_holds("new.jpg", deep)

@@ -12,7 +12,7 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.domain import reduce
-from kogao_core.warp.falloff import Falloff
+from kogao_core.warp.falloff import Falloff, falloff_of
 from kogao_core.warp.protection import NOTHING, Protection, Stroke
 
 WIDTH, HEIGHT = 960, 720
@@ -218,3 +218,14 @@ def test_lines_on_a_face_are_not_the_background():
     kept = beside(np.array([lip, frame]), [face.outline])
     np.testing.assert_array_equal(kept, frame[None])
     assert beside(np.zeros((0, 2, 2)), [face.outline]).shape == (0, 2, 2)
+
+
+def test_how_far_it_is_to_a_stroke():
+    line = Protection().with_stroke([(10, 20), (10, 40)], radius_px=2)
+    assert line.away_px(np.array([[15.0, 30.0], [10.0, 25.0]])).tolist() == [3.0, -2.0]
+
+
+def test_a_feather_lets_the_move_come_back_from_the_edge_of_its_stroke():
+    line = Protection().with_stroke([(0, 0), (0, 90)], 2, feather_px=8)
+    factor, _ = falloff_of(line).at([(0, 50), (6, 50), (20, 50)])
+    assert factor.tolist() == [0.0, 0.5, 1.0]

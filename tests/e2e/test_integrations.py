@@ -484,3 +484,7 @@ def test_krita_gets_a_layer_back(cli, request, small_portrait, tmp_path, depth):
     steps = np.abs(result.pixels[..., :3].astype(int) - was.pixels).max(axis=2)
     assert 0.001 < (steps > 16 * (np.iinfo(depth).max // 255)).mean() < 0.5
     assert (steps == 0).mean() > 0.3
+
+
+def test_a_path_in_a_desktop_entry_is_quoted_twice():
+    assert desktop.quoted(Path("/opt/50% $off/kogao")) == r'"/opt/50%% \\$off/kogao"'

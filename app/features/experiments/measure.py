@@ -21,8 +21,7 @@ from kogao_core.lab.experiments import (
 )
 from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.page import files
-from kogao_core.lab.reports.report import Made, Report
-from kogao_core.lab.reports.translating import translated_report
+from kogao_core.lab.reports.report import Made, Report, translated_report
 from kogao_core.lab.subjects import Progress, Subject
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DOMAINS

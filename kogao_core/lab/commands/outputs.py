@@ -75,8 +75,7 @@ class Outputs:
         """Write the files, and print the tables unless a file is printed."""
         from kogao_core.base import atomic
         from kogao_core.lab.reports.page import files
-        from kogao_core.lab.reports.report import Made
-        from kogao_core.lab.reports.translating import translated_report
+        from kogao_core.lab.reports.report import Made, translated_report
 
         text_of = files(report, Made.now(click.get_current_context().obj, left_out))
         if STDOUT not in self._files.values():

@@ -16,8 +16,16 @@ from kogao_core.base.display import data_uri, reduced
 from kogao_core.base.language import language, tr, translated
 from kogao_core.lab.reports.charts import Chart, svg
 from kogao_core.lab.reports.markup import element, html
-from kogao_core.lab.reports.report import Heading, Made, Part, Picture, Report, Row, Table
-from kogao_core.lab.reports.translating import translated_report
+from kogao_core.lab.reports.report import (
+    Heading,
+    Made,
+    Part,
+    Picture,
+    Report,
+    Row,
+    Table,
+    translated_report,
+)
 
 
 def files(report: Report, made: Made) -> Mapping[str, Callable[[], str]]:

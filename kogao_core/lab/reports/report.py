@@ -8,20 +8,32 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
+import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from datetime import datetime
-from typing import Final
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Final
 
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
 from kogao_core.lab.reports.charts import Chart
-from kogao_core.lab.reports.machine import machine
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
 
+PACKAGES: Final = (
+    "kogao",
+    "numpy",
+    "opencv-contrib-python-headless",
+    "scipy",
+    "SimpleITK",
+    "scikit-image",
+    "facetweak",
+)
 NONE: Final = "\N{EN DASH}"
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
@@ -95,7 +107,7 @@ class Made:
 
     command: str  # the command line, or what was chosen in the editor
     at: datetime  # when, with its time zone
-    # Processor, cores, system and versions (`kogao_core.lab.reports.machine`).
+    # Processor, cores, system and versions (`machine`).
     machine: Mapping[str, object]
     # What was asked for but is missing, and why: photos without a face, absent libraries.
     left_out: tuple[str, ...] = ()
@@ -171,3 +183,50 @@ def recipe_in_words(recipe: Recipe) -> Text:
         unit=unit,
         interpolation=interpolation,
     )
+
+
+def machine() -> dict[str, object]:
+    """Return processor, cores and versions, for the head of a report."""
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "packages": {name: _version(name) for name in PACKAGES},
+    }
+
+
+def _processor() -> str:
+    try:
+        with Path("/proc/cpuinfo").open(encoding="utf-8") as stream:
+            names = [line.split(":")[1].strip() for line in stream if line.startswith("model name")]
+        return names[0] if names else platform.processor()
+    except OSError:
+        return platform.processor()
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "absent"
+
+
+def translated_report(report: Report) -> Report:
+    """Return a report whose texts are said in the language at work.
+
+    Result: with the same records and document.
+    """
+    title, lead, parts = map(_said, (report.title, report.lead, report.parts))
+    return replace(report, title=title, lead=lead, parts=parts)
+
+
+def _said(part: Any) -> Any:
+    """Translate a text, the texts of a list, or those of a part of a report and of its parts."""
+    if isinstance(part, str):
+        return translated(part)
+    if isinstance(part, list | tuple):
+        return [_said(one) for one in part]
+    if is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{one.name: _said(getattr(part, one.name)) for one in fields(part)})
+    return part

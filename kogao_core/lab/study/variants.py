@@ -44,7 +44,7 @@ def variants(
     control: bool = False,
     satisfaction: bool = True,
 ) -> tuple[Variant, ...]:
-    """Return every picture of one subject."""
+    """Return one subject's pictures: table 1's, figure 11's by R, and those asked for."""
     centers = range(1, len(PAPER_CENTERS) + 1)
     made = [Variant("table1", p, c, base.lattice) for c in centers for p in DISTANCES]
     made += [Variant("figure11", BEST_PERCENT, BEST_CENTER, size) for size in lattices]

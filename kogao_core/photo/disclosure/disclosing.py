@@ -66,9 +66,8 @@ def disclose(
 
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
     if disclosure.record:
-        from kogao_core.photo.disclosure import (
-            edit_record,  # takes as long to load as all of OpenCV
-        )
+        # It takes as long to load as all of OpenCV.
+        from kogao_core.photo.disclosure import edit_record
 
         xmp = edit_record.added(photo.xmp, what, when or datetime.now(UTC))
         photo = dataclasses.replace(photo, xmp=xmp)

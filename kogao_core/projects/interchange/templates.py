@@ -21,7 +21,6 @@ from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.faces.landmarks.aam.points import OUTLINE_LABELS
 from kogao_core.faces.landmarks.outline import resampled
-from kogao_core.projects.interchange.curves import along, placed, shares_of
 from kogao_core.projects.interchange.points import Line, PointSet
 
 SOURCE: Final = "points"
@@ -222,3 +221,45 @@ def fitting(points: PointSet) -> Template:
             )
         )
     return TEMPLATES[str(count)]
+
+
+_STEPS: Final = 16  # straight pieces between two points of an outline
+
+
+def along(line: Array, count: int) -> Array:
+    """Return `count` points at equal steps along the smooth curve through a line (N, 2), N >= 2.
+
+    The curve is Catmull and Rom's. Steps along the straight pieces would cut every bend: on an oval
+    face 1.5 % of the inter-ocular distance are lost from 21 points to 17 and back. Result (count,
+    2): the line's ends among them.
+    """
+    ends = 2.0 * line[[0, -1]] - line[[1, -2]]
+    around = np.vstack([ends[:1], line, ends[1:]])
+    before, first, last, after = (around[k : len(around) - 3 + k, None] for k in range(4))
+    t = (np.arange(_STEPS) / _STEPS)[:, None]
+    pieces = first + t / 2.0 * (
+        last - before
+        + t * (2.0 * before - 5.0 * first + 4.0 * last - after)
+        + t**2 * (3.0 * (first - last) + after - before)
+    )  # fmt: skip
+    return resampled(np.vstack([pieces.reshape(-1, 2), line[-1:]]), count)
+
+
+def shares_of(line: Array) -> Array:
+    """Return how far along a line (N, 2) each of its points lies, 0 to 1.
+
+    Result (N,): from 0 to 1, by length along straight pieces.
+    """
+    lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+    return np.asarray(lengths / lengths[-1])
+
+
+def placed(line: Array, shares: Array) -> Array:
+    """Return the points that lie at shares of the way along the smooth curve through a line.
+
+    `shares` (M,). Result (M, 2).
+    """
+    even = along(line, _STEPS * len(line))
+    return np.column_stack(
+        [np.interp(shares, np.linspace(0.0, 1.0, len(even)), even[:, axis]) for axis in (0, 1)]
+    )
