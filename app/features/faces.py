@@ -11,14 +11,13 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from kogao_core.base.geometry import Box
-from kogao_core.faces import doubt
-from kogao_core.faces.doubt import Doubt
+from kogao_core.faces.doubt import Reason, Verdict, verdicts
 from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
 from kogao_core.faces.landmarks import template_face
 
 from ..ahead import FaceSearch
 from ..document import State
-from ..i18n import reason, sentence, tr
+from ..i18n import reason, sentence, tr, translated
 from ..render.pictures import face_icon
 from ..render.pyramid import PicturePyramid
 from ..widgets.controls import column_of, heading
@@ -139,6 +138,7 @@ class Faces(Feature):
             self.document.step(state, tr("Find faces"))
         else:
             self.document.start_with(faces)
+        self._tell_doubts()
         self._end_search(len(faces))
 
     def _not_found(self, problem: Exception) -> None:
@@ -150,6 +150,28 @@ class Faces(Feature):
         self.live.go_on()
         self.working.emit("")
         self.found.emit(faces)
+
+    def _tell_doubts(self) -> None:
+        """Say why nothing is made smaller, where every face is doubtful."""
+        state, photo = self.document.state, self.document.photo
+        judged = verdicts(state.faces, self.document.image)
+        is_doubted = all(verdict.reason is not None for verdict in judged)
+        if not judged or not is_doubted or len(state.off) < len(judged):
+            return
+        text = sentence(judged[0].told(1))
+        if len(judged) > 1:
+            text = tr("Every face in this photo is doubtful and left alone; the list says why.")
+
+        def holds() -> bool:
+            now = self.document.state
+            return self.document.photo is photo and 0 < len(now.faces) == len(now.off)
+
+        every = BarAction(tr("Make smaller all the same"), self._all_on)
+        self.say(text, every, wrong=False, holds=holds)
+
+    def _all_on(self) -> None:
+        state = dataclasses.replace(self.document.state, off=frozenset())
+        self.document.step(state, tr("Switch a face"))
 
     # -- placing by hand -------------------------------------------------------------------------
 
@@ -233,7 +255,7 @@ class FacesPanel(QWidget):
         for widget in (title, self.list):
             widget.setToolTip(tr("Click a face to set it alone; its box switches it on and off"))
         column_of(self, title, self.list, margin=8)
-        words = (tr("Face {n}", n=88), tr("by hand"), *_doubts().values())
+        words = (tr("Face {n}", n=88), tr("by hand"), tr("look at it"), *_doubts().values())
         text = max(map(self.list.fontMetrics().horizontalAdvance, words))
         self.setFixedWidth(max(_WIDTH_PX, _THUMBNAIL_PX + text + _ROUND_TEXT_PX))
 
@@ -255,15 +277,15 @@ class FacesPanel(QWidget):
                 self._begin_rows()
             self._add_rows(state.faces[self.list.count() - _ALL_ROWS :])
             self._known = state.faces
-            for index, face in enumerate(state.faces):
+            judged = verdicts(state.faces, self._image)
+            for index, (face, verdict) in enumerate(zip(state.faces, judged, strict=True)):
                 off = index in state.off
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
-                why = doubt.doubt(face, self._image) if len(state.faces) > 1 else None
                 item = self.item(index)
                 item.setCheckState(check)
-                item.setText("\n".join(_caption(index, face, why)))
-                item.setToolTip(_tip(index, face, why))
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, why))
+                item.setText("\n".join(_caption(index, face, verdict)))
+                item.setToolTip(_tip(index, verdict))
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
 
     def _reordered(self, faces: tuple[Face, ...]) -> bool:
@@ -294,45 +316,40 @@ class FacesPanel(QWidget):
             self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
 
 
-def _doubts() -> dict[Doubt, str]:
-    return {"unsure": tr("unsure"), "cut": tr("cut off"), "hidden": tr("hidden")}
+def _doubts() -> dict[Reason, str]:
+    return {
+        "unsure": tr("unsure"),
+        "on its head": tr("on its head"),
+        "cut": tr("cut off"),
+        "hidden": tr("hidden"),
+    }
 
 
-def _caption(index: int, face: Face, why: Doubt | None) -> list[str]:
+def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
     """Return the lines beside the thumbnail: name, score, doubt, and whether it has settings."""
     by_hand = face.source == "manual"
     score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
-    doubted = [] if why is None else [_doubts()[why]]
+    doubted = [] if verdict.reason is None else [_doubts()[verdict.reason]]
+    if verdict.look_at:
+        doubted = [tr("look at it")]
     own = [] if face.recipe is None else [tr("own")]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 
 
-def _spoken(index: int, face: Face, why: Doubt | None) -> str:
-    what = _caption(index, face, why)
+def _spoken(index: int, face: Face, verdict: Verdict) -> str:
+    what = _caption(index, face, verdict)
     if face.recipe is not None:
         what[-1] = tr("settings of its own")
     return ", ".join(what)
 
 
-def _tip(index: int, face: Face, why: Doubt | None) -> str:
-    """Return what a row is for, or why its face starts switched off."""
-    number = index + 1
-    reasons = {
-        "unsure": tr(
-            "it is {n:.0f} % sure that this is a face, less than {least:.0f} %",
-            n=100 * face.score,
-            least=100 * doubt.SURE,
-        ),
-        "cut": tr("part of it lies outside the photo"),
-        "hidden": tr(
-            "{n:.0f} % of its landmarks are more likely hidden than seen",
-            n=100 * doubt.hidden(face),
-        ),
-    }
-    if why is None:
-        return tr("Face {n}: select it for settings of its own, uncheck to leave it", n=number)
+def _tip(index: int, verdict: Verdict) -> str:
+    """Return what a row is for, why its face starts switched off, or what to look at."""
+    if verdict.reason is None:
+        tip = tr("Face {n}: select it for settings of its own, uncheck to leave it", n=index + 1)
+        return f"{tip}\n{sentence(verdict.why)}" if verdict.look_at else tip
     return tr(
         "Face {n} starts switched off: {why}. Check it to make it smaller all the same.",
-        n=number,
-        why=reasons[why],
+        n=index + 1,
+        why=translated(verdict.why),
     )

@@ -32,6 +32,7 @@ def plan(
     suffix: str = ".jpg",
     disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
+    doubtful: bool = False,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
@@ -64,6 +65,7 @@ def plan(
             project=_project_beside(photo) if projects else "",
             disclosure=disclosure,
             done=keys.get(str(output), ""),
+            doubtful=doubtful,
         )
         for output, photo in found.items()
     ]

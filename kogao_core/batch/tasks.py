@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from kogao_core.background.find import BackgroundFinder
-from kogao_core.base.geometry import Image
+from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
-from kogao_core.faces.face import LandmarkSource, select
+from kogao_core.faces.doubt import AllDoubted, choose
+from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import CHOICES, source
 from kogao_core.photo import Photo, bits_of, read, write
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
@@ -50,6 +51,7 @@ class Task:
     disclosure: Disclosure = NO_DISCLOSURE  # what results disclose of their retouching
     # What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     done: str = ""
+    doubtful: bool = False  # whether doubtful faces are worked on, too
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
@@ -108,6 +110,8 @@ def work(task: Task) -> Outcome:
         return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved)
     except _NoFace:
         return Outcome(task.source, task.output, "no face", Text("no face found"))
+    except AllDoubted as doubts:
+        return Outcome(task.source, task.output, "no face", doubts.args[0])
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
@@ -132,9 +136,9 @@ def _found(task: Task, photo: Photo) -> Applied:
     faces = _source(task.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
-    chosen = select(faces, task.which)
-    others = [face for face in faces if all(face is not one for one in chosen)]
-    return Applied(chosen, Recipe.from_dict(task.recipe), NOTHING, others=others)
+    chosen = choose(faces, task.which, Box.of(photo.pixels), doubtful=task.doubtful)
+    recipe = Recipe.from_dict(task.recipe)
+    return Applied(chosen.faces, recipe, NOTHING, chosen.note, others=chosen.others)
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:
@@ -158,12 +162,9 @@ def _background() -> BackgroundFinder:
 
 def _key(task: Task) -> str:
     """Return the hash of files and choices; empty while one of the files can't be read."""
-    total = hashlib.sha256(
-        json.dumps(
-            [task.recipe, task.which, task.landmarks, bool(task.project), asdict(task.disclosure)],
-            sort_keys=True,
-        ).encode()
-    )
+    choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
+    chosen = json.dumps([*choices, asdict(task.disclosure)], sort_keys=True)
+    total = hashlib.sha256(chosen.encode())
     label = task.disclosure.picture
     files = task.source, task.project, task.output, label.file if label else ""
     for path in map(Path, filter(None, files)):

@@ -60,6 +60,7 @@ def command(
     inputs: tuple[Path, ...],
     folder: Path,
     which: str,
+    doubtful: bool,
     recipe_file: Path | None,
     jobs: int,
     report: Path | None,
@@ -81,7 +82,7 @@ def command(
             _expanded(inputs), folder, recipe,
             which=which, max_megapixels=max_megapixels, landmarks=landmarks,
             projects=projects, suffix=f".{suffix}", disclosure=disclosure,
-            report=None if again else report,
+            report=None if again else report, doubtful=doubtful,
         )  # fmt: skip
         if not force and not report.exists():
             _check_free(tasks)

@@ -36,7 +36,7 @@ Exit codes:
      it) or whose format can't hold the photo
   3  the photo can't be read, or the output can't be written (no such
      folder, no permission, disk full)
-  4  no face found
+  4  no face found, or none but doubtful ones (--doubtful takes them)
   5  some photos of a batch weren't done; its report says why
   6  nothing was saved: kogao --edit was closed without
   70  an error in the program itself, or too little memory; with

@@ -13,9 +13,11 @@ from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.atomic import put
 from kogao_core.base.display import png
+from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, reading, words
 from kogao_core.cli import json_file as to_json
+from kogao_core.faces.doubt import Verdict, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.photo import Photo
@@ -55,12 +57,17 @@ def command(
     known = reading.landmark_source(landmarks)
     photo = reading.read_photo(path, max_megapixels)
     faces = reading.find_faces(photo, landmarks, known)
+    judged = _judged(photo, faces)
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
         _write_mask(mask_file, photo, people)
     to_json.deliver(
-        lambda: _found(photo, faces, mask_file, people), lambda: _table(photo, faces), json_file
+        lambda: _found(photo, judged, mask_file, people), lambda: _table(photo, judged), json_file
     )
+
+
+def _judged(photo: Photo, faces: Sequence[Face]) -> list[tuple[Face, Verdict]]:
+    return list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
 
 
 def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
@@ -86,23 +93,26 @@ def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
 
 
 def _found(
-    photo: Photo, faces: Sequence[Face], mask_file: Path | None, people: PersonMask | None
+    photo: Photo,
+    judged: Sequence[tuple[Face, Verdict]],
+    mask_file: Path | None,
+    people: PersonMask | None,
 ) -> dict[str, Any]:
     found: dict[str, Any] = {
         "image": {"width": photo.width, "height": photo.height},
-        "faces": [face.to_dict() for face in faces],
+        "faces": [{**face.to_dict(), **verdict.to_dict()} for face, verdict in judged],
     }
     if people is not None:
         found["person_mask"] = {"file": str(mask_file), "missed_faces": people.missed}
     return found
 
 
-def _table(photo: Photo, faces: Sequence[Face]) -> str:
-    size, count = f"{photo.width} x {photo.height} px", common.count_of_faces(len(faces))
+def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
+    size, count = f"{photo.width} x {photo.height} px", common.count_of_faces(len(judged))
     lines = [f"{photo.path}: {size}, {translated(count)}"]
     # Translators: six columns that figures stand below, 4, 7, 7, 7, 7, 8 and 6 letters wide.
     lines.append(tr("face  score      x      y  width  height  tilt"))
-    for number, face in enumerate(faces, start=1):
+    for number, (face, _) in enumerate(judged, start=1):
         x, y, width, height = face.box
         across = face.eyes[3] - face.eyes[0]
         tilt = math.degrees(math.atan2(across[1], across[0]))
@@ -110,4 +120,5 @@ def _table(photo: Photo, faces: Sequence[Face]) -> str:
             f"{number:4}  {face.score:5.2f}  {x:5.0f}  {y:5.0f}  {width:5.0f}  {height:6.0f}"
             f"  {tilt:+3.0f}°"
         )
-    return "\n".join(lines)
+    notes = [verdict.told(number) for number, (_, verdict) in enumerate(judged, start=1)]
+    return "\n".join([*lines, *(translated(note) for note in notes if note)])

@@ -100,10 +100,15 @@ def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
     )
 
 
-# Adds the options of a recipe, ``--face`` and ``--recipe``.
+# Adds the options of a recipe, ``--face``, ``--doubtful`` and ``--recipe``.
 chooses = words.together(
     *map(_option, SETTINGS.values()),
     chooses_faces,
+    words.option(
+        "--doubtful",
+        is_flag=True,
+        help="Make doubtful faces smaller, too; detect says which those are, and why.",
+    ),
     _recipe_file(Text("A saved recipe (JSON); the options above override it.")),
 )
 

@@ -23,7 +23,7 @@ from kogao_core.recipe.settings import SETTINGS
 
 _FROM_PROJECT: Final = (
     *SETTINGS,
-    *("which", "recipe_file", "landmarks"),
+    *("which", "doubtful", "recipe_file", "landmarks"),
     *("lines", "width_px", "feather_px", "points_file", "points_map"),
 )
 

@@ -9,10 +9,12 @@ from typing import Final
 import click
 
 from kogao_core.base import assets
+from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.cli import ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces import landmarks
+from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
 from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here, source
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
@@ -139,6 +141,20 @@ def find_faces(
             ending.NO_FACE,
         )
     return faces
+
+
+def chosen(photo: Photo, faces: Sequence[Face], which: str, doubtful: bool) -> Chosen:
+    """Return what ``--face`` and ``--doubtful`` make of a photo's faces, or stop."""
+    with ending.stopping(ValueError, ending.USAGE):
+        try:
+            return choose(faces, which, Box.of(photo.pixels), doubtful=doubtful)
+        except AllDoubted as doubts:
+            sentence = Text(
+                "{path} stays as it is: {doubts}; --doubtful makes it smaller all the same",
+                path=photo.path,
+                doubts=doubts,
+            )
+            raise ending.Stop(sentence, ending.NO_FACE) from doubts
 
 
 def selected(faces: Sequence[Face], which: str) -> list[Face]:

@@ -100,6 +100,7 @@ def command(
     in_place: bool,
     temporary: bool,
     which: str,
+    doubtful: bool,
     recipe_file: Path | None,
     points_file: Path | None,
     points_map: str | None,
@@ -133,8 +134,8 @@ def command(
     else:
         protection = _protection(photo, lines, width_px, feather_px)
         found = points.faces(photo, points_file, points_map, landmarks, known)
-        chosen = reading.selected(found, which)
-        done = Applied(chosen, recipe, protection, others=_rest(found, chosen))
+        chosen = reading.chosen(photo, found, which, doubtful)
+        done = Applied(chosen.faces, recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()
     bends, note = Bends(()), ""
 
@@ -209,10 +210,6 @@ def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
             check_in_place(photo)
         else:
             check_holds(output, photo.pixels)
-
-
-def _rest(found: Sequence[Face], chosen: Sequence[Face]) -> list[Face]:
-    return [face for face in found if all(face is not one for one in chosen)]
 
 
 def _measured(photo: Photo, rendering: Rendering, done: Applied, finder: BackgroundFinder) -> Bends:

@@ -1,16 +1,19 @@
-"""Why a face that was found may be better left as it is: nobody is sure of it, or it is hidden."""
+"""Which faces are better left alone, and which points of the others better looked at."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final, Literal
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Final, Literal
 
 import numpy as np
 
-from kogao_core.base.geometry import Box
-from kogao_core.faces.face import Face
+from kogao_core.base.geometry import Box, degrees_of
+from kogao_core.base.language import Text
+from kogao_core.faces.face import Face, select
 
-Doubt = Literal["unsure", "cut", "hidden"]
+Reason = Literal["unsure", "cut", "hidden", "on its head"]
 # By the mesh: of 157 portraits one face scores less, of 24 faces in two groups two, both behind
 # others.
 SURE: Final = 0.75
@@ -20,19 +23,48 @@ SEEN: Final = 0.5
 MOST_OUTSIDE: Final = 0.1
 # No portrait of the 157 hides more than 41 % of its landmarks; three faces in the groups hide 59 %.
 MOST_HIDDEN: Final = 0.5
+# A face with more uncertain landmarks than this may well be wrong somewhere.
+MOST_UNCERTAIN: Final = 0.3
+# Rolls, degrees: of a face on its head, and of one that is upright beside it.
+ON_ITS_HEAD: Final = 120.0
+UPRIGHT: Final = 60.0
 
 
-def doubt(face: Face, image: Box) -> Doubt | None:
-    """Return what speaks against changing a face; None if nothing does."""
-    if face.source == "manual":
-        return None
-    if face.score < SURE:
-        return "unsure"
-    if outside(face, image) > MOST_OUTSIDE:
-        return "cut"
-    if hidden(face) > MOST_HIDDEN:
-        return "hidden"
-    return None
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is thought of a face that was found."""
+
+    # What speaks against changing it: it is left alone unless told otherwise.
+    reason: Reason | None = None
+    # Rows of `Face.points` that may be wrong, of a face that isn't left alone.
+    look_at: tuple[int, ...] = ()
+    why: str = ""  # either as part of a sentence; empty where there is nothing to say
+
+    def told(self, number: int) -> str:
+        """Return what there is to know of the face of a number, counted from 1; may be empty."""
+        if self.reason is not None:
+            return Text("face {number} is left alone: {why}", number=number, why=self.why)
+        return Text("face {number}: {why}", number=number, why=self.why) if self.look_at else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON form that `kogao-cli detect --json` gives."""
+        doubt = None if self.reason is None else {"reason": self.reason, "why": self.why}
+        return {"doubt": doubt, "look_at": list(self.look_at)}
+
+
+def verdicts(faces: Sequence[Face], image: Box) -> list[Verdict]:
+    """Return what is thought of each face of a photo.
+
+    Result: nothing speaks against a face placed by hand.
+    """
+    company = any(abs(_roll(face)) < UPRIGHT for face in faces)
+    return [_verdict(face, image, company) for face in faces]
+
+
+def doubtful(faces: Sequence[Face], image: Box) -> frozenset[int]:
+    """Return the indices of the faces that are left alone unless told otherwise, see `verdicts`."""
+    judged = enumerate(verdicts(faces, image))
+    return frozenset(index for index, verdict in judged if verdict.reason is not None)
 
 
 def outside(face: Face, image: Box) -> float:
@@ -44,16 +76,105 @@ def outside(face: Face, image: Box) -> float:
     return float(((points < low) | (points > high)).any(axis=1).mean())
 
 
-def hidden(face: Face) -> float:
-    """Return the share of a face's landmarks that are more likely hidden than seen."""
-    return 0.0 if face.confidence is None else float((face.confidence < SEEN).mean())
+def uncertain(face: Face) -> tuple[int, ...]:
+    """Return the rows of `Face.points` that are more likely hidden than seen."""
+    if face.confidence is None:
+        return ()
+    return tuple(np.flatnonzero(face.confidence < SEEN).tolist())
 
 
-def doubtful(faces: Sequence[Face], image: Box) -> frozenset[int]:
-    """Return the indices of the faces to leave as they are unless told otherwise.
+class AllDoubted(Exception):
+    """Every face that was asked for is better left alone; its message is a sentence of why."""
 
-    Result: those in `doubt`; empty for a photo of one face: it is what the photo was taken for.
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """What is done with the faces of a photo."""
+
+    # Those to make smaller, and those left alone.
+    faces: list[Face]
+    others: list[Face]
+    # Which of those asked for are left alone and why, and whose points are better looked at; empty
+    # where there is none.
+    note: str
+
+
+def choose(faces: Sequence[Face], which: str, image: Box, *, doubtful: bool = False) -> Chosen:
+    """Pick the faces of a photo to make smaller: those asked for, but for doubtful ones.
+
+    Raises AllDoubted.
     """
-    if len(faces) < 2:
-        return frozenset()
-    return frozenset(i for i, face in enumerate(faces) if doubt(face, image) is not None)
+    asked, taken, notes = select(faces, which), [], []
+    for number, (face, verdict) in enumerate(zip(faces, verdicts(faces, image), strict=True), 1):
+        if not any(face is one for one in asked):
+            continue
+        if verdict.reason is None or doubtful:
+            taken.append(face)
+        if verdict.reason is None or not doubtful:
+            notes.append(verdict.told(number))
+    if not taken:
+        raise AllDoubted(Text.joined("; ", notes))
+    others = [face for face in faces if all(face is not one for one in taken)]
+    return Chosen(taken, others, Text.joined("; ", notes))
+
+
+def _verdict(face: Face, image: Box, company: bool) -> Verdict:
+    if face.source == "manual":
+        return Verdict()
+    rows = uncertain(face)
+    share = len(rows) / len(face.points)
+    for reason, speaks, why in _against(face, image, share, company):
+        if speaks:
+            return Verdict(reason, why=why)
+    return Verdict(look_at=rows, why=_points(face, rows)) if share > MOST_UNCERTAIN else Verdict()
+
+
+def _points(face: Face, rows: Sequence[int]) -> Text:
+    """Return which points may be wrong, each part's counted from 1, in one line."""
+    ends = np.cumsum([0, len(face.outline), len(face.eyes), len(face.mouth)]).tolist()
+    outline, eyes, mouth = (
+        " ".join(str(row - first + 1) for row in rows if first <= row < last)
+        for first, last in pairwise(ends)
+    )
+    named = [
+        Text("outline {points}", points=outline) if outline else "",
+        Text("eyes {points}", points=eyes) if eyes else "",
+        Text("mouth {points}", points=mouth) if mouth else "",
+    ]
+    return Text(
+        "look at these points, they may be wrong: {points}", points=Text.joined(", ", named)
+    )
+
+
+def _against(
+    face: Face, image: Box, share: float, company: bool
+) -> Iterator[tuple[Reason, bool, Text]]:
+    """Yield each reason, whether it speaks against a face, and how it is said."""
+    yield (
+        "unsure",
+        face.score < SURE,
+        Text(
+            "it is {n:.0f} % sure that this is a face, less than {least:.0f} %",
+            n=100.0 * face.score,
+            least=100.0 * SURE,
+        ),
+    )
+    yield (
+        "on its head",
+        company and abs(_roll(face)) > ON_ITS_HEAD,
+        Text("it would stand on its head, and others are upright"),
+    )
+    yield (
+        "cut",
+        outside(face, image) > MOST_OUTSIDE,
+        Text("part of it lies outside the photo"),
+    )
+    yield (
+        "hidden",
+        share > MOST_HIDDEN,
+        Text("{n:.0f} % of its landmarks are more likely hidden than seen", n=100.0 * share),
+    )
+
+
+def _roll(face: Face) -> float:
+    return degrees_of(face.eyes[3] - face.eyes[0])

@@ -282,6 +282,7 @@ class Face:
             "outline": self.outline.tolist(),
             "eyes": self.eyes.tolist(),
             "mouth": self.mouth.tolist(),
+            "confidence": None if self.confidence is None else self.confidence.tolist(),
         }
 
 

@@ -53,11 +53,45 @@ def test_an_unsure_face_that_is_switched_on_comes_back_off_when_faces_are_found_
     assert unsure.state.off == {1}
 
 
-def test_the_only_face_of_a_photo_is_on_however_unsure(start, source, photo):
+@pytest.fixture
+def alone(start, source, photo):
+    """A photo of one face, of which the source isn't sure."""
     source.faces = [dataclasses.replace(oval_face(), score=0.43, source="mesh")]
+    return start(photo)
+
+
+def test_the_only_face_of_a_photo_starts_off_too_and_the_bar_says_why(alone):
+    assert alone.state.off == {0}
+    assert alone.panel("faces").item(0).text() == "Face 1\n43 %\nunsure"
+    assert alone.say().startswith("Face 1 is left alone: it is 43 % sure")
+    alone.take_step("all the same")
+    assert alone.state.off == frozenset()
+    assert alone.say() == ""
+    alone.key(KEYS.Key_Z, CONTROL)
+    assert alone.state.off == {0}
+
+
+def test_points_that_may_be_wrong_are_ringed_until_they_are_placed_by_hand(start, source, photo):
+    confidence = np.where(np.arange(27) < 9, 0.2, 0.9)
+    face = dataclasses.replace(oval_face(), score=0.9, source="mesh", confidence=confidence)
+    source.faces = [face]
     driver = start(photo)
+    row = driver.panel("faces").item(0)
     assert driver.state.off == frozenset()
-    assert driver.panel("faces").item(0).text() == "Face 1\n43 %"
+    assert row.text() == "Face 1\n90 %\nlook at it"
+    assert "outline 1 2 3 4 5 6 7 8 9" in row.toolTip()
+    assert is_ringed(driver, 4)
+    assert not is_ringed(driver, 14)
+    driver.drag(driver.on_screen(Handle("outline", 0, 8)), QPoint(0, 3))
+    driver.settle()
+    assert row.text() == "Face 1\n90 %"
+
+
+def is_ringed(driver, index):
+    """Return whether there are pixels of the rings' colour round a landmark."""
+    y, x = at(driver, *driver.state.faces[0].outline[index])
+    around = pixels_of(driver)[y - 12 : y + 13, x - 12 : x + 13]
+    return bool(looks_like(around, glyphs.CENTRE.getRgb()[:3]).any())
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Which faces of a group are better left as they are, and why."""
+"""Which faces are better left alone and why, and which points of others better looked at."""
 
 import dataclasses
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.base.geometry import Box
-from kogao_core.faces.doubt import doubt, doubtful
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.faces.doubt import AllDoubted, Verdict, choose, doubtful, verdicts
 
 IMAGE = Box(0, 0, 480, 360)
 
@@ -16,6 +16,18 @@ def found(*, unsure_landmarks=0, **changes):
     confidence = np.where(np.arange(27) < unsure_landmarks, 0.49, 0.5)
     face = dataclasses.replace(oval_face(), source="mesh", confidence=confidence, score=0.9)
     return dataclasses.replace(face, **changes)
+
+
+def turned(degrees):
+    face = found()
+    turn = Affine.similarity(1.0, degrees, (0.0, 0.0))
+    middle = np.array([240.0, 180.0])
+    return face.mapped(Affine(turn.matrix, middle - turn(middle)))
+
+
+def doubt(face, image=IMAGE):
+    (verdict,) = verdicts([face], image)
+    return verdict.reason
 
 
 @pytest.mark.parametrize(
@@ -31,8 +43,10 @@ def found(*, unsure_landmarks=0, **changes):
         (found(score=0.43, source="manual"), None),
     ],
 )
-def test_a_face_is_doubted_for_its_score_or_what_hides_it(face, why):
-    assert doubt(face, IMAGE) == why
+def test_a_face_is_doubted_for_its_score_or_what_hides_it_alone_and_in_company(face, why):
+    assert doubt(face) == why
+    assert doubtful([face], IMAGE) == ({0} if why else frozenset())
+    assert doubtful([found(), face, found()], IMAGE) == ({1} if why else frozenset())
 
 
 @pytest.mark.parametrize(("outside", "why"), [(2, None), (3, "cut")])
@@ -44,8 +58,51 @@ def test_a_face_is_cut_once_more_than_an_ear_lies_outside_the_photo(outside, why
     assert doubt(found(), image) == why
 
 
-def test_a_photos_only_face_is_never_left_out():
-    unsure = found(score=0.3)
-    assert doubtful([unsure], IMAGE) == frozenset()
-    assert doubtful([], IMAGE) == frozenset()
-    assert doubtful([found(), unsure, found()], IMAGE) == {1}
+@pytest.mark.parametrize(("degrees", "why"), [(100.0, None), (130.0, "on its head")])
+def test_a_face_on_its_head_is_doubted_among_upright_ones(degrees, why):
+    here, upright = turned(degrees), found()
+    assert [one.reason for one in verdicts([here, upright], IMAGE)] == [why, None]
+    assert [one.reason for one in verdicts([here, here], IMAGE)] == [None, None]
+
+
+@pytest.mark.parametrize(("count", "looked_at"), [(8, 0), (9, 9), (13, 13), (14, 0)])
+def test_points_are_to_be_looked_at_from_three_in_ten_up_to_half(count, looked_at):
+    (verdict,) = verdicts([found(unsure_landmarks=count)], IMAGE)
+    assert verdict.look_at == tuple(range(looked_at))
+    assert bool(verdict.why) == (count > 8)
+
+
+def test_points_to_look_at_are_named_by_part_until_they_are_placed_by_hand():
+    confidence = np.ones(27)
+    confidence[[0, 9, 10, 11, 12, 13, 21, 24, 26]] = 0.2
+    face = found(confidence=confidence)
+    (verdict,) = verdicts([face], IMAGE)
+    assert verdict.told(3) == (
+        "face 3: look at these points, they may be wrong: "
+        "outline 1 10 11 12 13 14, eyes 1 4, mouth 2"
+    )
+    assert verdicts([face.with_eye_point(0, (200, 160))], IMAGE) == [Verdict()]
+
+
+def test_faces_asked_for_are_chosen_but_for_doubtful_ones():
+    sure, unsure = found(), found(score=0.4)
+    chosen = choose([sure, unsure], "all", IMAGE)
+    assert chosen.faces == [sure]
+    assert chosen.others == [unsure]
+    assert chosen.note.startswith("face 2 is left alone: it is 40 % sure")
+    every = choose([sure, unsure], "all", IMAGE, doubtful=True)
+    assert (every.faces, every.others, every.note) == ([sure, unsure], [], "")
+    first = choose([sure, unsure], "1", IMAGE)
+    assert (first.faces, first.others, first.note) == ([sure], [unsure], ""), "nobody asked for 2"
+
+
+@pytest.mark.parametrize("which", ["all", "largest", "1"])
+def test_a_photo_whose_faces_are_all_doubtful_has_none_to_work_on(which):
+    with pytest.raises(AllDoubted, match="face 1 is left alone: it is 40 % sure"):
+        choose([found(score=0.4)], which, IMAGE)
+    assert choose([found(score=0.4)], which, IMAGE, doubtful=True).faces
+
+
+def test_a_face_that_is_not_there_is_an_error_doubtful_or_not():
+    with pytest.raises(ValueError, match="no face 2"):
+        choose([found(score=0.4)], "2", IMAGE)

@@ -41,7 +41,8 @@ def test_mapping_there_and_back_is_the_identity():
 
 def test_json_has_the_documented_fields():
     face = json.loads(json.dumps(oval_face().to_dict()))
-    assert list(face) == ["box", "score", "outline", "eyes", "mouth"]
+    assert list(face) == ["box", "score", "outline", "eyes", "mouth", "confidence"]
+    assert face["confidence"] is None, "nobody said how sure the points are"
     assert np.shape(face["outline"]) == (21, 2)
     assert np.shape(face["eyes"]) == (4, 2)
     assert np.shape(face["mouth"]) == (2, 2)

@@ -9,6 +9,7 @@ from shortly import few_of
 from sights import picture_of
 
 from kogao_core.faces.landmarks import MeshSource
+from kogao_core.faces.landmarks.aam import AamSource
 
 # People are in these: an astronaut, and a cameraman in profile.
 PEOPLE = {"astronaut.png", "camera.png"}
@@ -41,3 +42,11 @@ def test_a_strip_longer_than_opencv_warps_has_no_face(
     source: MeshSource, shape: tuple[int, ...]
 ) -> None:
     assert source.find(np.random.default_rng(0).integers(0, 255, shape, np.uint8)) == []
+
+
+@pytest.mark.usefixtures("weights")
+@pytest.mark.skipif(not pictures(), reason="scikit-image isn't installed (extra: bench)")
+@pytest.mark.parametrize("name", few_of(("coins.png", "cell.png", "clock_motion.png"), 1))
+def test_what_the_aam_fits_badly_is_no_face(name: str) -> None:
+    (path,) = (one for one in pictures() if one.name == name)
+    assert AamSource().find(picture_of(path)) == []

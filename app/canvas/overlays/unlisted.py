@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen
 
 from kogao_core.base.geometry import Array
 from kogao_core.faces import reshape
+from kogao_core.faces.doubt import verdicts
 
 from ...document import CORNERS
 from ...i18n import tr
@@ -65,6 +66,24 @@ class FaceNumbers(Overlay):
         """Write the numbers."""
         for badge in badges(self.shown, place, painter.font()):
             glyphs.on_plate(painter, badge.plate, badge.text, bold=badge.chosen)
+
+
+class PointsToLookAt(Overlay):
+    """A wide ring round each landmark that may be wrong, until it is placed by hand."""
+
+    height = 125
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the rings of every active face that is large enough, unless all is hidden."""
+        state = self.shown.state
+        if not self.shown.switched:
+            return
+        for index, verdict in enumerate(verdicts(state.faces, self.shown.image)):
+            face = state.faces[index]
+            if index in state.off or not handles.apart(face, place.zoom):
+                continue
+            for at in place.points(face.points[list(verdict.look_at)]):
+                glyphs.ring(painter, at, glyphs.CENTRE, 1.8)
 
 
 class Draft(Overlay):
@@ -201,7 +220,7 @@ class FollowingBand(Overlay):
 
 
 _UNLISTED: Final[tuple[type[Overlay], ...]] = (
-    *(PixelGrid, FollowingBand, FaceNumbers, Draft),
+    *(PixelGrid, FollowingBand, FaceNumbers, PointsToLookAt, Draft),
     *(Placement, Names, Divider, BrushRing),
 )
 

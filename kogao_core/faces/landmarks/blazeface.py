@@ -21,6 +21,7 @@ SAME_FACE_IOU: Final = 0.3
 WIDE: Final = 4.0
 CLOSE: Final = 1.5
 SURE: Final = 0.9
+ON_ITS_HEAD: Final = 120.0  # degrees
 # A proposal seen at about the wide width and nearly upright needs no second look of that kind.
 _ABOUT_WIDE: Final = (2.0, 6.0)
 _ABOUT_UPRIGHT: Final = 15.0
@@ -109,23 +110,24 @@ class BlazeFace:
 
     def look_closer(
         self, image: Pyramid, box: Detection
-    ) -> tuple[Detection | None, list[Detection] | None]:
+    ) -> tuple[list[Detection], list[Detection] | None]:
         """Return a proposal seen again at a better size, turned upright, and what is beside it.
 
-        None if it is gone; None beside one that needs no second look.
+        The likeliest comes first; behind it what is less likely and turned otherwise. No box if it
+        is gone; None beside one that needs no second look.
         """
         if box.seen_wide and box.score > SURE:
-            return box, None
+            return [box], None
         view = Square(box.center_px, WIDE * box.side_px, box.degrees)
         boxes = self.look(image, view, _LEAST_CLOSER).boxes
         seen = _like(box, boxes)
         beside = [one for one in boxes if one is not seen]
         if seen is not None and seen.score > SURE:
-            return seen, beside
+            return [seen], beside
         # Heads are also found lying or upside down, but less surely, and with eyes where none are.
         turned = (replace(box, degrees=box.degrees + turn) for turn in (90.0, 180.0, 270.0))
-        found = [seen, *(self._best(image, one, WIDE) for one in turned)]
-        return max(filter(None, found), key=lambda one: one.score, default=None), beside
+        found = filter(None, [seen, *(self._best(image, one, WIDE) for one in turned)])
+        return sorted(found, key=lambda one: -one.score), beside
 
     def sight(self, image: Pyramid, box: Detection, sides: float) -> float:
         """Return the probability that a box holds an upright face, in a view `sides` as wide."""
@@ -135,6 +137,11 @@ class BlazeFace:
     def _best(self, image: Pyramid, box: Detection, sides: float) -> Detection | None:
         view = Square(box.center_px, sides * box.side_px, box.degrees)
         return _like(box, self.look(image, view, _LEAST_CLOSER).boxes)
+
+
+def are_opposite(one: Detection, other: Detection) -> bool:
+    """Tell whether one of two boxes stands on its head, as the other sees it."""
+    return abs((one.degrees - other.degrees + 180.0) % 360.0 - 180.0) > ON_ITS_HEAD
 
 
 def _like(box: Detection, boxes: list[Detection]) -> Detection | None:

@@ -73,17 +73,18 @@ class FacemarkSource:
         return in_reading_order(faces)
 
     def _fit(self, image: Pyramid, proposal: Detection) -> search.Fitted | None:
-        box, _ = self._detector.look_closer(image, proposal)
-        if box is None or box.score < LEAST_SCORE:
+        boxes, _ = self._detector.look_closer(image, proposal)
+        if not boxes or boxes[0].score < LEAST_SCORE:
             return None
+        box = boxes[0]
         view = Square(box.center_px, _SIDES_IN_CROP * box.side_px, box.degrees)
         grey = cv2.cvtColor(image.sample(view.to_image, INPUT_PX), cv2.COLOR_RGB2GRAY)
         side = _SIDE * INPUT_PX / _SIDES_IN_CROP
         left = (INPUT_PX - side) / 2.0
         top = left - _UP * side
-        boxes = np.array([[left, top, side, side]]).round().astype(np.int32)
+        frame = np.array([[left, top, side, side]]).round().astype(np.int32)
         with self._lock:
-            done, found = self._facemark.fit(grey, boxes)
+            done, found = self._facemark.fit(grey, frame)
         if not done or np.shape(found[0]) != (1, POINTS, 2) or not np.isfinite(found[0]).all():
             return None
         return search.Fitted(face_of(view.to_image(found[0][0]), box.score), box)

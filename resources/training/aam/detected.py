@@ -46,9 +46,10 @@ class Networks:
         seen: dict[Face, Seen] = {}
 
         def fit(proposal: Detection) -> search.Fitted | None:
-            box, _ = self._detector.look_closer(picture, proposal)
-            if box is None or box.score < _LEAST_SCORE:
+            boxes, _ = self._detector.look_closer(picture, proposal)
+            if not boxes or boxes[0].score < _LEAST_SCORE:
                 return None
+            box = boxes[0]
             mesh, around = self._meshed(picture, box)
             eyes = mesh[list(EYES), :2]
             try:

@@ -24,7 +24,6 @@ from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL: Final = "models/aam.npz"
 _STEEP: Final = 4
-_NO_FACE: Final = 0.1  # less trust than this no real face had
 _MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
 # As in the mesh source: the wide look separates faces from the rest better than the close one.
 _WIDE_SHARE: Final = 0.7
@@ -60,8 +59,9 @@ class AamSource:
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, `in_reading_order`; see `MeshSource.find`.
 
-        `Face.score` is the detector's probability times the trust in the fit; below 0.5 the
-        residual is larger than that of faces that fit well.
+        `Face.score` is the detector's probability times the trust in the fit: 0.5 where the
+        residual is as large as that of the worst faces that fit well. What scores less is no
+        face, unless the detector is sure of it.
         """
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
@@ -101,10 +101,10 @@ class _Photo:
     def face_at(
         self, detector: BlazeFace, proposal: Detection, least: float
     ) -> search.Fitted | None:
-        box, _ = detector.look_closer(self.picture, proposal)
-        if box is None:
+        boxes, _ = detector.look_closer(self.picture, proposal)
+        if not boxes:
             return None
-        sure = box.score
+        box, sure = boxes[0], boxes[0].score
         if sure <= SURE:
             close = detector.sight(self.picture, box, CLOSE)
             sure = _WIDE_SHARE * sure + (1.0 - _WIDE_SHARE) * close
@@ -114,10 +114,12 @@ class _Photo:
         if self.doubts(fitted):
             # A few faces in a hundred are first taken for upside down, or for upright ones.
             over, _ = detector.look_closer(self.picture, _upside_down(box))
-            if over is not None:
-                fitted = min(fitted, self.fit(over), key=lambda one: one.residual)
+            if over:
+                fitted = min(fitted, self.fit(over[0]), key=lambda one: one.residual)
         face = self.face(fitted, sure)
-        return search.Fitted(face, box) if face.score > _NO_FACE * sure else None
+        # A face that the detector is sure of may be hard to fit, as one in company.
+        least = LEAST_IN_COMPANY if sure > SURE else least
+        return search.Fitted(face, box) if face.score > least else None
 
     def fit(self, box: Detection) -> Fit:
         return fit_both_ways(self.model, self.picture, self.model.start.points(box))
