@@ -188,7 +188,8 @@ def render(
             edges = whole or Box.of(photo)
             pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            surrounds = surrounds_of(faces, pairs, recipes, edges, protection)
+            beside = held.neighbours if recipe.hold_background else ()
+            surrounds = surrounds_of(faces, pairs, recipes, edges, protection, beside)
         with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
             inside = edges if recipe.guard else None

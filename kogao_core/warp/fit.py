@@ -46,8 +46,6 @@ _ROUNDS: Final = 2
 _NO_FEATURES: Final = (np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
 # Protected lines are sampled this densely, in lattice spacings.
 STILL_STEP: Final = 0.5
-# A change of more control points than this takes seconds: those of a lattice below R = 0.4.
-_MOST_MOVING: Final = 2000
 # Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
 # exactly, not just nearly, as they were.
 QUANTUM_PX: Final = 2.0**-12
@@ -96,16 +94,6 @@ class Problem:
         # What `np.unique` returns, which loads numpy's masked arrays for it.
         moving = self.movers + self.features
         return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
-
-    @cached_property
-    def moving_nodes(self) -> npt.NDArray[np.int64]:
-        """Those and the ones round the face, unless they are too many to be solved for at once."""
-        if self.surround is None:
-            return self.own_nodes
-        moving = self.surround.window(self.support.first, self.support.shape).any(axis=2).ravel()
-        moving[self.own_nodes] = True
-        nodes = np.flatnonzero(moving)
-        return nodes if len(nodes) <= _MOST_MOVING else self.own_nodes
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -377,16 +365,11 @@ class _Support:
         """Return the lattice with these control points, shape (size, 2)."""
         return Lattice(self.grid, self.first, phi.reshape(*self.shape, 2))
 
-    def design(self, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
-        """Return the weight of each of `nodes` at each of the points that they reach."""
-        (design,) = _designs([self], points_px, [nodes])
-        return design
-
 
 def _designs(
     supports: Sequence[_Support], points_px: Array, nodes: Sequence[npt.NDArray[np.int64]]
 ) -> list[_Design]:
-    """Return the `_Support.design` of each, which is quicker for all together."""
+    """Return the weight of each of `nodes` at the points that they reach, for each support."""
     rows = [np.flatnonzero(one.empty.reaches(points_px)) for one in supports]
     weights = matrices(
         [one.empty.window_at(*points_px[at].T) for one, at in zip(supports, rows, strict=True)]

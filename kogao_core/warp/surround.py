@@ -68,9 +68,8 @@ NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it g
 _SHORT: Final = 0.35
 _INNER: Final = 0.6  # within this rho widths stay
 _CROWN: Final = 1.25  # an unknown forehead's top, in radii of the outline's ends
-_EDGE: Final = (
-    0.6  # of the mean radius: so far inside the photo all goes along, at its edge nothing
-)
+# Of the mean radius: so far inside the photo all goes along, at its edge nothing.
+_EDGE: Final = 0.6
 # In landmark spacings: so near to other faces and protected places nothing, so much farther all.
 _APART: Final = 1.0
 _ALL: Final = 3.0
@@ -95,6 +94,7 @@ class Surround:
     keeps_features: bool  # whether eyes and mouth keep their shape
     photo: Box  # nothing moves across its edge
     protection: Protection  # places that must not move
+    neighbours_px: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
     hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
 
     @cached_property
@@ -189,6 +189,9 @@ class Surround:
         away = self.protection.away_px(points)
         for hull in self.hulls:
             away = np.minimum(away, _beyond(points, hull))
+        if len(self.neighbours_px):
+            apart = points[:, None] - self.neighbours_px
+            away = np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
         return _rise((away / self.face.anchor.spacing_px - _APART) / _ALL)
 
 
@@ -245,8 +248,12 @@ def surrounds_of(
     recipes: Sequence[Recipe],
     photo: Box,
     protection: Protection,
+    neighbours_px: Sequence[Array] = (),
 ) -> tuple[Surround | None, ...]:
-    """Return what surrounds each face; None where its recipe asks for the paper's field."""
+    """Return what surrounds each face; None where its recipe asks for the paper's field.
+
+    `neighbours_px` are points of people beside each face, who don't go along (`Held.neighbours`).
+    """
     hulls = [_hull(face) for face in faces] if len(faces) > 1 else []
     found: list[Surround | None] = []
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
@@ -254,7 +261,8 @@ def surrounds_of(
         if not (follows or keeps) or not pair.displacement_px.any():
             found.append(None)
             continue
-        surround = Surround(face, pair, follows, keeps, photo, protection)
+        beside = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
+        surround = Surround(face, pair, follows, keeps, photo, protection, beside)
         others = (hull for other, hull in enumerate(hulls) if other != k)
         near = tuple(hull for hull in others if surround.is_near(hull))
         found.append(dataclasses.replace(surround, hulls=near))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scenes import mirrored, oval_face, textured_photo
 
+from kogao_core.background import holding
 from kogao_core.background.holding import Held
 from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Affine, Box
@@ -369,16 +370,15 @@ def test_a_line_above_the_face_is_held():
     assert held.residual.max_px < 5e-3
 
 
-@pytest.mark.parametrize(("lattice", "takes_part"), [(1.0, True), (0.5, True), (0.2, False)])
-def test_of_very_many_control_points_those_round_the_face_take_no_part_in_holding(
-    lattice, takes_part
-):
+@pytest.mark.parametrize(("lattice", "halves"), [(1.0, False), (0.5, False), (0.2, True)])
+def test_of_very_many_control_points_holding_uses_a_coarser_lattice(lattice, halves):
     face, recipe = face_at(), dataclasses.replace(ON, lattice=lattice)
     pairs = aim(face, recipe)
     surrounds = surrounds_of([face], [pairs], [recipe], PHOTO, Protection())
     (problem,) = problems_of([pairs], [face.anchor], [recipe], surrounds=surrounds)
-    assert (len(problem.moving_nodes) > len(problem.own_nodes)) == takes_part
-    assert len(problem.moving_nodes) <= max(2000, len(problem.own_nodes))
+    grid, _, (rows, columns) = holding._nodes_of(problem)
+    assert (grid.spacing_px > problem.grid.spacing_px) == halves
+    assert rows * columns <= holding._MOST_NODES
 
 
 @pytest.mark.parametrize("fit_name", FITS)
