@@ -78,8 +78,10 @@ _EYE: Final = np.array(
     [(-1.15, 0), (-0.5, 0.55), (0.5, 0.55), (1.15, 0), (0.5, -0.55), (-0.5, -0.55)]
 )
 _MOUTH: Final = np.array([(-1, 0), (-0.4, 0.3), (0.4, 0.3), (1, 0), (0.4, -0.3), (-0.4, -0.3)])
+# Features get smaller by this share of what the face does: so they keep off its edge.
+_SHRINK: Final = 0.4
 # How little a feature gives way to the outline, and from which rho on it does so more and more.
-_SLACK: Final = 0.005
+_SLACK: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
 _STEPS: Final = 8  # of the fixed point that tells where the middle of a feature goes
 
@@ -125,14 +127,22 @@ class Surround:
     def features(self) -> tuple[Array, Array, Array]:
         """Points round eyes and mouth, (M, 2), where they go, and how much they give way, (M,).
 
-        Each feature is shifted by as much as its middle; none where features aren't kept.
+        Each feature is shifted by as much as its middle, and all are scaled alike; none where
+        features aren't kept.
         """
         if not self.keeps_features:
             return np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0)
         eyes, mouth = self.face.eyes, self.face.mouth
         rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
         source = np.vstack(rings)
-        target = np.vstack([ring + self._shift(ring.mean(axis=0)) for ring in rings])
+        middles = [ring.mean(axis=0) for ring in rings]
+        scale = 1.0 - _SHRINK * float(np.abs(_end_shares(self.pairs)).mean())
+        target = np.vstack(
+            [
+                middle + self._shift(middle) + scale * (ring - middle)
+                for ring, middle in zip(rings, middles, strict=True)
+            ]
+        )
         rho, _ = self._rim.at(target)
         near = _rise((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
         return source, target, _SLACK / np.maximum(1.0 - near, 1e-6)
