@@ -23,10 +23,12 @@ DECREASE: Final = "Decrease"
 NOTHING: Final = VoidPtr(0)
 
 
-_INTERFACES: Final[dict[type[QObject], Callable[[Any], QAccessibleInterface]]] = {}
+# None is for those that Qt tells well enough.
+_Interface = Callable[[Any], QAccessibleInterface | None]
+_INTERFACES: Final[dict[type[QObject], _Interface]] = {}
 
 
-def speak(kind: type[QObject], interface: Callable[[Any], QAccessibleInterface]) -> None:
+def speak(kind: type[QObject], interface: _Interface) -> None:
     """Tell Qt which interface objects of a kind have; it holds for as long as the program runs."""
     if not _INTERFACES:
         QAccessible.installFactory(_interface)

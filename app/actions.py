@@ -34,7 +34,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *("fit", "actual", "closer", "farther", None),
             *every("overlay-"),
             *("hide-overlays", None),
-            *("panels", "hide-panels", "move-panels", None),
+            *("panels", "hide-panels", "move-panels", "more-settings", None),
             *every("workspace-"),
             "reset-workspace",
         ),

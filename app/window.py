@@ -29,6 +29,7 @@ from .widgets.dialogs import files_in
 from .widgets.docks import ColumnArea, Dock, Docks, RowArea
 from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
 from .widgets.messages import MessageBar, StatusLine
+from .widgets.radio import tell_choices
 from .workspaces import WORKSPACES, Workspace
 
 _SIDE_PX = 296
@@ -71,6 +72,7 @@ class Window(QMainWindow):
         there = (*first, *self.actions_by_name)
         self.actions_by_name = {name: self.actions_by_name[name] for name in there}
         self._fill_menus(menus)
+        tell_choices()
         self._add_toolbar()
         self.setCentralWidget(self.stage)
         side, below = QWidget(), []

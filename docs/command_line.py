@@ -17,6 +17,8 @@ from kogao_core.cli.words import Group
 PAGE: Final = Path(__file__).with_name("command-line.md")
 _HEAD: Final = """# The command line
 
+[日本語](ja/command-line.md)
+
 Made by `python docs/command_line.py` from what `kogao-cli COMMAND --help` knows; defaults are in
 brackets. The editor's own options are in [editor.md](editor.md).
 

@@ -23,9 +23,6 @@ _FIRST: Final = "editor.md"
 _SIZE_PX: Final = (880, 660)
 _PICTURE_PX: Final = 680
 _TITLE: Final = re.compile(r"^# (.*)$", re.MULTILINE)
-# In writing without spaces the end of a line is none, unless another block begins there.
-_WIDE: Final = "[\u3000-\u30ff\u4e00-\u9fff\uff00-\uffef]"
-_NO_SPACE: Final = re.compile(f"(?<={_WIDE})\n(?={_WIDE})|(?<=[、。])\n(?![-#|>\\s]|\\d+\\. )")
 _NOT_IN_ANCHORS: Final = re.compile(r"[^\w\- ]")
 
 
@@ -51,8 +48,6 @@ class Pages(QTextBrowser):
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
         """Return a page, or a picture no wider than the text."""
         loaded = super().loadResource(kind, name)
-        if kind == QTextDocument.ResourceType.MarkdownResource.value:
-            return _NO_SPACE.sub("", bytes(loaded).decode())
         if kind != QTextDocument.ResourceType.ImageResource.value:
             return loaded
         picture = QImage(self.source().resolved(QUrl(name)).toLocalFile())

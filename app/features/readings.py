@@ -117,7 +117,7 @@ class _Domains(QWidget):
         whole = max(1, counts.get("image", 0))
         for name, (pixels, share, saved) in self.rows.items():
             count = counts.get(name, 0)
-            pixels.setText(tr("{n:,} px", n=count).replace(",", "\u2009"))
+            pixels.setText(tr("{n:,} px", n=count))
             share.setText(tr("{n:.1f} %", n=100 * count / whole))
             saved.setText(tr("{n:.1f} % saved", n=100 * (1 - count / whole)))
 

@@ -2,8 +2,9 @@
 
 ``python docs/pictures/make.py docs/pictures [SHEETS]``
 
-With the folder that has SFHQ's sheets of generated faces, the moving picture of the README is made,
-too. The window in Japanese needs a font with Japanese letters (Debian: fonts-noto-cjk).
+With the folder that has SFHQ's sheets of generated faces, the moving picture of the README and the
+gallery are made, too. The window in Japanese needs a font with Japanese letters (Debian:
+fonts-noto-cjk).
 """
 
 from __future__ import annotations
@@ -51,7 +52,14 @@ ORANGE: Final = (230, 159, 0)  # Okabe and Ito's
 SHEET: Final = "sheet02.jpg"
 TILES: Final = ((930, 52), (930, 1024), (2759, 1024))
 TILE_PX: Final = 890
+# Of another: two larger ones.
+LARGE_SHEET: Final = "sheet01.jpg"
+LARGE_TILES: Final = ((12, 86), (1852, 86))
+LARGE_TILE_PX: Final = 1796
 WIDE_PX: Final = 276
+GALLERY_PX: Final = 300
+AMOUNTS: Final = (0.0, 4.0, 8.0)
+FOLLOWS: Final = (0.0, 50.0, 100.0)
 STEPS: Final = 8
 HELD_MS: Final = 1100
 STEP_MS: Final = 70
@@ -60,8 +68,7 @@ LARGEST_BYTES: Final = 600_000
 
 def faces(sheets: Path) -> bytes:
     """Return three generated faces as an animated WebP, while the amount goes up and down again."""
-    sheet = read(sheets / SHEET).pixels
-    tiles = [sheet[y : y + TILE_PX, x : x + TILE_PX] for x, y in TILES]
+    tiles = _tiles(sheets / SHEET, TILES, TILE_PX)
     frames = [_frame(tiles, PERCENT * step / STEPS) for step in range(STEPS + 1)]
     there_and_back = [*frames, *frames[-2:0:-1]]
     held = [HELD_MS if step in (0, STEPS) else STEP_MS for step in range(len(there_and_back))]
@@ -93,12 +100,40 @@ def _frame(tiles: list[Image], percent: float) -> PIL.Image.Image:
     return frame
 
 
-def _warped(tile: Image, percent: float) -> Image:
+def _tiles(sheet: Path, corners: tuple[tuple[int, int], ...], side_px: int) -> list[Image]:
+    pixels = read(sheet).pixels
+    return [pixels[y : y + side_px, x : x + side_px] for x, y in corners]
+
+
+def gallery(sheets: Path) -> dict[str, bytes]:
+    """Return the sample and five generated faces, by amount and by how far the head follows."""
+    faces = [
+        read(assets.sample()).pixels[60:760, 100:800],
+        *_tiles(sheets / SHEET, TILES, TILE_PX),
+        *_tiles(sheets / LARGE_SHEET, LARGE_TILES, LARGE_TILE_PX),
+    ]
+    made = {}
+    for number, face in enumerate(faces, 1):
+        amounts = [_warped(face, percent) for percent in AMOUNTS]
+        follows = [_warped(face, AMOUNTS[-1], "--head-follows", f"{far:g}") for far in FOLLOWS]
+        made[f"gallery-{number}-amount.jpg"] = _side_by_side(amounts)
+        made[f"gallery-{number}-follows.jpg"] = _side_by_side(follows)
+    return made
+
+
+def _side_by_side(pictures: list[Image]) -> bytes:
+    side = (GALLERY_PX, GALLERY_PX)
+    small = [cv2.resize(one[..., :3], side, interpolation=cv2.INTER_AREA) for one in pictures]
+    gap = np.full((GALLERY_PX, GAP_PX // 2, 3), 255, np.uint8)
+    return _jpeg(np.hstack([small[0], gap, small[1], gap, small[2]]))
+
+
+def _warped(tile: Image, percent: float, *options: str) -> Image:
     """Return what ``kogao-cli warp`` makes of a picture by itself."""
     with tempfile.TemporaryDirectory() as folder:
         before, after = Path(folder, "before.png"), Path(folder, "after.png")
         cv2.imwrite(str(before), cv2.cvtColor(tile, cv2.COLOR_RGB2BGR))
-        _kogao_cli("warp", before, "-o", after, "--percent", f"{percent:g}")
+        _kogao_cli("warp", before, "-o", after, "--percent", f"{percent:g}", *options)
         return read(after).pixels
 
 
@@ -203,11 +238,13 @@ def main(arguments: list[str]) -> None:
     folder = Path(arguments[0])
     folder.mkdir(parents=True, exist_ok=True)
     if arguments[1:]:
-        put(faces(Path(arguments[1])), folder / "faces.webp")
+        sheets = Path(arguments[1])
+        for name, picture in {"faces.webp": faces(sheets), **gallery(sheets)}.items():
+            put(picture, folder / name)
     for make in (before_after, blocks, templates, doses):
         put(_jpeg(make()), folder / f"{make.__name__.replace('_', '-')}.jpg")
-    for name, picture in drawn().items():
-        put(picture, folder / name)
+    for name, figure in drawn().items():
+        put(figure, folder / name)
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     edit_window(folder / "edit.png")
     for name, options in WINDOWS.items():

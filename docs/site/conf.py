@@ -33,11 +33,27 @@ html_favicon = str(Path(__file__).parents[2] / "resources/desktop/org.kogao.Koga
 html_logo = html_favicon
 html_show_sourcelink = False
 
-USE = ("docs/install", "docs/editor", "docs/command-line", "docs/hosts", "docs/fidelity")
+USE = (
+    "docs/gallery",
+    "docs/install",
+    "docs/editor",
+    "docs/command-line",
+    "docs/hosts",
+    "docs/fidelity",
+)
 LIBRARY = ("docs/python", "docs/api", "docs/interchange")
 MEASURED = ("docs/experiments", "docs/study", "docs/landmarks", "docs/engine")
-JAPANESE = ("README.ja", "docs/ja/editor", "docs/ja/command-line", "docs/japanese")
-WITHIN = ("docs/decisions/README", "ARCHITECTURE", "docs/extending", "CONTRIBUTING", "CHANGELOG")
+JAPANESE = (
+    "README.ja",
+    "docs/ja/gallery",
+    "docs/ja/editor",
+    "docs/ja/command-line",
+    "docs/japanese",
+)
+WITHIN = (
+    *("docs/decisions/README", "ARCHITECTURE", "docs/glossary", "docs/extending"),
+    *("CONTRIBUTING", "CHANGELOG"),
+)
 FACES = ("docs/pictures/ATTRIBUTION", "resources/samples/ATTRIBUTION")
 CHAPTERS = {
     "Using it": USE,

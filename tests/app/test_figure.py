@@ -36,9 +36,7 @@ def test_the_legend_tells_the_domains_with_their_pixels(inspected):
     counts = inspected.editor.view.frame.rendering.pixel_counts
     share = 100 * counts["threshold"] / counts["image"]
     (row,) = [text for text in legend(inspected) if text.startswith("Threshold")]
-    assert (
-        row.replace("\N{THIN SPACE}", "") == f"Threshold: {counts['threshold']} px, {share:.1f} %"
-    )
+    assert row == f"Threshold: {counts['threshold']:,} px, {share:.1f} %"
 
 
 def test_a_figure_holds_canvas_legend_caption_and_figures(inspected, tmp_path):

@@ -9,6 +9,7 @@ from kogao_app.features import recipe as choices
 from kogao_app.features.recipe import fields
 from kogao_app.features.recipe.panel import RecipePanel
 from kogao_app.i18n import bare
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox
 from scenes import oval_face, textured_photo
 
@@ -131,3 +132,23 @@ def test_sliders_and_buttons_stay_within_the_ranges(panel):
         low, high = SETTINGS[field].within
         assert low <= scale.value(scale.low) < scale.value(scale.high) <= high
     assert len(panel.centre.group.buttons()) == len(CENTERS) == SETTINGS["center"].within[1]
+
+
+def test_more_has_a_key_that_leads_into_it_and_back(opened):
+    panel = opened.panel("recipe")
+    opened.window.activateWindow()
+    opened.qtbot.waitUntil(opened.window.isActiveWindow)
+    both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+    for workspace in ("retouch", "compare"):
+        opened.window.actions_by_name[f"workspace-{workspace}"].trigger()
+        assert not panel.zones.button.isVisible()
+        opened.key(Qt.Key.Key_M, both)
+        assert panel.zones.button.isVisible()
+        assert panel.centre.group.checkedButton().hasFocus()
+        opened.key(Qt.Key.Key_M, both)
+        assert not panel.zones.button.isVisible()
+        assert panel.percent.slider.hasFocus()
+    opened.window.actions_by_name["workspace-inspect"].trigger()
+    opened.key(Qt.Key.Key_M, both)
+    assert panel.zones.button.isVisible(), "there it always is"
+    assert panel.centre.group.checkedButton().hasFocus()

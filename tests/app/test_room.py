@@ -32,6 +32,7 @@ from PySide6.QtWidgets import (
 )
 
 LEAST = (1024, 700)
+TWICE = (800, 500)
 # A theme has colours of its own, not sizes: each is seen with some of these.
 in_sizes = pytest.mark.parametrize(
     ("share", "dress"), [(1.0, theme.DARK), (1.5, theme.LIGHT), (2.0, theme.DARK)]
@@ -140,6 +141,17 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share
             for size in ((1280, 800), LEAST):
                 driver.window.resize(*size)
                 driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, size, (name, mode)))
+
+
+@pytest.mark.parametrize("workspace", WORKSPACES)
+def test_a_small_screen_at_twice_the_size_shows_the_whole_window(start, photo, workspace):
+    """A screen of 1600 by 1000 at 200 % has half as many px to lay out."""
+    driver = start(photo, workspace=workspace)
+    driver.unfold()
+    driver.settle()
+    driver.window.resize(*TWICE)
+    driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, TWICE, workspace))
+    assert driver.window.statusBar().geometry().bottom() < TWICE[1]
 
 
 @in_sizes

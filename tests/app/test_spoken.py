@@ -8,12 +8,15 @@ import pytest
 from kogao_app.canvas.spoken import Part
 from kogao_app.features import speech
 from kogao_app.features.recipe import fields
+from kogao_app.features.recipe.fields import CenterChoice
 from kogao_app.view_state import Handle
 from kogao_app.widgets.messages import BarAction
+from kogao_app.widgets.radio import tell_choices
 from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -85,6 +88,41 @@ def test_a_slider_is_asked_for_everything_that_a_screen_reader_asks(opened):
     assert slider.childCount() == 0
     assert slider.state().focusable
     assert slider.rect().size() == slider.object().size()
+
+
+def test_what_excludes_each_other_is_told_as_radio_buttons(opened):
+    opened.window.actions_by_name["workspace-inspect"].trigger()
+    centre = opened.panel("recipe").centre.group.buttons()
+    tools = opened.window.actions_by_name
+    named = ("workspace-retouch", "workspace-inspect", "mode-manual", "tool-brush", "loupe")
+    buttons = {
+        name: next(one for one in tools[name].associatedObjects() if isinstance(one, QToolButton))
+        for name in named
+    }
+    radio = QAccessible.Role.RadioButton
+    assert {of(one).role() for one in centre} == {radio}
+    assert len(centre) == 4
+    assert [of(buttons[name]).role() == radio for name in named] == [True] * 4 + [False]
+    assert [of(one).state().checked for one in centre] == [False, True, False, False]
+    assert of(centre[2]).text(TEXT.Name) == "Centre 3"
+    of(centre[2]).actionInterface().doAction("Press")
+    assert [of(one).state().checked for one in centre] == [False, False, True, False]
+    assert opened.state.recipe.center == 3
+    of(centre[0]).actionInterface().doAction("SetFocus")
+    assert of(centre[0]).state().focused
+    assert of(centre[0]).state().checkable
+    assert of(buttons["workspace-inspect"]).state().checked
+
+
+def test_choices_come_and_go_while_they_are_asked(qtbot):
+    tell_choices()
+    for _ in range(50):
+        choice = CenterChoice()
+        qtbot.addWidget(choice)
+        assert of(choice.group.button(1)).role() == QAccessible.Role.RadioButton
+        choice.deleteLater()
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
 
 
 def test_sliders_come_and_go_while_they_are_asked(qtbot):

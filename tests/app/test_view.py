@@ -283,7 +283,7 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
     assert counts["image"] == pixels.shape[0] * pixels.shape[1]
     shown = opened.panel("readings").domains.rows
     for name, count in counts.items():
-        assert shown[name][0].text().replace("\u2009", "") == f"{count} px"
+        assert shown[name][0].text() == f"{count:,} px"
     warp = opened.panel("readings").timings.rows["warp"][1].text()
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
 

@@ -20,6 +20,8 @@ DOCUMENTS = [
 WIDTH = 100
 # What nobody wraps: tables, links longer than a line, and lines to be copied into a terminal.
 UNWRAPPED = re.compile(r"\||    |[!-~]*$|!?\[[^\]]*\]\([^ ]*\)$")
+# Where there are no spaces there is no place to break a line: browsers would show it as one.
+WIDE = "[\u3000-\u30ff\u4e00-\u9fff\uff00-\uffef]"
 
 by_name = pytest.mark.parametrize(
     "path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT).with_suffix(""))
@@ -44,7 +46,29 @@ def headings(path):
 @by_name
 def test_lines_are_wrapped(path):
     long = [line for line in prose(path).splitlines() if columns(line) > WIDTH]
-    assert [line for line in long if not UNWRAPPED.match(line)] == []
+    assert [line for line in long if not UNWRAPPED.match(line) and not re.search(WIDE, line)] == []
+
+
+@by_name
+def test_no_line_breaks_where_japanese_has_no_space(path):
+    break_ = f"{WIDE}(?:\\*\\*)?\n(?:\\*\\*)?{WIDE}|[、。]\n(?!\\Z|[-#|>\\s]|\\d+\\. |!\\[)"
+    assert re.findall(f".*(?:{break_}).*", prose(path)) == []
+
+
+@by_name
+def test_no_space_stands_between_japanese_letters(path):
+    shown = re.sub(r"`[^`]*`", "x", prose(path))
+    assert re.findall(f".*{WIDE}[ \u2009\u202f]+{WIDE}.*", shown) == []
+
+
+def test_pages_in_two_languages_lead_to_each_other():
+    translated = sorted((ROOT / "docs" / "ja").glob("*.md"))
+    assert len(translated) == 3
+    for page in translated:
+        assert f"[English](../{page.name})" in read(page)
+        assert f"[日本語](ja/{page.name})" in read(ROOT / "docs" / page.name)
+    assert "[English](README.md)" in read(ROOT / "README.ja.md")
+    assert "[日本語](README.ja.md)" in read(ROOT / "README.md")
 
 
 @by_name

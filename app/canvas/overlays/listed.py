@@ -83,7 +83,7 @@ class Legend(Overlay):
         counts = self.shown.counts
         for domain in DOMAINS:
             share = 100 * counts[domain.name] / max(1, counts["image"])
-            px = f"{counts[domain.name]:,}".replace(",", "\N{THIN SPACE}")
+            px = f"{counts[domain.name]:,}"
             text = tr("{title}: {px} px, {n:.1f} %", title=translated(domain.title), px=px, n=share)
             yield glyphs.hatch_mark(domain.name), text
 

@@ -71,6 +71,13 @@ class RecipeEditing(Feature):
             tr("Forget the settings of this face's own"),
             self.follow_photo,
         )
+        self.add_action(
+            "more-settings",
+            tr("Mor&e settings"),
+            "Ctrl+Shift+M",
+            tr("Show or hide the settings under “More”"),
+            self.panel.toggle_more,
+        )
         self.enable_with_photo(self.panel.allow)
 
     def begin_with(self, recipe: Recipe) -> None:

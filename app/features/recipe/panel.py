@@ -107,6 +107,15 @@ class RecipePanel(QWidget):
             reading.setHidden(plain)
         self.clear_readings()
 
+    def toggle_more(self) -> None:
+        """Open what folds away and lead the keys there, or fold it away again."""
+        title = self.more.button
+        if not title.isHidden():
+            title.toggle()
+        shown = title.isHidden() or title.isChecked()
+        first = self.centre.group.checkedButton() if shown else None
+        (first or self.percent.slider).setFocus()
+
     def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show the recipe of the chosen face, or the photo's and what it means for the first."""
         recipe = state.recipe_of(chosen)
