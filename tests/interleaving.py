@@ -40,8 +40,7 @@ from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 
 _SIZE = (240, 180)
-# How long an edit may be on no disk, s; and when it counts as lost rather than late.
-LATEST_S, LOST_S = 0.5, LONGEST_S
+LOST_S = LONGEST_S  # an edit that is on no disk by then counts as lost, s
 
 
 class Interleaving:

@@ -90,8 +90,7 @@ def test_on_a_fine_screen_100_percent_is_one_pixel_each():
 
 
 def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monkeypatch):
-    """Opening, finding, rendering and saving each wait for the window; how long it takes is timed
-    by ``tests/benchmarks/stalls.py``."""
+    """Opening, finding, rendering and saving each wait for the window."""
     meanwhile = Meanwhile()
     work = [(opening, "read"), (retouch, "write"), (retouch, "render"), (live, "render")]
     for module, name in work:

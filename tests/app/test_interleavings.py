@@ -1,4 +1,4 @@
-"""The short interleavings; the long ones are ``tests/benchmarks/interleavings.py``."""
+"""Edits, saves, full disks and crashes in any order lose no edit."""
 
 import pytest
 from interleaving import Interleaving

@@ -1,4 +1,4 @@
-"""The short soak; the long one is ``tests/benchmarks/soak.py``."""
+"""Many edits at random end where a fresh render does."""
 
 from soaking import RandomUser, equals_a_fresh_render
 
