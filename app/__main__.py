@@ -47,11 +47,16 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
             return _end(lacks)
         return _run(options, source, hears=argv is None)
     except ImportError:
-        from kogao_core.cli.doctor import incomplete
-
-        if lacks := incomplete():
+        if lacks := _incomplete():
             return _end(lacks)
         raise
+
+
+def _incomplete() -> str:
+    """Return what this installation lacks; empty if it is whole."""
+    from kogao_core.cli.doctor import incomplete  # takes as long to load as most commands
+
+    return incomplete()
 
 
 def _lacking(options: argparse.Namespace) -> str:
@@ -63,9 +68,7 @@ def _lacking(options: argparse.Namespace) -> str:
     if "QT_QPA_PLATFORM" in os.environ:
         return ""
     if installed.missing_libraries():
-        from kogao_core.cli.doctor import incomplete  # takes as long to load as most commands
-
-        return incomplete()
+        return _incomplete()
     return "" if _has_display() else tr("there is no display here; kogao-cli works without one")
 
 
@@ -217,7 +220,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _names(text: str) -> frozenset[str]:
-    from .screenshot import names
+    from .screenshot import names  # loads Qt
 
     asked = frozenset(text.split(","))
     unknown = sorted(asked - names())

@@ -138,11 +138,10 @@ class Editor(QObject):
     def _add_experiments(self, context: Context) -> QAction:
         """Add what the laboratory has for the menus, and return what compares methods."""
         # The door to the laboratory: where its folder isn't, these can't be loaded.
-        from .features.experiments import Experiments
-        from .features.experiments.rating import Rating
+        from .features.experiments import Experiments, rating
 
         self.experiments = Experiments(context, self.landmarks, self.manual)
-        self.rating = Rating(context)
+        self.rating = rating.Rating(context)
         return self.experiments.starts["methods"]
 
     def _mount(self) -> None:

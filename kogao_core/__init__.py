@@ -14,6 +14,8 @@ Examples
 
 from __future__ import annotations
 
+from importlib import import_module as _import_module
+
 TYPE_CHECKING = False  # loading `typing` takes ten times as long as all else here
 if TYPE_CHECKING:
     from typing import Any
@@ -77,11 +79,9 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    from importlib import import_module
-
     for module, names in _HOMES.items():
         if name in names:
-            found = getattr(import_module(f"{__name__}.{module}"), names[name])
+            found = getattr(_import_module(f"{__name__}.{module}"), names[name])
             globals()[name] = found
             return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from patience import LONGEST_S
+from timeouts import LONGEST_S
 
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),

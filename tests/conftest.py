@@ -25,7 +25,7 @@ from types import ModuleType
 
 import pytest
 from PIL import Image
-from strangely import Strange
+from pseudolocale import PseudoTranslations
 
 from kogao_core.base import assets, language
 from kogao_core.batch import Workers
@@ -125,9 +125,9 @@ def gathered(catalogues: ModuleType) -> frozenset[str]:
 
 
 @pytest.fixture
-def strange(english: None, gathered: frozenset[str], monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001
+def pseudolocale(english: None, gathered: frozenset[str], monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001
     """A language that nobody speaks has the word, in the libraries that say ours, too."""
-    catalogue = Strange(gathered)
+    catalogue = PseudoTranslations(gathered)
     language.use_catalogue("xx", catalogue)
     monkeypatch.setattr(gettext, "dgettext", lambda _, text: catalogue.gettext(text))
     monkeypatch.setattr(gettext, "dngettext", lambda _, *counted: catalogue.ngettext(*counted))

@@ -18,12 +18,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from bookkeeping import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
+from crash_oracle import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
 from kogao_app.document import State
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
-from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -34,14 +33,14 @@ from PySide6.QtWidgets import (
     QPushButton,
 )
 from scenes import KnownFaces, oval_face, textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 
 _SIZE = (240, 180)
-# How long an edit may be on no disk, s; and when it counts as lost rather than late.
-LATEST_S, LOST_S = 0.5, LONGEST_S
+LOST_S = LONGEST_S  # an edit that is on no disk by then counts as lost, s
 
 
 class Interleaving:

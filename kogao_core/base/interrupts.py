@@ -94,11 +94,10 @@ def _copied(descriptor: int) -> int | None:
 
 def _end_children() -> None:
     """End the processes that this one has started to share its work, and wait for them."""
-    if "multiprocessing.process" not in sys.modules:
+    multiprocessing = sys.modules.get("multiprocessing.process")
+    if multiprocessing is None:
         return
-    from multiprocessing import active_children
-
-    children = active_children()
+    children = multiprocessing.active_children()
     for child in children:
         child.terminate()
     end = time.monotonic() + _CHILDREN_S

@@ -15,6 +15,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from tempfile import TemporaryFile
 from typing import IO, Final, TypeVar
 
 _Result = TypeVar("_Result")
@@ -106,8 +107,6 @@ def _memory() -> IO[bytes] | None:
         if sys.platform == "linux":
             return os.fdopen(os.memfd_create("stderr"), "w+b")
         else:  # noqa: RET505 (mypy knows platforms by it)
-            from tempfile import TemporaryFile
-
             return TemporaryFile()
     except OSError:
         return None

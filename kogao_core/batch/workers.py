@@ -77,7 +77,7 @@ class Workers:
 
         Raises NoWorkers.
         """
-        from distributed import Client
+        from distributed import Client  # an extra
 
         client = Client(address, timeout=_ANSWER_S)
         try:

@@ -148,7 +148,7 @@ def run(arguments: Sequence[str] | None) -> int:
             UNREADABLE,
         )
     except ImportError as error:
-        from kogao_core.cli.doctor import incomplete
+        from kogao_core.cli.doctor import incomplete  # rarely needed, and slow to load
 
         lacks = incomplete()
         return _end(lacks, BROKEN) if lacks else _unforeseen(error)
@@ -158,7 +158,7 @@ def run(arguments: Sequence[str] | None) -> int:
 
 
 def _unforeseen(error: Exception) -> int:
-    from kogao_core.warp.limits import OutOfBounds
+    from kogao_core.warp.limits import OutOfBounds  # loads numpy
 
     if isinstance(error, OutOfBounds):
         return _end(translated(error), USAGE)

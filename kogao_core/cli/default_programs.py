@@ -12,6 +12,8 @@ from configparser import ConfigParser, Error
 from pathlib import Path
 from typing import Final
 
+from kogao_core.base.atomic import put
+
 _NAMED: Final = "Default Applications"
 _ADDED: Final = "Added Associations"
 _REMOVED: Final = "Removed Associations"
@@ -113,7 +115,5 @@ def _lines(file: Path) -> list[str]:
 
 
 def _write(lines: list[str], file: Path) -> None:
-    from kogao_core.base.atomic import put
-
     file.parent.mkdir(parents=True, exist_ok=True)
     put("".join(f"{line}\n" for line in lines).encode(), file)

@@ -23,13 +23,13 @@ from kogao_app.view_state import Handle
 from kogao_app.widgets import messages
 from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window
-from patience import LONGEST_S
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QFont, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 from scenes import KnownFaces, oval_face, textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.lab.reports.report import Table
 

@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.features.batch import dialog as views
-from meanwhile import Meanwhile
-from patience import LONGEST_S
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from responsiveness import Responsiveness
+from timeouts import LONGEST_S
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
@@ -212,14 +212,14 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path, few_at_
 
 
 def test_the_window_answers_while_a_batch_runs(empty, folder, tmp_path, monkeypatch):
-    meanwhile = Meanwhile()
-    monkeypatch.setattr(batch, "plan", meanwhile.led("planning", batch.plan))
-    monkeypatch.setattr(batch, "run", meanwhile.followed("running", batch.run))
+    window = Responsiveness()
+    monkeypatch.setattr(batch, "plan", window.delayed("planning", batch.plan))
+    monkeypatch.setattr(batch, "run", window.delayed_items("running", batch.run))
     box = asked(empty, folder)
     box.form.folder.setText(str(tmp_path / "out"))
     box.form.jobs.setValue(1)
     click(box.go)
     finish(empty)
     assert "3 of 3" in box.note.text()
-    assert meanwhile.answered == {"planning", "running"}
-    assert meanwhile.stalled == set()
+    assert window.answered == {"planning", "running"}
+    assert window.stalled == set()

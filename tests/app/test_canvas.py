@@ -10,8 +10,8 @@ import numpy as np
 from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.features.files import opening
 from kogao_app.render import live
-from meanwhile import Meanwhile
 from PySide6.QtCore import QPointF, Qt
+from responsiveness import Responsiveness
 from test_overlays import at, hide_marks, pixels_of
 
 from kogao_core import retouch
@@ -90,13 +90,12 @@ def test_on_a_fine_screen_100_percent_is_one_pixel_each():
 
 
 def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monkeypatch):
-    """Opening, finding, rendering and saving each wait for the window; how long it takes is timed
-    by ``tests/benchmarks/stalls.py``."""
-    meanwhile = Meanwhile()
+    """Opening, finding, rendering and saving each wait for the window."""
+    window = Responsiveness()
     work = [(opening, "read"), (retouch, "write"), (retouch, "render"), (live, "render")]
     for module, name in work:
-        monkeypatch.setattr(module, name, meanwhile.led(name, getattr(module, name)))
-    source.find = meanwhile.led("find", source.find)
+        monkeypatch.setattr(module, name, window.delayed(name, getattr(module, name)))
+    source.find = window.delayed("find", source.find)
     empty.open(photo)
     slider = empty.panel("recipe").percent.slider
     empty.press_key(slider, KEYS.Key_PageUp)
@@ -106,5 +105,5 @@ def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monke
     empty.editor.files.save(tmp_path / "copy.png")
     empty.settle()
     assert (tmp_path / "copy.png").is_file()
-    assert meanwhile.answered == {"read", "find", "render", "write"}
-    assert meanwhile.stalled == set()
+    assert window.answered == {"read", "find", "render", "write"}
+    assert window.stalled == set()

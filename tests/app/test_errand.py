@@ -9,10 +9,10 @@ from kogao_app.__main__ import main
 from kogao_app.features import errand
 from kogao_app.features.files.options import SavingDialog
 from kogao_app.window import Window
-from patience import LONGEST_S
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
 from scenes import textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.base.originals import Originals
 from kogao_core.photo import read

@@ -9,7 +9,7 @@ from kogao_app.workspaces import WORKSPACES
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QLabel, QMenu, QToolBar, QToolButton
 from test_mnemonics import doubled, letters_of
-from test_room import LEAST, needed_tools_are_seen, nothing_is_cut
+from test_nothing_is_cut import LEAST, needed_tools_are_seen, nothing_is_cut
 
 from kogao_core.base import language
 from kogao_core.faces.landmarks import CHOICES

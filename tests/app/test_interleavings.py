@@ -1,8 +1,8 @@
-"""The short interleavings; the long ones are ``tests/benchmarks/interleavings.py``."""
+"""Edits, saves, full disks and crashes in any order lose no edit."""
 
 import pytest
+from few_cases import few_of
 from interleaving import Interleaving
-from shortly import few_of
 
 
 @pytest.mark.parametrize("seed", few_of((10, 5, 1), 1))

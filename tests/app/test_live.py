@@ -12,9 +12,9 @@ from kogao_app.render.live import Surface
 from kogao_app.render.pyramid import PicturePyramid
 from kogao_app.view_state import Handle, VisiblePart
 from kogao_app.workers import Lane
-from patience import LONGEST_S
 from PySide6.QtCore import QPoint
 from scenes import oval_face, textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.base.geometry import Box
 from kogao_core.pipeline import render

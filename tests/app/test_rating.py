@@ -9,11 +9,11 @@ import urllib.request
 
 import pytest
 from kogao_app.features.experiments import rating
-from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine
 from ratings import judged, taken_back
+from timeouts import LONGEST_S
 
 from kogao_core.lab.study import page, plan, results
 from kogao_core.lab.study.plan import Study

@@ -22,10 +22,10 @@ from kogao_app.features.files.opening import project_of
 from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
-from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import textured_photo
 from test_saver import step
+from timeouts import LONGEST_S
 
 from kogao_core.photo import read
 from kogao_core.projects.project import load, save, sha256_of

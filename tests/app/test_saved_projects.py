@@ -15,7 +15,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 from scenes import textured_photo
-from test_desk import drop
+from test_window import drop
 
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import sidecar_of

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from kogao_app.features import files
 from kogao_app.view_state import Handle
-from patience import LONGEST_S
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.photo import read
 from kogao_core.pipeline import render

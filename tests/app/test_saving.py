@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import beside
 import cv2
+import metadata_cases
 import numpy as np
 import pytest
 from kogao_app.features.files.options import SavingDialog
@@ -51,7 +51,7 @@ def test_saving_says_what_was_kept_of_a_jpeg(empty, jpeg, tmp_path):
 
 
 def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
-    jpeg.write_bytes(jpeg.read_bytes() + beside.MP4)
+    jpeg.write_bytes(jpeg.read_bytes() + metadata_cases.MP4)
     empty.open(jpeg)
     assert "notes: 1" in empty.window.status._photo.text()
     assert empty.window.status._photo.toolTip() == "not kept: the motion photo's video"

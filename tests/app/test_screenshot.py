@@ -10,7 +10,7 @@ import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
 from kogao_app.screenshot import Screenshot
-from patience import LONGEST_S
+from timeouts import LONGEST_S
 
 pytestmark = pytest.mark.usefixtures("qapp")
 

@@ -7,9 +7,9 @@ import threading
 import numpy as np
 import pytest
 from kogao_app.view_state import Handle
-from patience import LONGEST_S
 from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face
+from timeouts import LONGEST_S
 
 from kogao_core.base.threads import share_out
 from kogao_core.faces.face import ignored, in_reading_order

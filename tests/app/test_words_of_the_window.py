@@ -8,6 +8,7 @@ from functools import partial
 import pytest
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from kogao_app.workspaces import WORKSPACES
+from pseudolocale import pseudo
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -20,8 +21,7 @@ from PySide6.QtWidgets import (
     QTabBar,
     QWidget,
 )
-from strangely import strange
-from test_room import LEAST, nothing_is_cut, told
+from test_nothing_is_cut import LEAST, nothing_is_cut, told
 
 from kogao_core.projects.sidecar import sidecar_of
 
@@ -71,7 +71,7 @@ def plain(root, names=()):
     return found
 
 
-@pytest.mark.usefixtures("strange")
+@pytest.mark.usefixtures("pseudolocale")
 @pytest.mark.parametrize("name", WORKSPACES)
 def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start, photo):
     driver = start(workspace=name)
@@ -85,7 +85,7 @@ def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start,
         assert plain(driver.window, (str(photo), photo.name, "Kogao")) == set()
 
 
-@pytest.mark.usefixtures("strange")
+@pytest.mark.usefixtures("pseudolocale")
 def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo):
     for dialog in dialogs:
         if isinstance(dialog, ExperimentDialog):
@@ -94,7 +94,7 @@ def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
 
 
-@pytest.mark.usefixtures("strange")
+@pytest.mark.usefixtures("pseudolocale")
 def test_what_qts_catalogues_lack_of_its_dialog_for_files_is_translated(opened):
     opened.editor.files.ask_save()
     asked = opened.dialog(QFileDialog)
@@ -102,7 +102,7 @@ def test_what_qts_catalogues_lack_of_its_dialog_for_files_is_translated(opened):
         assert WORD.findall(asked.labelText(which).replace("&", "")) == []
 
 
-@pytest.mark.usefixtures("strange")
+@pytest.mark.usefixtures("pseudolocale")
 def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
     driver = start(workspace="retouch")
     broken = photo.with_name("broken.jpg")
@@ -113,11 +113,11 @@ def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
     project = sidecar_of(photo)
     project.write_text('{"format": 3}')
     driver.open(photo)
-    assert strange("The photo starts")[:10] in driver.say()
+    assert pseudo("The photo starts")[:10] in driver.say()
     assert WORD.findall(driver.say().replace(str(project), "").replace("format", "")) == []
 
 
-@pytest.mark.usefixtures("strange")
+@pytest.mark.usefixtures("pseudolocale")
 def test_what_the_core_notes_is_said_in_the_users_language(opened, photo):
     opened.change_something()
     opened.settle()
@@ -125,5 +125,5 @@ def test_what_the_core_notes_is_said_in_the_users_language(opened, photo):
     opened.settle()
     photo.write_bytes(photo.read_bytes() + b"more")
     opened.open(photo)
-    assert strange("the project was made from")[1:20] in opened.say()
+    assert pseudo("the project was made from")[1:20] in opened.say()
     assert WORD.findall(opened.say().replace(sidecar_of(photo).name, "")) == []

@@ -8,8 +8,8 @@ import pytest
 from kogao_app.features.batch import Batch
 from kogao_app.features.experiments import Experiments
 from kogao_app.workers import Lane
-from patience import LONGEST_S
 from PySide6.QtCore import QThreadPool
+from timeouts import LONGEST_S
 
 pytestmark = pytest.mark.usefixtures("qapp")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from sights import Scene, found_in
+from real_photos import Scene, found_in
 
 from kogao_core.faces.landmarks import MeshSource
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from few_cases import few_of
 from kogao_resources.training import evaluate
 from kogao_resources.training.aam.writing import write
+from real_photos import picture_of
 from scenes import apart_percent, mirrored, resized, turned
-from shortly import few_of
-from sights import picture_of
 
 from kogao_core.base import assets
 from kogao_core.faces.landmarks import MeshSource

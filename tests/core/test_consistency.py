@@ -5,9 +5,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from few_cases import few_of
+from real_photos import Scene, found_in, picture_of
 from scenes import apart_percent, mirrored, resized, turned
-from shortly import few_of
-from sights import Scene, found_in, picture_of
 
 from kogao_core.faces.landmarks import MeshSource
 

@@ -4,8 +4,8 @@ import hashlib
 import re
 import sys
 
-import beside
 import files
+import metadata_cases
 import numpy as np
 import pytest
 from PIL import Image
@@ -133,7 +133,9 @@ def test_a_source_s_own_credentials_go_into_the_new_ones(tmp_path, person, signe
 
 def test_a_link_to_credentials_goes_and_is_named_signed_or_not(tmp_path, signer):
     path = tmp_path / "in.jpg"
-    path.write_bytes(beside.jpeg(xmp=beside.packet('dcterms:provenance="https://e.org/x"')))
+    path.write_bytes(
+        metadata_cases.jpeg(xmp=metadata_cases.packet('dcterms:provenance="https://e.org/x"'))
+    )
     for hand in (None, signer):
         note = written(photo.read(path), tmp_path / "out.jpg", hand)
         assert "not kept: a link to content credentials (C2PA)" in note

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from few_cases import few_of
 from scenes import ALONE, field_of, oval_face, textured_photo
-from shortly import few_of
 
 from kogao_core.faces.face import Face
 from kogao_core.pipeline import render

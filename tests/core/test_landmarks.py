@@ -8,9 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from patience import LONGEST_S
+from few_cases import few_of
 from scenes import oval_face, textured_photo
-from shortly import few_of
+from timeouts import LONGEST_S
 
 from kogao_core.base import assets
 from kogao_core.base.display import rgb8

@@ -8,7 +8,7 @@ import string
 
 import pytest
 from modules import ROOT
-from strangely import strange
+from pseudolocale import pseudo
 
 from kogao_core.base import language
 from kogao_core.base.language import Text, tr, tr_count, translated
@@ -158,5 +158,5 @@ def command():
 
 
 def test_the_strange_language_keeps_fields():
-    assert strange("{n} faces &Left of {path}").count("{") == 2
-    assert fields(strange("{n} of {path}")) == {"n", "path"}
+    assert pseudo("{n} faces &Left of {path}").count("{") == 2
+    assert fields(pseudo("{n} of {path}")) == {"n", "path"}

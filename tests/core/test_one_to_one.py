@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from few_cases import few_of
 from scenes import field_of, oval_face
-from shortly import few_of
 
 from kogao_core.faces.landmarks import template_face
 from kogao_core.pipeline import render

@@ -12,8 +12,8 @@ from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 import pytest
-from patience import LONGEST_S
 from ratings import answered, graded, taken_back
+from timeouts import LONGEST_S
 
 from kogao_core.base.strict import BadFile
 from kogao_core.lab.study import plan, results

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from kogao_resources.training.evaluate import distance_to_line
+from real_photos import Scene, picture_of
 from scenes import apart_percent
-from sights import Scene, picture_of
 
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.landmarks import MeshSource

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from pseudolocale import PseudoTranslations
 from ratings import DISPLAY, answered, graded, judged, taken_back
 from scenes import oval_face, textured_photo
-from strangely import Strange
 
 from kogao_core import __version__
 from kogao_core.base.strict import BadFile
@@ -229,11 +229,11 @@ def test_orders_are_even_and_grades_come_last():
     assert ((counts - 60.0) ** 2 / 60.0).sum() < 94.0
 
 
-def test_the_page_says_every_word_in_the_language_at_work(tmp_path, strange, gathered):  # noqa: ARG001
+def test_the_page_says_every_word_in_the_language_at_work(tmp_path, pseudolocale, gathered):  # noqa: ARG001
     text = page.page(STUDY, tmp_path)
     assert '<html lang="xx">' in text
     assert "<!--" not in text
-    said = Strange(gathered).gettext
+    said = PseudoTranslations(gathered).gettext
     assert all(html.escape(said(one)) in text for one in words.PAGE.values())
     assert all(json.dumps(said(one.template))[1:-1] in text for one in words.SCRIPT.values())
     body = re.sub(

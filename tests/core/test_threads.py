@@ -6,7 +6,7 @@ import textwrap
 import threading
 
 import pytest
-from patience import LONGEST_S
+from timeouts import LONGEST_S
 
 from kogao_core.base import threads
 from kogao_core.base.threads import Spares, Stopped, share_in_order, share_out, stoppable

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 import threadpoolctl
-from patience import LONGEST_S
 from scenes import ALONE, oval_face, textured_photo
 from test_lattice import literal_eq_1
+from timeouts import LONGEST_S
 
 from kogao_core import pipeline
 from kogao_core.pipeline import render

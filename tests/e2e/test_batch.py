@@ -14,12 +14,12 @@ from concurrent.futures import Executor
 from pathlib import Path
 from unittest.mock import Mock
 
-import beside
+import metadata_cases
 import numpy as np
 import pytest
-from patience import LONGEST_S
+from few_cases import few_of
 from PIL import Image
-from shortly import few_of
+from timeouts import LONGEST_S
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
@@ -78,7 +78,7 @@ def lines(out):
 
 @pytest.mark.usefixtures("in_process")
 def test_what_a_result_does_not_keep_is_in_the_report(cli, small_portrait, tmp_path):
-    (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + beside.MP4)
+    (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + metadata_cases.MP4)
     for percent, told in ((6, "not kept: the motion photo's video; "), (0, "")):
         out = tmp_path / str(percent)
         assert cli(tmp_path / "a.jpg", "-o", out, "-j", 1, "--percent", percent)[0] == 0

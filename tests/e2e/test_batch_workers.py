@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from patience import LONGEST_S
+from timeouts import LONGEST_S
 
 # Names its worker's process, and waits to be killed.
 PROGRAM = """

@@ -12,8 +12,8 @@ from importlib import util
 from pathlib import Path
 from unittest.mock import Mock
 
-import beside
 import files
+import metadata_cases
 import numpy as np
 import pytest
 from PIL import Image
@@ -51,7 +51,7 @@ def test_warp_writes_what_render_gives(cli, works, portrait, tmp_path):
 
 def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     source = tmp_path / "motion.jpg"
-    source.write_bytes(small_portrait.read_bytes() + beside.MP4)
+    source.write_bytes(small_portrait.read_bytes() + metadata_cases.MP4)
     told = "not kept: the motion photo's video"
     _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--percent", 6)
     assert said.splitlines()[-1] == f"note      {told}"

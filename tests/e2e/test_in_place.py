@@ -8,10 +8,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-import beside
 import cv2
 import files
 import jpeglib
+import metadata_cases
 import numpy as np
 import pytest
 from PIL import Image
@@ -216,7 +216,7 @@ def saved(picture, form, **options):
 
 REFUSED = [
     ("pages.tif", two_pages, r"would lose what else it holds \(further pictures\)"),
-    ("moving.png", lambda _: beside.animated("PNG"), "would lose what else"),
+    ("moving.png", lambda _: metadata_cases.animated("PNG"), "would lose what else"),
     ("cmyk.jpg", lambda one: saved(one.convert("CMYK"), "JPEG"), "but converted from CMYK to RGB"),
     (
         "palette.png",

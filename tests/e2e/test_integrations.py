@@ -12,8 +12,8 @@ import colours
 import files
 import numpy as np
 import pytest
-from patience import LONGEST_S
 from PIL import Image
+from timeouts import LONGEST_S
 
 from kogao_core import photo
 from kogao_core.base import installed

@@ -4,8 +4,8 @@ import time
 
 import pytest
 from browser import Browser
-from patience import LONGEST_S
 from scenes import oval_face, textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.lab.study import making, plan, results
 from kogao_core.lab.study.server import Server

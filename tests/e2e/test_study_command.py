@@ -13,9 +13,9 @@ import urllib.request
 
 import click
 import pytest
-from patience import LONGEST_S
 from PIL import Image, ImageOps
 from ratings import judged
+from timeouts import LONGEST_S
 
 from kogao_core.lab.study import plan
 from kogao_core.lab.study.origin import PictureFigures

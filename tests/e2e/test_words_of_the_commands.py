@@ -7,7 +7,7 @@ import re
 
 import click
 import pytest
-from strangely import Strange
+from pseudolocale import PseudoTranslations
 
 from kogao_core import cli
 from kogao_core.base import language
@@ -54,7 +54,7 @@ def test_every_option_of_every_command_is_told_in_the_users_language():
         assert all(isinstance(one, words.Option) for one in options)
 
 
-@pytest.mark.usefixtures("strange")
+@pytest.mark.usefixtures("pseudolocale")
 @pytest.mark.parametrize("way", COMMANDS, ids=lambda way: way or "kogao-cli")
 def test_every_word_of_help_is_translated(way, capsys):
     with pytest.raises(SystemExit):
@@ -66,7 +66,7 @@ def test_every_word_of_help_is_translated(way, capsys):
 
 @pytest.mark.usefixtures("english")
 def test_help_is_said_in_one_language_after_another(gathered, capsys):
-    for catalogue in (gettext.NullTranslations(), Strange(gathered)):
+    for catalogue in (gettext.NullTranslations(), PseudoTranslations(gathered)):
         language.use_catalogue("xx", catalogue)
         with pytest.raises(SystemExit):
             commands_of_cli.program.main(["warp", "--help"], prog_name="kogao-cli")
@@ -74,7 +74,7 @@ def test_help_is_said_in_one_language_after_another(gathered, capsys):
 
 
 @pytest.fixture
-def said(strange, monkeypatch, capsys):  # noqa: ARG001
+def said(pseudolocale, monkeypatch, capsys):  # noqa: ARG001
     """What the program prints in a language that nobody speaks, and how it ends."""
     monkeypatch.setattr(commands_of_cli, "use_language", lambda *_: None)
 

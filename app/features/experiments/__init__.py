@@ -22,6 +22,7 @@ from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from ..manual import Manual
 from .dialog import ExperimentDialog, Findings
+from .measure import ExperimentTask, measured
 
 SETTING_TIMES: Final = "setting-times.jsonl"
 
@@ -94,9 +95,6 @@ class Experiments(Feature):
             self._progressed.emit(done, of)
 
         def job() -> Findings:
-            # Here, on a worker, and not when the editor starts.
-            from .measure import ExperimentTask, measured
-
             task = ExperimentTask(subject, recipe, lambda: source(wanted), self._sessions)
             return measured(name, task, progress)
 

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
 
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import system_reason
+from kogao_core.lab.study.server import Server
 
 from ...i18n import tr
 from ...widgets.dialogs import ask_path
 from ...widgets.messages import BarAction
 from ..feature import Context, Feature
-
-if TYPE_CHECKING:
-    from kogao_core.lab.study.server import Server
 
 
 class Rating(Feature):
@@ -39,8 +36,6 @@ class Rating(Feature):
 
     def open(self, folder: Path) -> None:
         """Open a study's page in the browser; say why a folder has none."""
-        from kogao_core.lab.study.server import Server
-
         self.window.bar.clear()
         try:
             server = Server(folder)

@@ -13,6 +13,8 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import locked
+from kogao_core.faces.landmarks.aam import AamSource
+from kogao_core.faces.landmarks.facemark import FacemarkSource
 from kogao_core.faces.landmarks.mesh import ChinSource, MeshSource
 
 _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
@@ -41,16 +43,10 @@ class Choice:
     help: str = ""  # what it does otherwise than the others, in one sentence; may be empty
 
 
-def _aam() -> LandmarkSource:
-    from kogao_core.faces.landmarks.aam import AamSource  # most searches need none
-
-    return AamSource()
-
-
 # The first that is complete here is what is used unless another is asked for.
 CHOICES: Final = (
     Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.0, typical_ms=60.0)),
-    Choice("aam", Text("AAM"), _aam, False, Measured(1.7, 3.3, typical_ms=65.0)),
+    Choice("aam", Text("AAM"), AamSource, False, Measured(1.7, 3.3, typical_ms=65.0)),
     Choice(
         "chin",
         Text("jaw under beards"),
@@ -94,8 +90,6 @@ def source(wanted: str | None = None) -> LandmarkSource:
     for choice in CHOICES:
         if choice.name == wanted:
             return choice.make()
-    from kogao_core.faces.landmarks.facemark import FacemarkSource
-
     return FacemarkSource(Path(wanted))
 
 

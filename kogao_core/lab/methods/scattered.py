@@ -24,25 +24,22 @@ class _Interpolated(Warp):
 
 def _thin_plate(task: WarpTask) -> Warp:
     """Fit the surface that bends least through all landmarks; it never ends: corners are pinned."""
-    from scipy.interpolate import RBFInterpolator
-
     target, displacement = task.anchored()
-    return _Interpolated(RBFInterpolator(target, displacement, kernel="thin_plate_spline"))
+    return _radial(target, displacement, kernel="thin_plate_spline")
 
 
 def _gaussians(task: WarpTask) -> Warp:
     """Fit a Gaussian on each landmark, together through all of them; they end by themselves."""
-    from scipy.interpolate import RBFInterpolator
-
-    width_px = GAUSSIAN_SPACINGS * task.spacing_px
-    gaussians = RBFInterpolator(
-        task.target_px,
-        task.displacement_px,
-        kernel="gaussian",
-        epsilon=1.0 / width_px,
-        degree=-1,
+    epsilon = 1.0 / (GAUSSIAN_SPACINGS * task.spacing_px)
+    return _radial(
+        task.target_px, task.displacement_px, kernel="gaussian", epsilon=epsilon, degree=-1
     )
-    return _Interpolated(gaussians)
+
+
+def _radial(target_px: Array, displacement_px: Array, **shape: Any) -> Warp:
+    from scipy.interpolate import RBFInterpolator  # an extra
+
+    return _Interpolated(RBFInterpolator(target_px, displacement_px, **shape))
 
 
 class _Piecewise(Warp):
@@ -60,7 +57,7 @@ class _Piecewise(Warp):
 
 def _piecewise_affine(task: WarpTask) -> Warp:
     """Map each of the Delaunay triangles of landmarks and corners affinely."""
-    from skimage.transform import PiecewiseAffineTransform
+    from skimage.transform import PiecewiseAffineTransform  # an extra
 
     target, displacement = task.anchored()
     return _Piecewise(PiecewiseAffineTransform.from_estimate(target, target + displacement))

@@ -84,7 +84,7 @@ def signed(photo: Photo, pieces: Pieces, form: Format, *, signer: Signer, what: 
 
 def _c2pa() -> ModuleType:
     try:
-        import c2pa
+        import c2pa  # an extra
     except ImportError:
         raise MissingExtra(
             Text("signing needs an extra: {how}", how=adding("credentials"))
@@ -118,7 +118,7 @@ def _type(photo: Photo, source: bytes) -> str:
 
 def _read(signer: Signer) -> tuple[str, bytes, bytes]:
     """Return the algorithm, the certificates and the plain key, as PEM."""
-    from cryptography import x509
+    from cryptography import x509  # comes with the extra
     from cryptography.hazmat.primitives import serialization
 
     chain, key = _bytes_of(signer.certificate), _key(signer)
@@ -138,7 +138,7 @@ def _read(signer: Signer) -> tuple[str, bytes, bytes]:
 
 
 def _key(signer: Signer) -> Any:
-    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key  # as above
 
     data, password = _bytes_of(signer.key), os.environ.get(PASSWORD)
     try:
@@ -185,7 +185,7 @@ def _check_pair(signer: Signer, certificate: Certificate, key: Any) -> None:
 
 
 def _algorithm(signer: Signer, key: Any) -> str:
-    from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa
+    from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa  # as above
 
     if isinstance(key, ec.EllipticCurvePrivateKey) and key.key_size in _CURVES:
         return _CURVES[key.key_size]

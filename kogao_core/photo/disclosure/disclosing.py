@@ -65,8 +65,7 @@ def disclose(
     if disclosure.label:
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
     if disclosure.record:
-        # It takes as long to load as all of OpenCV.
-        from kogao_core.photo.disclosure import edit_record
+        from kogao_core.photo.disclosure import edit_record  # loads an XML writer; few ask for it
 
         xmp = edit_record.added(photo.xmp, what, when or datetime.now(UTC))
         photo = dataclasses.replace(photo, xmp=xmp)

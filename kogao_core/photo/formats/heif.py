@@ -76,7 +76,7 @@ def _decode(source: Source) -> Photo:
 def _opened(source: Source) -> Any:
     """Return a file as libheif opens it; its pixels are decoded when they are asked for."""
     try:
-        import pi_heif
+        import pi_heif  # an extra
     except ImportError:
         raise UnreadablePhoto(
             Text(

@@ -33,7 +33,7 @@ def _decode(source: Source) -> Photo:
     """Return a photo in sRGB, upright, as the camera balanced it."""
     path = source.path
     try:
-        import rawpy
+        import rawpy  # an extra
     except ImportError:
         raise UnreadablePhoto(
             Text(

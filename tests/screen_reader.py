@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from patience import LONGEST_S
 from PySide6.QtCore import QLibraryInfo
+from timeouts import LONGEST_S
 
 jeepney = pytest.importorskip("jeepney", reason="pip install -e '.[test]' again")
 from jeepney.io.blocking import open_dbus_connection  # noqa: E402
@@ -81,7 +81,7 @@ class Thing(NamedTuple):
     path: str
 
 
-class Ears:
+class ScreenReader:
     """A screen reader: asks objects what they are, and hears what they tell.
 
     Parameters

@@ -6,8 +6,8 @@ import zlib
 from importlib.util import find_spec
 from pathlib import Path
 
-import beside
 import files
+import metadata_cases
 import numpy as np
 import pytest
 from PIL import Image, ImageCms
@@ -39,7 +39,7 @@ def changed(tmp_path, name, data, out):
 
 
 @pytest.mark.parametrize("suffix", OUTPUTS)
-@pytest.mark.parametrize("case", beside.CASES, ids=str)
+@pytest.mark.parametrize("case", metadata_cases.CASES, ids=str)
 def test_what_is_not_kept_is_named_and_leaves_no_word(tmp_path, case, suffix):
     said, written, _ = changed(tmp_path, f"in{case.suffix}", case.data, f"out{suffix}")
     fate, name = OUTPUTS[suffix].fate(case.kind), case.name or case.kind.name
@@ -50,7 +50,7 @@ def test_what_is_not_kept_is_named_and_leaves_no_word(tmp_path, case, suffix):
     photo.read(tmp_path / f"out{suffix}")
 
 
-@pytest.mark.parametrize("case", beside.CASES, ids=str)
+@pytest.mark.parametrize("case", metadata_cases.CASES, ids=str)
 def test_a_copy_has_lost_nothing_and_says_so(tmp_path, case):
     (tmp_path / f"in{case.suffix}").write_bytes(case.data)
     source = photo.read(tmp_path / f"in{case.suffix}")
@@ -59,7 +59,7 @@ def test_a_copy_has_lost_nothing_and_says_so(tmp_path, case):
 
 
 def test_conversions_are_not_said_of_a_copy(tmp_path):
-    picture = Image.fromarray(beside.pixels()).convert("CMYK")
+    picture = Image.fromarray(metadata_cases.pixels()).convert("CMYK")
     picture.save(tmp_path / "in.jpg")
     source = photo.read(tmp_path / "in.jpg")
     assert photo.write(source, source.pixels, tmp_path / "same.jpg") == ""
@@ -67,7 +67,7 @@ def test_conversions_are_not_said_of_a_copy(tmp_path):
 
 
 def test_every_kind_is_tried():
-    assert {case.kind for case in beside.CASES} | ELSEWHERE == set(kinds.KINDS)
+    assert {case.kind for case in metadata_cases.CASES} | ELSEWHERE == set(kinds.KINDS)
 
 
 def test_the_document_holds_the_table():
@@ -90,12 +90,12 @@ def test_the_document_holds_the_table():
 
 def test_stale_properties_go_and_every_other_byte_of_the_packet_stays():
     told = "GCamera:MotionPhoto='1' dc:title=\"hdrgm:Version='1'\"\n hdrgm:Version = \"1.0\""
-    packet = beside.packet(told, beside.container(("Primary", 0)))
+    packet = metadata_cases.packet(told, metadata_cases.container(("Primary", 0)))
     without = stale.without(packet, is_extended=True)
     gone = (
         b" GCamera:MotionPhoto='1'",
         b'\n hdrgm:Version = "1.0"',
-        beside.container(("Primary", 0)).encode(),
+        metadata_cases.container(("Primary", 0)).encode(),
     )
     expected = packet
     for part in gone:
@@ -106,7 +106,7 @@ def test_stale_properties_go_and_every_other_byte_of_the_packet_stays():
 
 
 def test_a_property_of_another_prefix_or_another_space_is_told_apart():
-    packet = beside.packet('hdrgm:Version="1.0" dc:rights="me"')
+    packet = metadata_cases.packet('hdrgm:Version="1.0" dc:rights="me"')
     other = packet.replace(b"hdrgm", b"g").replace(b"dc:rights", b"dc:Version")
     assert stale.without(other, is_extended=True) == other.replace(b' g:Version="1.0"', b"")
     foreign = packet.replace(b"hdr-gain-map", b"something-else")
@@ -114,7 +114,7 @@ def test_a_property_of_another_prefix_or_another_space_is_told_apart():
 
 
 def test_a_camera_that_made_no_video_lost_none(tmp_path):
-    data = beside.jpeg(xmp=beside.packet('GCamera:MotionPhoto="0"'))
+    data = metadata_cases.jpeg(xmp=metadata_cases.packet('GCamera:MotionPhoto="0"'))
     said, written, _ = changed(tmp_path, "in.jpg", data, "out.jpg")
     assert "not kept" not in said
     assert b"GCamera:MotionPhoto" not in written
@@ -130,7 +130,7 @@ def test_a_packet_that_cannot_be_read_stays_as_it_is():
 
 
 def with_jfif(version, unit, x, y):
-    data = beside.jpeg()
+    data = metadata_cases.jpeg()
     return data[:11] + struct.pack(">HBHH", version, unit, x, y) + data[18:]
 
 
@@ -143,7 +143,7 @@ def test_jfif_says_what_it_said(tmp_path, told):
 
 def test_a_jpeg_that_tells_no_resolution_gets_none(tmp_path):
     for exif in (b"", b"Exif\0\0II*\0\x08\0\0\0\0\0\0\0\0\0"):
-        data = beside.jpeg(exif=exif)
+        data = metadata_cases.jpeg(exif=exif)
         (tmp_path / "in.jpg").write_bytes(data)
         assert photo.read(tmp_path / "in.jpg").dpi is None
 
@@ -155,8 +155,8 @@ def chunk_of_png(data, name):
 
 SHAPED = {
     ".jpg": with_jfif(0x101, 0, 2, 1),
-    ".png": beside.png((b"pHYs", struct.pack(">IIB", 2, 1, 0))),
-    ".tif": beside.tiff({282: (5, (2, 1)), 283: (5, (1, 1)), 296: (3, 1)}),
+    ".png": metadata_cases.png((b"pHYs", struct.pack(">IIB", 2, 1, 0))),
+    ".tif": metadata_cases.tiff({282: (5, (2, 1)), 283: (5, (1, 1)), 296: (3, 1)}),
 }
 
 
@@ -188,7 +188,7 @@ def test_a_shape_is_small_whole_numbers(told, kept):
 @needs_heic
 def test_pixels_of_a_heic_keep_their_shape(tmp_path):
     """HEIC tells how wide a pixel is to its height, the others how many there are."""
-    data = files.heic(beside.pixels(), pixel_aspect_ratio=(1, 2))
+    data = files.heic(metadata_cases.pixels(), pixel_aspect_ratio=(1, 2))
     _, jpeg, _ = changed(tmp_path, "in.heic", data, "out.jpg")
     assert struct.unpack(">BHH", jpeg[13:18]) == (0, 2, 1)
 
@@ -198,8 +198,10 @@ def test_pixels_of_a_heic_keep_their_shape(tmp_path):
 
 def test_the_first_of_two_profiles_counts(tmp_path):
     other = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB")).tobytes()
-    first = [beside.profile_part(k + 1, 2, part) for k, part in enumerate((files.SRGB, b""))]
-    data = beside.jpeg(*first, beside.profile_part(1, 1, other), profile=None)
+    first = [
+        metadata_cases.profile_part(k + 1, 2, part) for k, part in enumerate((files.SRGB, b""))
+    ]
+    data = metadata_cases.jpeg(*first, metadata_cases.profile_part(1, 1, other), profile=None)
     said, written, source = changed(tmp_path, "in.jpg", data, "out.jpg")
     assert source.icc_profile == files.SRGB
     assert said.startswith("not kept: a second colour profile; ")
@@ -211,7 +213,7 @@ def test_the_first_of_two_profiles_counts(tmp_path):
     (b"cHRM", struct.pack(">8I", 31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)),
 ])  # fmt: skip
 def test_ordinary_colours_are_not_called_lost(tmp_path, name, body):
-    said, _, _ = changed(tmp_path, "in.png", beside.png((name, body)), "out.jpg")
+    said, _, _ = changed(tmp_path, "in.png", metadata_cases.png((name, body)), "out.jpg")
     assert said == ""
 
 
@@ -258,12 +260,17 @@ def test_a_deep_picture_whose_white_is_zero_comes_out_right_to_look_at(tmp_path)
 
 
 def test_padding_is_no_data(tmp_path):
-    said, _, _ = changed(tmp_path, "in.jpg", beside.jpeg(end=bytes(5000)), "out.png")
+    said, _, _ = changed(tmp_path, "in.jpg", metadata_cases.jpeg(end=bytes(5000)), "out.png")
     assert said == ""
 
 
 def test_a_picture_after_padding_is_found(tmp_path):
-    data = beside.jpeg(end=bytes(4097) + beside.MP4 + bytes(2) + beside.gain_map(beside.packet()))
+    data = metadata_cases.jpeg(
+        end=bytes(4097)
+        + metadata_cases.MP4
+        + bytes(2)
+        + metadata_cases.gain_map(metadata_cases.packet())
+    )
     said, _, _ = changed(tmp_path, "in.jpg", data, "out.png")
     assert said == "not kept: the motion photo's video, further pictures"
 
@@ -273,11 +280,11 @@ def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
     import pillow_heif
 
     both = pillow_heif.HeifFile()
-    for pixels in (beside.pixels(), 255 - beside.pixels()):
+    for pixels in (metadata_cases.pixels(), 255 - metadata_cases.pixels()):
         both.add_from_pillow(Image.fromarray(pixels))
     both.save(tmp_path / "both.heic", quality=90)
     boxes = [
-        (b"mpvd", beside.MP4), (b"sefd", b"SEFH"), (b"wxyz", b"?"),
+        (b"mpvd", metadata_cases.MP4), (b"sefd", b"SEFH"), (b"wxyz", b"?"),
         (b"uuid", bytes.fromhex("d8fec3d61b0e483c92975828877ec481")), (b"free", b"")]  # fmt: skip
     more = b"".join(struct.pack(">I4s", 8 + len(body), name) + body for name, body in boxes)
     said, _, _ = changed(
@@ -289,7 +296,7 @@ def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
     )
 
 
-@pytest.mark.parametrize("case", beside.CASES, ids=str)
+@pytest.mark.parametrize("case", metadata_cases.CASES, ids=str)
 def test_damaged_files_never_stop_the_reader(tmp_path, case):
     """Whatever a decoder takes for good must have been looked through."""
     path = tmp_path / f"in{case.suffix}"

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from shortly import few_of
+from few_cases import few_of
 
 TRIALS = Path(__file__).parents[1] / "benchmarks"
 

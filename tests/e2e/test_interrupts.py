@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from patience import LONGEST_S
+from timeouts import LONGEST_S
 
 from kogao_core import photo
 from kogao_core.base.atomic import is_aside

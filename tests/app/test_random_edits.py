@@ -1,6 +1,6 @@
-"""The short soak; the long one is ``tests/benchmarks/soak.py``."""
+"""Many edits at random end where a fresh render does."""
 
-from soaking import RandomUser, equals_a_fresh_render
+from random_user import RandomUser, equals_a_fresh_render
 
 
 def test_random_edits_end_where_a_fresh_render_does(opened, source):

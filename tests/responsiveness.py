@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator
 
-from patience import LONGEST_S
 from PySide6.QtCore import QTimer
+from timeouts import LONGEST_S
 
 
-class Meanwhile:
-    """Holds work up until the window has handled an event that came after the work began.
+class Responsiveness:
+    """Delays work until the window has handled an event that came after the work began.
 
     Where the GUI thread does the work itself, or waits for it, no event is handled: after a while
     the work goes on, and its name is among the `stalled`.
@@ -24,27 +24,27 @@ class Meanwhile:
         self._timer.timeout.connect(self._beat.set)
         self._timer.start()
 
-    def hold(self, name: str) -> None:
+    def wait(self, name: str) -> None:
         """Wait for the window."""
         self._beat.clear()
         # Less than the window is waited for meanwhile.
         (self.answered if self._beat.wait(LONGEST_S / 2) else self.stalled).add(name)
 
-    def led(self, name: str, call: Callable) -> Callable:
+    def delayed(self, name: str, call: Callable) -> Callable:
         """Return `call` as it is done after the window has answered."""
 
         def later(*args, **more):
-            self.hold(name)
+            self.wait(name)
             return call(*args, **more)
 
         return later
 
-    def followed(self, name: str, call: Callable[..., Iterable]) -> Callable[..., Iterator]:
+    def delayed_items(self, name: str, call: Callable[..., Iterable]) -> Callable[..., Iterator]:
         """Return a `call` whose every item comes after the window has answered."""
 
         def one_by_one(*args, **more):
             for item in call(*args, **more):
-                self.hold(name)
+                self.wait(name)
                 yield item
 
         return one_by_one

@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
-from patience import LONGEST_S
 from PIL import Image
+from timeouts import LONGEST_S
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -14,7 +14,6 @@ from kogao_app.features.commands import Palette, ShortcutsDialog
 from kogao_app.features.recent import EmptyState
 from kogao_app.features.strip import FilmStrip, photos_in, thumbnail
 from kogao_app.window import Window
-from patience import LONGEST_S
 from PIL import Image as PillowImage
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
@@ -28,6 +27,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
 )
 from scenes import textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import PAPER, Recipe

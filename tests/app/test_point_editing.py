@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from few_cases import few_of
 from kogao_app.canvas.overlays.overlay import Place, affine
 from kogao_app.canvas.overlays.unlisted import FollowingBand
 from kogao_app.view_state import Handle
@@ -11,7 +12,6 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtTest import QTest
 from scenes import oval_face
-from shortly import few_of
 
 from kogao_core.faces.reshape import influence, moved
 
