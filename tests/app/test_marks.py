@@ -123,7 +123,7 @@ def words_of(widget):
 def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
     panel = retouch.panel("recipe")
     plain = words_of(panel)
-    assert "Amount(&W)" in plain
+    assert "Am&ount" in plain
     assert "looks natural" in plain
     assert panel.percent.field.text() == "4.0 %"
     for science in ("of D", "J ≥", "residual", "R 1", "px"):

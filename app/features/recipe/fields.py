@@ -105,7 +105,15 @@ def amount() -> tuple[str, str, SliderScale]:
     words = Text("How much smaller the face gets, in % of D, the face's radius")
     scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
     tip = translated(cited(words, SETTINGS["percent"].where))
-    return lettered(tr("Amount"), _LETTERS["percent"]), tip, scale
+    return lettered(tr("Amount"), _LETTERS["head_follows"]), tip, scale
+
+
+def follows(*, plain: bool) -> tuple[str, str, SliderScale]:
+    """Return what the slider below that is called, what it does, and its texts."""
+    # Beside everyday words it has the letter of the paper's.
+    letter = _LETTERS["percent" if plain else "head_follows"]
+    title = translated(SETTINGS["head_follows"].title)
+    return lettered(title, letter), tip("head_follows"), scale("head_follows")
 
 
 def tip(field: str) -> str:

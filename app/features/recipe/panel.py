@@ -101,6 +101,7 @@ class RecipePanel(QWidget):
         self._plain = plain
         exact = fields.label("percent"), fields.tip("percent"), fields.scale("percent")
         self.percent.rename(*(fields.amount() if plain else exact))
+        self.follows.rename(*fields.follows(plain=plain))
         self.gauge.show_words(plain=plain)
         self.more.flatten(not plain)
         for reading in (self.percent.note, self.lattice.note, self.residual):
