@@ -203,7 +203,7 @@ class Editor(QObject):
         )
         # Until another picture is there.
         frame = self.view.frame
-        self.window.bar.say(Message(text, holds=lambda: self.view.frame is frame))
+        self.window.bar.say(Message(text, applies=lambda: self.view.frame is frame))
 
     def _follows_system(self, wanted: bool) -> None:
         if wanted == self._following:

@@ -45,7 +45,7 @@ class Window(QMainWindow):
     """The editor's window."""
 
     dropped = Signal(object)
-    original_held = Signal(bool)
+    original_wanted = Signal(bool)
     activated = Signal(bool)
     asked_to_close = Signal()
     arranged = Signal(object)
@@ -59,7 +59,7 @@ class Window(QMainWindow):
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)
         self._closing = False
-        self._holding, self._before = QWidgetAction(self), QToolButton()
+        self._before_action, self._before = QWidgetAction(self), QToolButton()
         self._beside: dict[str, QWidget] = {}
         self._needed: set[str] = set()
         self._workspace: Workspace | None = None
@@ -100,7 +100,7 @@ class Window(QMainWindow):
     def arrange(self, workspace: Workspace, docks: QByteArray | None = None) -> None:
         """Show a workspace."""
         self._workspace = workspace
-        there = {**self.actions_by_name, "hold-original": self._holding}
+        there = {**self.actions_by_name, "hold-original": self._before_action}
         self._bar.fill(workspace.tools, there)
         self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
         self._show_beside()
@@ -151,18 +151,18 @@ class Window(QMainWindow):
     def _add_toolbar(self) -> None:
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
         self._bar = ToolBar(tr("Tools"), segmented(tr("Workspace"), switch))
-        self._holding.setDefaultWidget(self._hold_button())
+        self._before_action.setDefaultWidget(self._hold_button())
         self.addToolBar(self._bar)
 
     def _hold_button(self) -> QToolButton:
-        hold = self._before
-        hold.setText(tr("Hold: before"))
-        hold.setIconSize(self._bar.iconSize())
-        hold.setToolTip(tr("Show the photo as it was while the button is held (\\)"))
-        hold.setAccessibleName(tr("Show the photo as it was"))
-        hold.pressed.connect(lambda: self.original_held.emit(True))
-        hold.released.connect(lambda: self.original_held.emit(False))
-        return hold
+        button = self._before
+        button.setText(tr("Hold: before"))
+        button.setIconSize(self._bar.iconSize())
+        button.setToolTip(tr("Show the photo as it was while the button is held (\\)"))
+        button.setAccessibleName(tr("Show the photo as it was"))
+        button.pressed.connect(lambda: self.original_wanted.emit(True))
+        button.released.connect(lambda: self.original_wanted.emit(False))
+        return button
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Hold the original with the backslash, panning with Space."""
@@ -179,18 +179,18 @@ class Window(QMainWindow):
         if event.type() == QEvent.Type.ActivationChange:
             self.activated.emit(self.isActiveWindow())
             if not self.isActiveWindow():
-                self.original_held.emit(False)
-                self.canvas.hold_space(False)
+                self.original_wanted.emit(False)
+                self.canvas.set_space_down(False)
         super().changeEvent(event)
 
     def _hold(self, event: QKeyEvent, down: bool) -> bool:
         if event.isAutoRepeat():
             return False
         if event.key() == Qt.Key.Key_Backslash:
-            self.original_held.emit(down)
+            self.original_wanted.emit(down)
             return True
         if event.key() == Qt.Key.Key_Space:
-            self.canvas.hold_space(down)
+            self.canvas.set_space_down(down)
             return True
         return False
 

@@ -83,7 +83,7 @@ class PhotoCanvas(Viewport):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self._space = self._ringed = False
-        self._held: Handle | None = None
+        self._dragged: Handle | None = None
         self._painting = self._wiping = False
         # Where the button went down on no handle: a click, until the cursor goes far from there.
         self._clicked: QPointF | None = None
@@ -91,11 +91,11 @@ class PhotoCanvas(Viewport):
 
     def let_go(self) -> None:
         """Forget what is in hand, as Escape does; the button may still be down."""
-        self._held, self._painting, self._clicked = None, False, None
+        self._dragged, self._painting, self._clicked = None, False, None
 
-    def hold_space(self, held: bool) -> None:
+    def set_space_down(self, down: bool) -> None:
         """Pan with the left button while Space is held."""
-        self._space = held
+        self._space = down
         self._point_at(None)
 
     def take_tool(self) -> None:
@@ -200,8 +200,8 @@ class PhotoCanvas(Viewport):
         if takes and self.on_knob(at):
             self._wiping = True
         elif takes and control and not self.shown.busy_hands:
-            self._held = self.outline_near(at)
-            self.fetched.emit(self._held, *self.to_photo(at).tolist())
+            self._dragged = self.outline_near(at)
+            self.fetched.emit(self._dragged, *self.to_photo(at).tolist())
         elif takes and not self._set_down(at):
             self._clicked = at
         elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
@@ -215,7 +215,7 @@ class PhotoCanvas(Viewport):
             self._painting = True
             self.stroke_begun.emit(*self.to_photo(at).tolist())
         elif handle is not None:
-            self._held = handle
+            self._dragged = handle
             self.grabbed.emit(handle, *self.to_photo(at).tolist())
         return self._in_hand
 
@@ -255,7 +255,7 @@ class PhotoCanvas(Viewport):
 
     @property
     def _in_hand(self) -> bool:
-        return self._painting or self._held is not None
+        return self._painting or self._dragged is not None
 
     def _move_to(self, at: QPointF, *, straight: bool) -> None:
         x, y = self.to_photo(at).tolist()
@@ -274,7 +274,7 @@ class PhotoCanvas(Viewport):
                 self.picked.emit(face)
         self._lift()
         self.end_pan()
-        self.hold_space(self._space)
+        self.set_space_down(self._space)
         event.accept()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
@@ -288,9 +288,9 @@ class PhotoCanvas(Viewport):
         event.accept()
 
     def _lift(self) -> None:
-        held, painting = self._held is not None, self._painting
+        dragging, painting = self._dragged is not None, self._painting
         self.let_go()
-        if held:
+        if dragging:
             self.released.emit()
         if painting:
             self.stroke_ended.emit()
@@ -298,7 +298,7 @@ class PhotoCanvas(Viewport):
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom; while a point is in hand that others follow, change how far they do."""
         follows = self.shown.following.soft
-        if follows and self._held is not None and self._held.kind in ON_OUTLINE:
+        if follows and self._dragged is not None and self._dragged.kind in ON_OUTLINE:
             self.widened.emit(notches(event))
             event.accept()
         else:

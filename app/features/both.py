@@ -197,7 +197,7 @@ class BothModes(Feature):
     def _not_drawn(self, problem: Exception) -> None:
         text = tr("The two modes can't be compared ({why}).", why=reason(problem))
         revision = self._revision
-        self.say(text, holds=lambda: self._on and self._revision == revision)
+        self.say(text, applies=lambda: self._on and self._revision == revision)
 
 
 def next_step(state: State, applied: bool) -> str:

@@ -83,8 +83,8 @@ class Errand(Feature):
         try:
             check_in_place(photo)
         except CannotWrite as problem:
-            self.say(sentence(problem), holds=lambda: self.document.photo is photo)
+            self.say(sentence(problem), applies=lambda: self.document.photo is photo)
             return
         text = tr("Another program asked for this photo: saving writes over it.")
         done = BarAction(tr("Done"), self.actions["done"].trigger)
-        self.say(text, done, wrong=False, holds=lambda: self.document.photo is photo)
+        self.say(text, done, wrong=False, applies=lambda: self.document.photo is photo)

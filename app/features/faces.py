@@ -95,7 +95,7 @@ class Faces(Feature):
         self.stop()
         self._search = search = search or FaceSearch(self._source)
         if not self._touched:
-            self.live.hold()
+            self.live.wait()
         self.working.emit(tr("Looking for faces…"))
         search.came = lambda: self._came.emit(search)
         # Those that came before anyone listened.
@@ -180,12 +180,12 @@ class Faces(Feature):
         another = BarAction(tr("Open a photo…"), self.actions["open"].trigger)
         photo, search, before = self.document.photo, self._search, self.document.state
 
-        def holds() -> bool:  # until there is a face, or one more
+        def applies() -> bool:  # until there is a face, or one more
             state, here = self.document.state, self.document.photo is photo
             more = len(state.faces) > len(before.faces) or state.draft is not before.draft
             return here and self._search is search and not more
 
-        self.say(text, place, another, holds=holds)
+        self.say(text, place, another, applies=applies)
 
     def place_template(self) -> None:
         """Put a mean face in the middle of the photo, to be dragged into place."""
@@ -199,7 +199,7 @@ class Faces(Feature):
         text = tr(
             "Drag the frame onto the face; a corner turns and sizes it. Then drag single points."
         )
-        self.say(text, done, wrong=False, holds=lambda: self.view.placing is not None)
+        self.say(text, done, wrong=False, applies=lambda: self.view.placing is not None)
 
     def place(self, face: Face) -> None:
         """Add a face and let it be dragged into place."""

@@ -186,10 +186,10 @@ class Feature(QObject):
         text: str,
         *steps: BarAction,
         wrong: bool = True,
-        holds: Callable[[], bool] | None = None,
+        applies: Callable[[], bool] | None = None,
     ) -> None:
         """Say something in the bar over the canvas, see `Message`."""
-        self.message.emit(Message(text, steps, wrong, holds))
+        self.message.emit(Message(text, steps, wrong, applies))
 
     def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
         """Call `show` now, and after each change of the document that makes `value` another."""

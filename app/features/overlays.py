@@ -174,7 +174,7 @@ class Marks(Feature):
         if self._moving.isActive():
             return frozenset()
         faces = {self._under, view.face} if self._under is not None else set[int | None]()
-        held = view.selected
-        if held is not None and (self._by_key or self.document.in_gesture):
-            faces.add(held.face)
+        selected = view.selected
+        if selected is not None and (self._by_key or self.document.in_gesture):
+            faces.add(selected.face)
         return frozenset(face for face in faces if face is not None)

@@ -34,7 +34,7 @@ class Points(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._held: Handle | None = None
+        self._dragged: Handle | None = None
         self._offset: Array = np.zeros(2)
         self._to: Array | None = None
         self.document.changed.connect(self._follow)
@@ -95,7 +95,7 @@ class Points(Feature):
         self.document.commit()
         if handle.kind == "mark":
             return
-        self._held = handle
+        self._dragged = handle
         self._offset = handles.position(self.document.committed, handle) - np.array([x, y])
         self._to = None
         self._select(handle if handle.kind not in ("corner", "body") else None)
@@ -103,9 +103,9 @@ class Points(Feature):
 
     def drag(self, x: float, y: float) -> None:
         """Move the handle in hand; it stays under the cursor where it was taken."""
-        if self._held is not None and self._held.movable:
+        if self._dragged is not None and self._dragged.movable:
             self._to = self._offset + np.array([x, y])
-            self._move_held()
+            self._move_dragged()
 
     def fetch(self, handle: Handle | None, x: float, y: float) -> None:
         """Put a landmark at (x, y), px of the photo, and keep it in hand; None is too far away."""
@@ -124,23 +124,23 @@ class Points(Feature):
     def fetch_to_cursor(self) -> None:
         """Put the nearest landmark where the mouse is, as a click with Ctrl does."""
         at = self.view.cursor
-        if self._held is None and at is not None:
+        if self._dragged is None and at is not None:
             canvas = self.window.canvas
             self.fetch(canvas.outline_near(canvas.to_screen(at)), *at.tolist())
             self.release()
 
     def follow_anew(self) -> None:
         """Show what follows the point in hand, or would follow, once that is something else."""
-        if self._held is not None and self._to is not None:
-            self._move_held()
+        if self._dragged is not None and self._to is not None:
+            self._move_dragged()
         self.restyled.emit()
 
     def release(self) -> None:
         """Let go: a moved point is one undo step, a centre is chosen."""
-        held, self._held = self._held, None
+        dragged, self._dragged = self._dragged, None
         self.document.commit()
-        if held is not None and held.kind == "centre":
-            self.center_taken.emit(held.face, held.index + 1)
+        if dragged is not None and dragged.kind == "centre":
+            self.center_taken.emit(dragged.face, dragged.index + 1)
 
     def nudge(self, dx: int, dy: int) -> None:
         """Move the selected point by whole px of the photo."""
@@ -150,13 +150,13 @@ class Points(Feature):
             to = at + np.array([dx, dy])
             self._take(handle, handles.moved(state, handle, at, to, self.view.following))
 
-    def _move_held(self) -> None:
-        if self._held is not None and self._to is not None:
+    def _move_dragged(self) -> None:
+        if self._dragged is not None and self._to is not None:
             # What lies below the gesture can have got faces that were found meanwhile.
-            before, held = self.document.committed, self._held
-            start = handles.position(before, held)
-            state = handles.moved(before, held, start, self._to, self.view.following)
-            self._take(held, state)
+            before, dragged = self.document.committed, self._dragged
+            start = handles.position(before, dragged)
+            state = handles.moved(before, dragged, start, self._to, self.view.following)
+            self._take(dragged, state)
 
     def _take(self, handle: Handle, moved: State) -> None:
         """Show a handle moved; one drawn far out of the photo stays where it was."""
@@ -184,7 +184,7 @@ class Points(Feature):
             self.say(
                 tr("Select a face first: click it, or choose it in the list (Alt+S)."),
                 wrong=False,
-                holds=self._unselected,
+                applies=self._unselected,
             )
             return
         # Wherever the keys went before, the arrows move the point now.
@@ -253,7 +253,7 @@ class Points(Feature):
         self._drop()
 
     def _drop(self) -> None:
-        self._held = None
+        self._dragged = None
 
 
 class SoftSelection(Feature):

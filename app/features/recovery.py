@@ -146,7 +146,7 @@ class Recovery(Feature):
         if not self._complained:
             self._complained = True
             text = tr("Unsaved changes can't be kept for a crash ({why}).", why=reason(problem))
-            self.say(text, holds=lambda: self._complained)
+            self.say(text, applies=lambda: self._complained)
 
     # -- going on after a crash --------------------------------------------------------------------
 
@@ -174,7 +174,7 @@ class Recovery(Feature):
             BarAction(tr("Discard…"), lambda: self._ask_discard(left)),
             BarAction(tr("Restore"), lambda: self._ask_restore(left)),
         )
-        self.say(text, *steps, wrong=False, holds=lambda: self._is_open(left))
+        self.say(text, *steps, wrong=False, applies=lambda: self._is_open(left))
 
     def _is_open(self, left: Leftover) -> bool:
         return left in self._left and left not in self._taken_over

@@ -66,7 +66,7 @@ class Screen(Feature):
             tr("Give panels title bars to drag them by"),
             toggled=lambda on: docks.fix(not on),
         )
-        self.window.original_held.connect(canvas.show_original)
+        self.window.original_wanted.connect(canvas.show_original)
         canvas.view_changed.connect(self._show_zoom)
         status = self.window.status
         canvas.hovered.connect(lambda _, x, y: status.show_cursor(x, y))

@@ -164,12 +164,12 @@ class Strip(Feature):
         left_out = [one.name for one in places if one not in paths and not os.path.isdir(one)]
         if left_out:
             text = tr("Not on the film strip, since no photo: {names}.", names=", ".join(left_out))
-            self.say(text, holds=lambda: self._places is places and self.document.path in first)
+            self.say(text, applies=lambda: self._places is places and self.document.path in first)
 
     def _not_listed(self, problem: Exception) -> None:
         text = tr("The photos can't be listed ({why}); open one by its name.", why=reason(problem))
         path = self.document.path
-        self.say(text, holds=lambda: self._paths is None and self.document.path == path)
+        self.say(text, applies=lambda: self._paths is None and self.document.path == path)
 
     def _draw_next(self) -> None:
         paths = self._paths or []

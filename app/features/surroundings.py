@@ -119,7 +119,7 @@ class Surroundings(Feature):
     def _fail(self, problem: Exception) -> None:
         text = tr("The background can't be measured ({why}).", why=reason(problem))
         frame = self._frame
-        self.say(text, holds=lambda: self._frame is frame and bool(self._wanted))
+        self.say(text, applies=lambda: self._frame is frame and bool(self._wanted))
         self.not_seen.emit(text)
 
     def _forget(self) -> None:

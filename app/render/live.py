@@ -131,7 +131,7 @@ class Surface:
 class Live(QObject):
     """Keeps the canvas up with the document.
 
-    0. While a photo is opened and its faces are sought, only marks are drawn (`hold`, `go_on`).
+    0. While a photo is opened and its faces are sought, only marks are drawn (`wait`, `go_on`).
     1. The document changes: `_follow` takes its state and a revision, and asks for a preview of
        what is on screen. A request replaces the one that waits.
     2. A worker renders it into the buffer off screen.
@@ -150,7 +150,7 @@ class Live(QObject):
         self._canvas, self._view, self._document = canvas, canvas.shown, canvas.shown.document
         self._revision = 0
         self._followed: State | None = None
-        self._held = False
+        self._waits = False
         self.finder = BackgroundFinder()
         self._holding: Holding | None = None
         self._whole: Surface | None = None
@@ -192,16 +192,16 @@ class Live(QObject):
             return None
         return self._whole.lent()
 
-    def hold(self) -> None:
+    def wait(self) -> None:
         """Draw marks only, until `go_on`: more faces are sought, which needs the processors."""
-        self._held = True
+        self._waits = True
 
     def go_on(self) -> None:
-        """Render again; a picture that was held back comes at full resolution at once."""
-        held, self._held = self._held, False
-        if held and self._document.in_gesture:
+        """Render again; a picture that waited comes at full resolution at once."""
+        waited, self._waits = self._waits, False
+        if waited and self._document.in_gesture:
             self._follow()
-        elif held and self._document.state is not self._followed:
+        elif waited and self._document.state is not self._followed:
             self._followed = self._document.state
             self._revision += 1
             self._render_whole()
@@ -216,7 +216,7 @@ class Live(QObject):
         self.stop()
         self._followed = None
         # Which faces it starts with is known in a moment: without any there is nothing to render.
-        self._held = True
+        self._waits = True
         photo = self._document.pyramid
         if photo is not None and self._document.photo is not None:
             self._holding = Holding(self._document.photo.pixels, self.finder)
@@ -229,7 +229,7 @@ class Live(QObject):
         surface, state = self._preview, self._document.state
         if surface is None:
             return
-        if self._held:
+        if self._waits:
             self._canvas.redraw()
             return
         if state is self._followed:

@@ -37,12 +37,12 @@ class Message:
     text: str  # what happened
     steps: tuple[BarAction, ...] = ()  # what can be done about it
     wrong: bool = True  # whether something went wrong
-    # Whether it still holds; such a message stays until it doesn't, or is answered.
-    holds: Callable[[], bool] | None = None
+    # Whether it still applies; such a message stays until it doesn't, or is answered.
+    applies: Callable[[], bool] | None = None
 
 
 class MessageBar(QFrame):
-    """One message at a time: the newest about the last action, else the newest that still holds.
+    """One message at a time: the newest about the last action, else the newest that still applies.
 
     A message about the last action goes with the next step of the document (`move_on`) or the next
     attempt to open, save or find something (`clear`). One that only informs also goes by itself.
@@ -64,7 +64,7 @@ class MessageBar(QFrame):
         self._row.addWidget(self.text, 1)
         self.buttons: list[QPushButton] = []
         self._last: Message | None = None
-        self._holding: list[Message] = []
+        self._lasting: list[Message] = []
         self._shown: Message | None = None
         self._since = QElapsedTimer()
         self._since.start()
@@ -77,11 +77,11 @@ class MessageBar(QFrame):
 
     def say(self, message: Message) -> None:
         """Show a message, in place of the last one unless that one holds."""
-        if message.holds is None:
+        if message.applies is None:
             self._last = message
         else:
-            others = [known for known in self._holding if known.text != message.text]
-            self._holding = [*others, message]
+            others = [known for known in self._lasting if known.text != message.text]
+            self._lasting = [*others, message]
         self.refresh()
 
     def move_on(self) -> None:
@@ -111,9 +111,11 @@ class MessageBar(QFrame):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what still holds, and no more."""
-        self._holding = [message for message in self._holding if message.holds and message.holds()]
-        message = self._last or (self._holding[-1] if self._holding else None)
+        """Show what still applies, and no more."""
+        self._lasting = [
+            message for message in self._lasting if message.applies and message.applies()
+        ]
+        message = self._last or (self._lasting[-1] if self._lasting else None)
         if message is self._shown:
             return
         self._empty()
@@ -147,7 +149,7 @@ class MessageBar(QFrame):
         self._add(tr("Dismiss"), self.dismissed.emit)
         self.buttons[-1].setToolTip(tr("Close this message (Escape)"))
         self._since.start()
-        if not message.wrong and not message.steps and message.holds is None:
+        if not message.wrong and not message.steps and message.applies is None:
             self._linger.start()
         self.show()
         self.raise_()
@@ -173,7 +175,7 @@ class MessageBar(QFrame):
 
     def _take(self, act: Callable[[], object]) -> None:
         answered = self._shown
-        self._holding = [message for message in self._holding if message is not answered]
+        self._lasting = [message for message in self._lasting if message is not answered]
         self.clear()
         act()
 

@@ -45,10 +45,10 @@ class Text(str):
 
     @classmethod
     def _made(cls, template: str, many: str, values: dict[str, Any]) -> Text:
-        held = {k: v if isinstance(v, Number) else str(v) for k, v in values.items()}
+        filled = {k: v if isinstance(v, Number) else str(v) for k, v in values.items()}
         english = many if many and values["n"] != 1 else template
-        made = str.__new__(cls, english.format(**held) if held else english)
-        made.template, made.many, made.values = template, many, held
+        made = str.__new__(cls, english.format(**filled) if filled else english)
+        made.template, made.many, made.values = template, many, filled
         return made
 
     def __str__(self) -> str:

@@ -221,12 +221,12 @@ def _worth_knowing(
     photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool
 ) -> str:
     """Return the notes on a changed photo: what it lost, and what of its file was kept."""
-    held = {
+    blocks = {
         kinds.IPTC: photo.photoshop,
         kinds.RESOLUTION: photo.dpi,
         kinds.ASPECT: photo.aspect,
     }
-    extras = [*photo.extras, *(Extra(kind) for kind, block in held.items() if block)]
+    extras = [*photo.extras, *(Extra(kind) for kind, block in blocks.items() if block)]
     signed = ""
     if is_signed:  # credentials of the photo's own go into the new ones
         extras = [one for one in extras if one.kind is not kinds.CREDENTIALS]

@@ -63,7 +63,7 @@ class Driver:
 
     def key(self, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
         """Press a key that holds in the whole window."""
-        QTest.keyClick(self.window, key, _held(modifiers))
+        QTest.keyClick(self.window, key, _combined(modifiers))
 
     def press_key(
         self, widget: QWidget, key: Qt.Key, *modifiers: Qt.KeyboardModifier, times: int = 1
@@ -71,7 +71,7 @@ class Driver:
         """Give a widget the focus, and press a key there."""
         widget.setFocus()
         for _ in range(times):
-            QTest.keyClick(widget, key, _held(modifiers))
+            QTest.keyClick(widget, key, _combined(modifiers))
 
     def on_screen(self, handle: Handle) -> QPoint:
         return self.canvas.to_screen(position(self.state, handle)).toPoint()
@@ -155,7 +155,7 @@ class Driver:
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
-def _held(modifiers: tuple[Qt.KeyboardModifier, ...]) -> Qt.KeyboardModifier:
+def _combined(modifiers: tuple[Qt.KeyboardModifier, ...]) -> Qt.KeyboardModifier:
     return reduce(or_, modifiers, Qt.KeyboardModifier.NoModifier)
 
 

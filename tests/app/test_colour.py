@@ -153,9 +153,9 @@ def test_before_and_after_are_shown_alike_and_saved_as_they_were(empty, wide, tm
     x, y = np.round(empty.canvas.to_photo(spot)).astype(int).tolist()
     seen = at(empty, x, y)
     np.testing.assert_array_equal(pixels_of(empty)[seen], after[y, x])
-    empty.window.original_held.emit(True)
+    empty.window.original_wanted.emit(True)
     np.testing.assert_array_equal(pixels_of(empty)[seen], before[y, x])
-    empty.window.original_held.emit(False)
+    empty.window.original_wanted.emit(False)
     # Saving knows nothing of the screen.
     empty.editor.files.save(tmp_path / "copy.png")
     empty.settle()

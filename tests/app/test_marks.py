@@ -112,7 +112,7 @@ def test_before_and_after_show_the_same_marks(opened):
     opened.press_key(percent, KEYS.Key_Home)
     opened.settle()
     bare = [picture(opened)]
-    opened.window.original_held.emit(True)
+    opened.window.original_wanted.emit(True)
     assert apart() == 0, "nothing moves: before and after are one picture, marks included"
 
 

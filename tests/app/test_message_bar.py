@@ -13,7 +13,9 @@ from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 from scenes import oval_face
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
-OFFER = Message("An offer", (BarAction("Take it", lambda: None),), wrong=False, holds=lambda: True)
+OFFER = Message(
+    "An offer", (BarAction("Take it", lambda: None),), wrong=False, applies=lambda: True
+)
 
 
 @pytest.fixture

@@ -64,9 +64,9 @@ def said():
                 if feature and (made or (named and not _takes_message(call))):
                     words = {key.arg: key.value for key in call.keywords}
                     informs = isinstance(words.get("wrong"), ast.Constant)
-                    timed = informs and len(call.args) == 1 and "holds" not in words
+                    timed = informs and len(call.args) == 1 and "applies" not in words
                     where = path.relative_to(APP).with_suffix("").as_posix()
-                    yield f"{where}.{function.name}", "holds" in words, timed
+                    yield f"{where}.{function.name}", "applies" in words, timed
 
 
 def _takes_message(call):

@@ -56,7 +56,7 @@ class Experiments(Feature):
         subject = self._subject()
         if subject is None:
             text = tr("An experiment needs a photo with a face that is on.")
-            self.say(text, holds=lambda: self._subject() is None)
+            self.say(text, applies=lambda: self._subject() is None)
             return
         if self._dialog is not None:
             self._dialog.close()

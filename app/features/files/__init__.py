@@ -153,7 +153,7 @@ class Files(Feature):
         last = number == len(stops) - 1
         further = BarAction(tr("Next"), lambda: self._say_stop(number + 1))
         text = tr("{n} of {count}: {stop}", n=number + 1, count=len(stops), stop=stops[number])
-        self.say(text, self._open_step() if last else further, wrong=False, holds=self.on_sample)
+        self.say(text, self._open_step() if last else further, wrong=False, applies=self.on_sample)
 
     def on_sample(self) -> bool:
         """Return whether the sample is open, or no photo at all."""

@@ -134,12 +134,12 @@ def _grid_lines(one: Lattice) -> Array:
 def _control_points(one: Lattice, dot: float) -> list[Mark]:
     xs, ys = _nodes(one)
     at = np.dstack(np.meshgrid(xs, ys)).reshape(-1, 2)
-    holds = one.magnitude_px.ravel() > _NEVER_ZERO
-    tips = at[holds] + one.phi.reshape(-1, 2)[holds]
+    moves = one.magnitude_px.ravel() > _NEVER_ZERO
+    tips = at[moves] + one.phi.reshape(-1, 2)[moves]
     return [
-        Strokes(np.stack([at[holds], tips], axis=1), 1.5, TARGET),
-        Dots(at[~holds], 0.5 * dot, LATTICE, filled=False),
-        Dots(at[holds], 0.8 * dot, LATTICE),
+        Strokes(np.stack([at[moves], tips], axis=1), 1.5, TARGET),
+        Dots(at[~moves], 0.5 * dot, LATTICE, filled=False),
+        Dots(at[moves], 0.8 * dot, LATTICE),
     ]
 
 

@@ -71,10 +71,10 @@ class Log:
         data = path.read_bytes() if path.exists() else b""
         self._on_new_line = not data or data.endswith(b"\n")
         if b"\n" in data:
-            held = load(path)
-            if (held.study, held.rater) != (study.identity, rater):
+            logged = load(path)
+            if (logged.study, logged.rater) != (study.identity, rater):
                 raise BadFile(Text("{path} holds ratings of another study or rater", path=path))
-            self.session = held.session(study)
+            self.session = logged.session(study)
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
             self.session = Session(study, rater, drawn_order(study))

@@ -63,13 +63,13 @@ class Sessions:
         found = []
         for path in sorted((self.folder / plan.RATINGS_FOLDER).glob(f"*{results.SUFFIX}")):
             try:
-                held = results.load(path)
-                session = held.session(self.study)
+                log = results.load(path)
+                session = log.session(self.study)
             except BadFile:
                 continue  # what can't go on isn't offered; the report names it
-            if held.study == self.study.identity and session.current is not None:
+            if log.study == self.study.identity and session.current is not None:
                 done = len(session.answered)
-                found.append({"rater": held.rater, "done": done, "total": len(session.order)})
+                found.append({"rater": log.rater, "done": done, "total": len(session.order)})
         return found
 
     def open(self, rater: str) -> dict[str, Any]:
@@ -80,11 +80,11 @@ class Sessions:
             if rater not in self._open:
                 path = self.folder / plan.RATINGS_FOLDER / f"{rater}{results.SUFFIX}"
                 path.parent.mkdir(exist_ok=True)
-                held = _held(path, rater)
+                file = _locked(path, rater)
                 try:
-                    self._open[rater] = Log(path, self.study, rater), held
+                    self._open[rater] = Log(path, self.study, rater), file
                 except (BadFile, OSError):
-                    held.close()
+                    file.close()
                     raise
             return _state_of(self._open[rater][0].session)
 
@@ -102,12 +102,12 @@ class Sessions:
     def close(self) -> None:
         """Let every session go."""
         with self._lock:
-            for _, held in self._open.values():
-                held.close()
+            for _, file in self._open.values():
+                file.close()
             self._open.clear()
 
 
-def _held(path: Path, rater: str) -> BinaryIO:
+def _locked(path: Path, rater: str) -> BinaryIO:
     """Return a session's file, locked until it is closed or this program ends in any way."""
     file = path.open("ab")
     try:

@@ -36,7 +36,7 @@ def iptc_of(resources: bytes) -> bytes | None:
     return next((content for number, content, _ in _parts(resources) if number == _IPTC), None)
 
 
-def holding(iptc: bytes) -> bytes:
-    """Return resources that hold an IPTC record and nothing else."""
+def with_iptc(iptc: bytes) -> bytes:
+    """Return resources: an IPTC record and nothing else."""
     head = _SIGN + _IPTC.to_bytes(2, "big") + b"\0\0" + len(iptc).to_bytes(4, "big")
     return head + iptc + b"\0" * (len(iptc) % 2)

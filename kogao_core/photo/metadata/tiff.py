@@ -232,7 +232,7 @@ class TiffTags:
         resources = _as_bytes(self.tags.get(Tag.ImageResources))
         if self.iptc is None or (resources and photoshop.iptc_of(resources)):
             return resources
-        return (resources or b"") + photoshop.holding(self.iptc)
+        return (resources or b"") + photoshop.with_iptc(self.iptc)
 
     @property
     def dpi(self) -> tuple[Any, Any] | None:
