@@ -162,12 +162,12 @@ class Faces(Feature):
         if len(judged) > 1:
             text = tr("Every face in this photo is doubtful and left alone; the list says why.")
 
-        def holds() -> bool:
+        def applies() -> bool:
             now = self.document.state
             return self.document.photo is photo and 0 < len(now.faces) == len(now.off)
 
         every = BarAction(tr("Make smaller all the same"), self._all_on)
-        self.say(text, every, wrong=False, holds=holds)
+        self.say(text, every, wrong=False, applies=applies)
 
     def _all_on(self) -> None:
         state = dataclasses.replace(self.document.state, off=frozenset())

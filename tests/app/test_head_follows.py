@@ -43,7 +43,7 @@ def test_it_is_in_sight_below_the_amount_in_every_workspace(start, photo, worksp
 def test_a_key_leads_to_it_and_a_page_is_one_step_with_a_name(start, photo):
     driver = start(photo, workspace=RETOUCH.name)
     before = driver.state.recipe.head_follows
-    QTest.keyClick(driver.window, Qt.Key.Key_O, Qt.KeyboardModifier.AltModifier)
+    QTest.keyClick(driver.window, Qt.Key.Key_W, Qt.KeyboardModifier.AltModifier)
     assert follows(driver).slider.hasFocus()
     driver.press_key(follows(driver).slider, Qt.Key.Key_PageUp)
     assert driver.state.recipe.head_follows == before + 10.0
