@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from core.test_no_face import pictures
 from distortions import DISTORTIONS
 from kogao_resources.training.evaluate import distance_to_line
-from sights import picture_of
+from real_photos import picture_of
 
 from kogao_core.base.geometry import Box, Image
 from kogao_core.faces.doubt import verdicts

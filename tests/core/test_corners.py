@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shortly import few_of
-from sights import picture_of
+from few_cases import few_of
+from real_photos import picture_of
 
 from kogao_core.faces.landmarks import MeshSource
 

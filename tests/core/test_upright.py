@@ -6,8 +6,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from shortly import few_of
-from sights import picture_of
+from few_cases import few_of
+from real_photos import picture_of
 
 from kogao_core.base.geometry import Box, degrees_of
 from kogao_core.faces.doubt import doubtful
