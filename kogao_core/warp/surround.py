@@ -83,7 +83,7 @@ _SHRINK: Final = 0.4
 # How little a feature gives way to the outline, and from which rho on it does so more and more.
 _SLACK: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
-_STEPS: Final = 8  # of the fixed point that tells where the middle of a feature goes
+_STEPS: Final = 5  # of a fixed point that comes ten times nearer with each
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,24 +135,25 @@ class Surround:
         eyes, mouth = self.face.eyes, self.face.mouth
         rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
         source = np.vstack(rings)
-        middles = [ring.mean(axis=0) for ring in rings]
+        middles = np.array([ring.mean(axis=0) for ring in rings])
+        shown = self._shown(middles)
         scale = 1.0 - _SHRINK * float(np.abs(_end_shares(self.pairs)).mean())
         target = np.vstack(
             [
-                middle + self._shift(middle) + scale * (ring - middle)
-                for ring, middle in zip(rings, middles, strict=True)
+                there + scale * (ring - middle)
+                for ring, middle, there in zip(rings, middles, shown, strict=True)
             ]
         )
         rho, _ = self._rim.at(target)
         near = _rise((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
         return source, target, _SLACK / np.maximum(1.0 - near, 1e-6)
 
-    def _shift(self, middle: Array) -> Array:
-        """Return how far the middle of a feature is moved, forwards, px."""
-        shown = middle
+    def _shown(self, points: Array) -> Array:
+        """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
+        shown = points
         for _ in range(_STEPS):
-            shown = middle - self.at(shown[None])[0]
-        return shown - middle
+            shown = points - self.at(shown)
+        return shown
 
     @cached_property
     def _reach(self) -> Reach:
@@ -288,10 +289,7 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Arr
         return np.zeros((0, 2)), np.zeros((0, 2))
     photo = Box(-(2**30), -(2**30), 2**30, 2**30)
     surround = Surround(face, pairs, recipe.head_follows / 100.0, False, photo, Protection())
-    shown = face.forehead
-    for _ in range(_STEPS):
-        shown = face.forehead - surround.at(shown)
-    return face.forehead, shown
+    return face.forehead, surround._shown(face.forehead)
 
 
 def _end_shares(pairs: Pairs) -> Array:
