@@ -111,7 +111,7 @@ def amount() -> tuple[str, str, SliderScale]:
 def follows(*, plain: bool) -> tuple[str, str, SliderScale]:
     """Return what the slider below that is called, what it does, and its texts."""
     # Beside everyday words it has the letter of the paper's.
-    letter = _LETTERS["percent" if plain else "head_follows"]
+    letter = _LETTERS["percent" if plain else "head_follows"].lower()
     title = translated(SETTINGS["head_follows"].title)
     return lettered(title, letter), tip("head_follows"), scale("head_follows")
 
