@@ -12,7 +12,8 @@ from kogao_core.batch.report import keys_of
 from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.formats import READ_ONLY, READABLE
-from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.projects.results import Results
+from kogao_core.projects.sidecar import kept
 from kogao_core.recipe.recipe import Recipe
 
 
@@ -33,10 +34,14 @@ def plan(
     disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
     doubtful: bool = False,
+    edits: Path | None = None,
+    results: Results | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    Result: in the order of the inputs; `run` does them. Raises NothingToDo.
+    `edits` is the user's own folder of projects that don't lie beside their photos; what `results`
+    lists isn't worked on again. Result: in the order of the inputs; `run` does them. Raises
+    NothingToDo.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -62,10 +67,11 @@ def plan(
             str(photo),
             str(output),
             *choices,
-            project=_project_beside(photo) if projects else "",
+            project=str(kept(photo, edits) or "") if projects else "",
             disclosure=disclosure,
             done=keys.get(str(output), ""),
             doubtful=doubtful,
+            results=str(results.file) if results else "",
         )
         for output, photo in found.items()
     ]
@@ -114,11 +120,6 @@ def _check_places(found: Mapping[Path, Path], folder: Path) -> None:
 
 def _real(path: Path) -> Path:
     return Path(os.path.realpath(path))  # unlike `resolve`, at ease with links in a circle
-
-
-def _project_beside(photo: Path) -> str:
-    beside = sidecar_of(photo)
-    return str(beside) if beside.is_file() else ""
 
 
 def _named(place: Path, suffix: str) -> Path:

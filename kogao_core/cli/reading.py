@@ -18,6 +18,7 @@ from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
 from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here, source
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
+from kogao_core.projects.results import Results
 
 # The usual endings of the formats that can be written.
 ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
@@ -49,6 +50,21 @@ takes_photo = words.together(
 takes_photos = words.together(
     click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO), *_SEARCHING
 )
+
+
+takes_results = words.option(
+    "--results", is_flag=True, help="Work on Kogao's own results again, too."
+)
+
+
+def refuse_result(path: Path) -> None:
+    """Stop where a photo is one of this program's own results."""
+    origin = Results.of_user().origin(path)
+    if origin is not None:
+        raise ending.Stop(
+            Text("{why}; work on the original, or --results to go on", why=origin.why),
+            ending.OWN_RESULT,
+        )
 
 
 def input_path(source: Path | None, sample: bool) -> Path:
