@@ -74,7 +74,7 @@ class Warp(ABC):
     strip_px: ClassVar[int] = 2**13  # pixels mapped at a time: their weights stay in the cache
 
     @abstractmethod
-    def displacement(self, points_px: Array) -> Array:
+    def at(self, points_px: Array) -> Array:
         """Return the backward displacement at points of shape (N, 2), px."""
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
@@ -85,9 +85,7 @@ class Warp(ABC):
         for top in range(0, len(ys), step):
             rows = ys[top : top + step]
             points = np.stack(np.meshgrid(xs, rows), axis=-1).reshape(-1, 2)
-            displacement[:, top : top + step] = self.displacement(points).T.reshape(
-                2, len(rows), len(xs)
-            )
+            displacement[:, top : top + step] = self.at(points).T.reshape(2, len(rows), len(xs))
         return displacement
 
     def pixels(self, photo: Image, moved: Array | None = None) -> Image:

@@ -21,6 +21,7 @@ from kogao_core.lab.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp.field import shown_at
 
 SAMPLES_PX: Final = 2_000_000  # of a photo at most are sampled for folds, domain and heat
 DIFFERENCE_GAIN: Final = 4
@@ -35,10 +36,14 @@ class Compared:
     # From points to the fitted method, and from there to all pixels.
     fit_ms: Spread
     warp_ms: Spread
-    # How far landmarks end from their targets.
+    # How far the displacement at the targets is from the one asked for there.
     residual_mean_px: float
     residual_max_px: float
-    min_det: float  # smallest Jacobian determinant by central differences on the sampled pixels
+    landing_mean_px: float  # how far landmarks land from their targets
+    # Smallest and largest Jacobian determinant by central differences on the sampled pixels: the
+    # map goes backward, so that below 1 the picture is stretched and above 1 compressed.
+    min_det: float
+    max_det: float
     # Parts of the image, 0 to 1, that fold, and that move by more than 1/64 px.
     folded_share: float
     moved_share: float
@@ -187,7 +192,8 @@ def _compared(
     times: tuple[list[float], list[float]],
     look: tuple[dict[str, float], Image],
 ) -> Compared:
-    misses = np.linalg.norm(warp.displacement(task.target_px) - task.displacement_px, axis=1)
+    misses = np.linalg.norm(warp.at(task.target_px) - task.displacement_px, axis=1)
+    landed = shown_at(warp, task.target_px + task.displacement_px, task.target_px)
     figures, heat = look
     return Compared(
         method,
@@ -195,6 +201,7 @@ def _compared(
         Spread.of(times[1]),
         float(misses.mean()),
         float(misses.max()),
+        float(np.linalg.norm(landed - task.target_px, axis=1).mean()),
         pictures=_pictures(rgb8(photo), rgb8(result), heat),
         **figures,
     )
@@ -205,6 +212,7 @@ def _look(displacement: Array, step_px: int, asked_px: float) -> tuple[dict[str,
     length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step_px)
     figures = {
         "min_det": float(det.min()),
+        "max_det": float(det.max()),
         "folded_share": float((det <= 0.0).mean()),
         "moved_share": float((length > LOSSLESS_PX).mean()),
         "largest_px": float(length.max()),

@@ -29,7 +29,7 @@ class _Moving(Warp):
         )
         self._summed = np.column_stack([np.ones(len(at)), at, goal, turned])
 
-    def displacement(self, points_px: Array) -> Array:
+    def at(self, points_px: Array) -> Array:
         x, y = np.ascontiguousarray((points_px - self._middle).T)
         apart = np.square(x[:, None] - self._from[:, 0])
         apart += np.square(y[:, None] - self._from[:, 1])

@@ -18,7 +18,7 @@ class _Interpolated(Warp):
     def __init__(self, interpolator: Any) -> None:
         self._interpolator = interpolator
 
-    def displacement(self, points_px: Array) -> Array:
+    def at(self, points_px: Array) -> Array:
         return np.asarray(self._interpolator(points_px), np.float64)
 
 
@@ -48,7 +48,7 @@ class _Piecewise(Warp):
     def __init__(self, transform: Any) -> None:
         self._transform = transform
 
-    def displacement(self, points_px: Array) -> Array:
+    def at(self, points_px: Array) -> Array:
         shown = np.asarray(self._transform(points_px), np.float64)
         # Rounding puts points of the rim outside all triangles; both coordinates say -1 there.
         outside = (shown == -1.0).all(axis=1)
