@@ -8,7 +8,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Array
 from kogao_core.base.language import Text
-from kogao_core.lab.methods.base import Method, Warp, WarpTask
+from kogao_core.lab.methods.base import Method, Warp, WarpTask, interpolated
 
 BRUSH_SPACINGS: Final = 1.0  # standard deviation of the brush, in landmark spacings
 
@@ -45,5 +45,6 @@ def _fit(task: WarpTask) -> Warp:
 
 
 LIQUIFY: Final = Method(
-    "liquify", Text("Liquify, Gaussian brush"), Text("today's practice"), Text("own (numpy)"), _fit
-)
+    "liquify", Text("Liquify, Gaussian brush"), Text("today's practice"), Text("own (numpy)"), _fit,
+    quick=interpolated(_fit),
+)  # fmt: skip
