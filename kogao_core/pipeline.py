@@ -85,13 +85,13 @@ class Rendering:
 
     @cached_property
     def one_to_one(self) -> OneToOne:
-        """Smallest det J and folded cells, measured on first use."""
+        """Smallest det J of the samples, and folded cells, measured on first use."""
         with one_blas_thread():
             return check_one_to_one(self.field)
 
     @cached_property
     def residual(self) -> Residual:
-        """How far landmarks end from their targets."""
+        """How far the field at the targets is from what they ask for."""
         with one_blas_thread():
             return residual(self.field, self.pairs)
 
