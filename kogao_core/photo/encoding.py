@@ -12,7 +12,9 @@ from kogao_core.photo.metadata import jpeg_extras, photoshop, stale, upright
 from kogao_core.photo.model import Photo
 
 
-def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = None) -> Pieces:
+def encode(
+    photo: Photo, pixels: Image, form: FileFormat, part: Box | None = None, quality: int = 0
+) -> Pieces:
     """Return a file with new pixels and the photo's metadata, whose orientation is upright."""
     if form.encode is None:
         raise ValueError(f"{form.title} is read only")
@@ -34,6 +36,7 @@ def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = Non
         photo.photoshop and photoshop.without_stale(photo.photoshop),
         carried,
         is_lossless=photo.lossless_webp or formats.BY_NAME[photo.format].is_lossless,
+        quality=quality,
     )
     return form.encode(content)
 
