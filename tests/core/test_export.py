@@ -160,6 +160,18 @@ def test_metadata_are_left_out_where_nobody_wants_them(camera, tmp_path):
     assert seen["without.jpg"].info["icc_profile"] == camera.icc_profile
 
 
+@pytest.mark.parametrize("metadata", [True, False])
+def test_a_photo_that_lay_on_its_side_is_exported_upright(tmp_path, metadata):
+    path = tmp_path / "camera.jpg"
+    path.write_bytes(files.jpeg(textured_photo(160, 120), orientation=6))
+    lying = photos.read(path)
+    told, pixels = Export(quality=90, metadata=metadata).applied(lying, lying.pixels)
+    photos.write(told, pixels, tmp_path / "out.jpg", quality=90)
+    again = photos.read(tmp_path / "out.jpg")
+    assert (again.orientation, again.pixels.shape) == (1, lying.pixels.shape)
+    assert np.abs(again.pixels.astype(int) - lying.pixels).mean() < 8
+
+
 @pytest.mark.parametrize("quality", [60, 90])
 def test_a_quality_is_that_of_the_file(camera, tmp_path, quality):
     photos.write(camera, camera.pixels, tmp_path / "out.jpg", quality=quality)
