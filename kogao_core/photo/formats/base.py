@@ -69,6 +69,7 @@ class Content:
     carried: tuple[bytes, ...] = ()  # segments or chunks of the source, if it is of the same format
     # Whether nothing was lost in the source, so that nothing may be lost now.
     is_lossless: bool = False
+    quality: int = 0  # of what loses something, 1 to 100; 0 is the source's, or the format's own
 
     def saved(self, form: str, **options: Any) -> bytes:
         """Return the file that Pillow makes of the pixels and blocks."""
