@@ -9,7 +9,7 @@ from pathlib import Path
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Image
 from kogao_core.base.originals import Originals
-from kogao_core.photo import Photo, write, write_in_place
+from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
@@ -58,7 +58,7 @@ def retouch(
     Raises CannotWrite, RefusedOutput.
     """
     rendering = None
-    if drawn is None:
+    if drawn is None or any(extra.data for extra in photo.extras):  # what goes along moves, too
         held = held_of(photo.pixels, done, finder)
         rendering = render(
             photo.pixels, done.faces, done.recipe, protection=done.protection, held=held,
@@ -68,5 +68,7 @@ def retouch(
         drawn = rendering.pixels
     left_out = undisclosed(photo, drawn, disclosure)
     told, pixels = disclose(photo, drawn, disclosure, what=done.what)
+    if rendering is not None:
+        told = accompanied(told, rendering.warped, film=disclosure.film)
     written = to(told, pixels, signing(disclosure, done.what))
     return Retouched(rendering, written, left_out)

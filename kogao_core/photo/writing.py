@@ -98,9 +98,9 @@ def write(
             pieces: Pieces = [photo.path.read_bytes()]
             note = ""
         else:
-            encode = partial(_encoded, photo, pixels, path, form)
+            encode = partial(_encoded, pixels=pixels, path=path, form=form)
             keep = form.keep if is_same_format else None
-            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
+            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(photo, None), "")
             if sign is not None:
                 pieces = sign(photo, pieces, name)
             note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
@@ -236,8 +236,12 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(photo, extras), form.lacks(photo)
-    notes = [*photo.notes, lost, lacks, grey, spread, kept, signed]
+    along = {one.kind for one in photo.companions}
+    lost, lacks = form.not_kept(photo, extras, along), form.lacks(photo)
+    film = ""
+    if kinds.VIDEO in along and form.name == photo.format:
+        film = Text("the motion photo's video still shows the face as it was")
+    notes = [*photo.notes, lost, film, lacks, grey, spread, kept, signed]
     return Text.joined("; ", notes)
 
 
@@ -258,7 +262,9 @@ def _spread(photo: Photo, pixels: Image) -> str:
     )
 
 
-def _encoded(photo: Photo, pixels: Image, path: Path, form: FileFormat, part: Box | None) -> Pieces:
+def _encoded(
+    photo: Photo, part: Box | None, *, pixels: Image, path: Path, form: FileFormat
+) -> Pieces:
     try:
         return encoding.encode(photo, pixels, form, part)
     except ValueError as error:
