@@ -19,6 +19,7 @@ from kogao_core.base.wording import system_reason
 from kogao_core.photo import encoding, formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, FileFormat, Format
+from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of, is_same
@@ -102,7 +103,11 @@ def write(
             keep = form.keep if is_same_format else None
             pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(photo, None), "")
             if sign is not None:
-                pieces = sign(photo, pieces, name)
+                signed = sign(photo, pieces, name)
+                if is_same_format and photo.companions:
+                    more = sum(map(len, signed)) - sum(map(len, pieces))
+                    signed = sign(photo, grown(pieces, more), name)
+                pieces = signed
             note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
         if before is not None:
             before(pieces)

@@ -180,6 +180,16 @@ def test_a_film_stays_by_choice_and_the_claims_of_all_makers_go_with_it(tmp_path
     assert b'MicroVideoOffset="%d"' % len(FILM) in done.data or form == "google" or not film
 
 
+def test_apples_gain_map_goes_along_without_a_word_in_the_photos_own_xmp(tmp_path):
+    xmp = metadata_cases.packet('HDRGainMap:HDRGainMapVersion="131072"', name="map")
+    more = jpeg(light(1), xmp=xmp)
+    index = metadata_cases.multi_picture(len(more))
+    done = warped(tmp_path, jpeg(textured_photo(*SIZE, 3), index) + more)
+    assert "not kept" not in done.said
+    assert done.gain_map.count(xmp) == 1
+    assert done.source.xmp is photo.read(tmp_path / "out.jpg").xmp is None
+
+
 def test_a_film_that_nothing_would_find_is_named(tmp_path):
     """As Samsung's of old: its own directory of the file's end isn't written."""
     end = metadata_cases.samsung(0x0A30, b"MotionPhoto_Data", FILM)

@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 from PIL import Image as Pillow
 
+from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats.turning import as_stored, turn_upright
@@ -29,7 +30,10 @@ _MODES: Final = ("L", "RGB")
 _MPF: Final = 0xE2
 _PRIMARY: Final = 0x030000  # MPF's type of the picture itself; 0 is that of a gain map
 _ENTRY: Final = ">IIIHH"
-_MPF_BYTES: Final = 4  # of its name, behind which offsets count
+_MPF_NAME: Final = b"MPF\0"  # behind which offsets count
+_SIZE_AT: Final = (
+    4 + len(_MPF_NAME) + 54
+)  # of the picture's own, in the index as it is written here
 
 
 def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
@@ -142,10 +146,23 @@ def joined(photo: Photo, picture: bytes) -> bytes:
         index = _index(0, [len(one) for one in pictures])
         at = segments.end_of_headers(picture)
         size = len(picture) + len(index)
-        base = at + 4 + _MPF_BYTES
+        base = at + 4 + len(_MPF_NAME)
         picture = picture[:at] + _index(size, [len(one) for one in pictures], base) + picture[at:]
     films = [one.data for one in photo.companions if one.kind is kinds.VIDEO]
     return b"".join([picture, *pictures, *films])
+
+
+def grown(pieces: Pieces, more: int) -> Pieces:
+    """Return a file whose index says that its picture is longer: signing will put more into it."""
+    data = bytearray(b"".join(pieces))
+    with io.BytesIO(data) as file:
+        at = 2
+        for code, one in segments.segments(file):
+            if code == _MPF and one[4:].startswith(_MPF_NAME):
+                (size,) = struct.unpack_from(">I", data, at + _SIZE_AT)
+                struct.pack_into(">I", data, at + _SIZE_AT, size + more)
+            at += len(one)
+    return [bytes(data)]
 
 
 def _index(size: int, lengths: list[int], base: int = 0) -> bytes:
@@ -155,7 +172,7 @@ def _index(size: int, lengths: list[int], base: int = 0) -> bytes:
     """
     entries, at = [struct.pack(_ENTRY, _PRIMARY, size, 0, 0, 0)], size
     for length in lengths:
-        entries.append(struct.pack(_ENTRY, 0, length, at - base if base else 0, 0, 0))
+        entries.append(struct.pack(_ENTRY, 0, length, at - base, 0, 0))
         at += length
     listed = b"".join(entries)
     head = struct.pack(">2sHIH", b"MM", 42, 8, 3)
@@ -164,4 +181,4 @@ def _index(size: int, lengths: list[int], base: int = 0) -> bytes:
         ">HHI4sHHIIHHIII", 0xB000, 7, 4, b"0100", 0xB001, 4, 1, len(entries),
         0xB002, 7, len(listed), place, 0,
     )  # fmt: skip
-    return segments.segment(_MPF, b"MPF\0" + head + tags + listed)
+    return segments.segment(_MPF, _MPF_NAME + head + tags + listed)
