@@ -23,19 +23,26 @@ from kogao_core.photo.metadata import (
 from kogao_core.photo.model import Photo
 
 
-def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = None) -> Pieces:
+def encode(
+    photo: Photo,
+    pixels: Image,
+    form: FileFormat,
+    part: Box | None = None,
+    quality: int | None = None,
+) -> Pieces:
     """Return a file with new pixels and the photo's metadata.
 
-    It is upright, unless the format keeps a photo as it lies; `part` is then of the stored pixels.
+    It is upright, unless the format keeps a photo as it lies and no quality is asked for; `part` is
+    then of the stored pixels.
     """
     if form.encode is None:
         raise ValueError(f"{form.title} is read only")
     carried = photo.carried if form.name == photo.format else ()
-    along = {one.kind: len(one.data) for one in photo.companions if form.name == photo.format}
+    along = {one.kind: len(one.data) for one in photo.companions}
     if kinds.GAIN_MAP not in along:
         carried = tuple(one for one in carried if not jpeg_extras.tells_gain_map(one))
     is_extended = any(map(jpeg_extras.is_extension, carried))
-    turns = form.turns(photo)
+    turns = form.turns(photo, is_export=quality is not None)
     if photo.orientation != 1 and not turns:
         pixels = as_stored(pixels, photo.orientation)
     height, width = pixels.shape[:2]
@@ -62,6 +69,7 @@ def encode(photo: Photo, pixels: Image, form: FileFormat, part: Box | None = Non
         photo.photoshop and photoshop.without_stale(photo.photoshop, is_turned=turns),
         carried,
         is_lossless=photo.lossless_webp or formats.BY_NAME[photo.format].is_lossless,
+        quality=quality or 0,
     )
     return form.encode(content)
 

@@ -69,6 +69,7 @@ class Content:
     carried: tuple[bytes, ...] = ()  # segments or chunks of the source, if it is of the same format
     # Whether nothing was lost in the source, so that nothing may be lost now.
     is_lossless: bool = False
+    quality: int = 0  # of what loses something, 1 to 100; 0 is the source's, or the format's own
 
     def saved(self, form: str, **options: Any) -> bytes:
         """Return the file that Pillow makes of the pixels and blocks."""
@@ -172,19 +173,30 @@ class FileFormat:
             return "on request" if kind is kinds.VIDEO else "kept"
         return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
 
-    def turns(self, photo: Photo) -> bool:
+    def turns(self, photo: Photo, *, is_export: bool = False) -> bool:
         """Tell whether a photo's file lies otherwise than one of this format made from it."""
-        return photo.orientation != 1 and not (self.keeps_turn and photo.format == self.name)
+        lies = self.keeps_turn and photo.format == self.name and not is_export
+        return photo.orientation != 1 and not lies
 
-    def not_kept(self, photo: Photo, extras: Iterable[Extra], along: Container[Kind] = ()) -> str:
+    def not_kept(
+        self,
+        photo: Photo,
+        extras: Iterable[Extra],
+        along: Container[Kind] = (),
+        *,
+        is_export: bool = False,
+    ) -> str:
         """Return what of a photo's extras a changed one doesn't keep, in one line, as found.
 
-        `along`: what accompanies it.
+        `along`: what accompanies it; `is_export`: all is encoded anew.
         """
+        turns = self.turns(photo, is_export=is_export)
         lost: dict[str, None] = {}
         moved = has_note = False
         for extra in extras:
-            fate = "left out" if self._is_gone(photo, extra.kind, along) else self.fate(extra.kind)
+            gone = extra.kind in self.companions and extra.kind not in along
+            gone |= extra.kind is kinds.PLACES and turns
+            fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
             has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)
             if fate == "left out" and extra.kind.is_reported:
@@ -192,12 +204,6 @@ class FileFormat:
         notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
         if moved:
             notes.append(Text("the maker's note has moved: programs may miss parts of it"))
-        if has_note and self.turns(photo):
+        if has_note and turns:
             notes.append(Text("places in the maker's note are those of the picture as it lay"))
         return Text.joined("; ", notes)
-
-    def _is_gone(self, photo: Photo, kind: Kind, along: Container[Kind]) -> bool:
-        """Tell whether something doesn't stay in this photo that may in others."""
-        if kind in self.companions:
-            return kind not in along or photo.format != self.name
-        return kind is kinds.PLACES and self.turns(photo)

@@ -27,6 +27,8 @@ from kogao_core.photo.model import Photo, channels_of
 QUALITY: Final = 95
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
+_HALF_COLOUR: Final = 2  # and for 4:2:0
+_FINE: Final = 90  # from this quality on colours are kept in full
 
 
 def _encode(content: Content) -> Pieces:
@@ -37,7 +39,11 @@ def _encode(content: Content) -> Pieces:
 
 def _plain(content: Content) -> bytes:
     coding = content.photo.jpeg
-    if coding is None or not coding.tables:
+    if content.quality:
+        subsampling = _FULL_COLOUR if content.quality >= _FINE else _HALF_COLOUR
+        quality = {"quality": content.quality, "subsampling": subsampling}
+        saved = content.saved("JPEG", **quality, optimize=True)
+    elif coding is None or not coding.tables:
         saved = content.saved("JPEG", quality=QUALITY, subsampling=_FULL_COLOUR)
     else:
         saved = content.saved(
