@@ -66,7 +66,9 @@ XMP_EXTENSION: Final = Kind(
 )
 SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", why="one is read")
 IPTC: Final = Kind(
-    Text("the IPTC record"), "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
+    Text("the IPTC record"),
+    "APP13, raw profile, tags 33723 and 34377",
+    why="no place in WebP or AVIF",
 )
 ICC: Final = Kind(Text("the colour profile"), "APP2, `iCCP`, tag 34675")
 GREY_PROFILE: Final = Kind(
@@ -76,12 +78,12 @@ SECOND_PROFILE: Final = Kind(
     Text("a second colour profile"), "APP2, a second series", why="the first whole one counts"
 )
 RESOLUTION: Final = Kind(
-    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP"
+    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP or AVIF"
 )
 ASPECT: Final = Kind(
     Text("the pixels' shape"),
     "JFIF, `pHYs` or tag 296 without a unit, HEIC `pasp`",
-    why="no place in WebP",
+    why="no place in WebP or AVIF",
 )
 COMMENTS: Final = Kind(Text("comments"), "JPEG `COM`", why="a segment of JPEG's")
 SEGMENTS: Final = Kind(
