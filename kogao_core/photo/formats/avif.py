@@ -44,8 +44,8 @@ def _decode(source: Source) -> Photo:
     if not features.check("avif"):
         raise UnreadablePhoto(
             Text(
-                "{path} is an AVIF photo, which this Pillow was built without; install Pillow "
-                "from the Python package index",
+                "{path} is an AVIF photo, which this Pillow was built without; install "
+                "Kogao by pip",
                 path=source.path,
             )
         )
