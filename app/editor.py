@@ -137,9 +137,12 @@ class Editor(QObject):
     def _add_experiments(self, context: Context) -> QAction:
         """Add what the laboratory has for the menus, and return what compares methods."""
         # The door to the laboratory: where its folder isn't, these can't be loaded.
-        from .features.experiments import Experiments, rating
+        from .features.experiments import Experiments, rating, session
 
-        self.experiments = Experiments(context, self.landmarks, self.manual)
+        self.experiments = Experiments(context, self.landmarks)
+        self.session = session.TimingSession(
+            context, self.files, self.saver, self.faces, self.manual, self.experiments
+        )
         self.rating = rating.Rating(context)
         return self.experiments.starts["methods"]
 

@@ -8,12 +8,15 @@ from pathlib import Path
 
 from kogao_core.base.atomic import is_aside
 from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
 from kogao_core.batch.report import keys_of
 from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.formats import READ_ONLY, READABLE
+from kogao_core.photo.export import AS_IT_IS, Export
+from kogao_core.photo.formats import READABLE
+from kogao_core.projects.project import load
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import kept
+from kogao_core.projects.sidecar import kept, sheet_of
 from kogao_core.recipe.recipe import Recipe
 
 
@@ -36,6 +39,7 @@ def plan(
     doubtful: bool = False,
     edits: Path | None = None,
     results: Results | None = None,
+    export: Export = AS_IT_IS,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
@@ -46,7 +50,8 @@ def plan(
     found: dict[Path, Path] = {}
     for path in inputs:
         for photo, place in _photos(path, folder):
-            output = folder / _named(place, suffix)
+            percent = _percent(photo, recipe, projects, edits)
+            output = folder / export.place(place, len(found) + 1, percent, suffix)
             if found.setdefault(output, photo) != photo:
                 raise NothingToDo(
                     Text(
@@ -72,6 +77,7 @@ def plan(
             done=keys.get(str(output), ""),
             doubtful=doubtful,
             results=str(results.file) if results else "",
+            export=export,
         )
         for output, photo in found.items()
     ]
@@ -122,9 +128,13 @@ def _real(path: Path) -> Path:
     return Path(os.path.realpath(path))  # unlike `resolve`, at ease with links in a circle
 
 
-def _named(place: Path, suffix: str) -> Path:
-    # The whole name stays: a raw photo often lies beside its JPEG.
-    return place.with_name(place.name + suffix) if place.suffix.lower() in READ_ONLY else place
+def _percent(photo: Path, recipe: Recipe, projects: bool, edits: Path | None) -> float:
+    """Return the amount that a name tells: that of a photo's project, if that is done."""
+    project = kept(photo, edits) if projects else None
+    try:
+        return sheet_of(load(project)).recipe.percent if project else recipe.percent
+    except BadFile:  # it fails by name once it is to be done
+        return recipe.percent
 
 
 def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:

@@ -27,6 +27,7 @@ from kogao_core.photo import (
     check_output,
 )
 from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.export import Export
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied
@@ -90,6 +91,7 @@ def _corners(value: str) -> list[list[float]]:
     help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
 )  # fmt: skip
 @options.discloses
+@options.exports
 @to_json.writes_json
 @reading.takes_results
 @words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
@@ -112,6 +114,7 @@ def command(
     project_file: Path | None,
     save_project: bool,
     disclosure: Disclosure,
+    export: Export,
     json_file: Path | None,
     results: bool,
     force: bool,
@@ -124,14 +127,14 @@ def command(
     path = reading.input_path(source, sample)
     is_searched = project_file is None and points_file is None
     known = reading.landmark_source(landmarks) if is_searched else None
-    to = _checked_output(path, sample, output, in_place, save_project, force)
+    to = _checked_output(path, sample, output, in_place, save_project, force, export)
     to_json.check(json_file, force)
     if not (results or in_place or sample):
         reading.refuse_result(path)
     if save_project:
         projects.check_free(path, sample, force)
     photo = reading.read_photo(path, max_megapixels, to)
-    _check_photo(photo, to, in_place)
+    _check_photo(photo, to, in_place, export)
     sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
     found: list[Face] = []
     if project_file is not None:
@@ -149,9 +152,9 @@ def command(
         bends, note = _measured(photo, rendering, done, finder), rendering.note
 
     originals = None if temporary else Originals.of_user()
-    write = over_itself(originals) if in_place else to_file(to, force=force)
+    write = over_itself(originals) if in_place else to_file(to, force=force, export=export)
     with _writing():
-        made = retouch(photo, done, disclosure, write, finder, look=look)
+        made = retouch(photo, done, disclosure, write, finder, look=look, export=export)
     if not in_place:
         Results.of_user().add(path, to)
     written = Text.joined("; ", [made.written, made.undisclosed])
@@ -171,10 +174,16 @@ def _checked_output(
     in_place: bool,
     save_project: bool,
     force: bool,
+    export: Export,
 ) -> Path:
     """Return where the result goes, or stop where it may not go there."""
     if in_place:
         _check_in_place(sample, output, save_project)
+        if export.coding is not None:
+            raise ending.Stop(
+                Text("size, quality and colours are those of copies; leave out --in-place"),
+                ending.USAGE,
+            )
         return path
     if output is None:
         raise ending.Stop(Text("name an output with -o, or use --in-place"), ending.USAGE)
@@ -213,11 +222,11 @@ def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> No
         )
 
 
-def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
+def _check_photo(photo: Photo, output: Path, in_place: bool, export: Export) -> None:
     with _writing():
         if in_place:
             check_in_place(photo)
-        else:
+        elif export.coding is None:  # else its depth follows the format
             check_holds(output, photo.pixels)
 
 

@@ -106,7 +106,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
     """
     at_hand, note = match(project, pixels, sha256)
-    sheet = _sheet_of(at_hand)
+    sheet = sheet_of(at_hand)
     return Applied(
         sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive
     )
@@ -132,7 +132,7 @@ def _check_places(project: Project, image: Box) -> None:
         raise BadFile(str(error)) from None
 
 
-def _sheet_of(project: Project) -> Sheet:
+def sheet_of(project: Project) -> Sheet:
     """Return the sheet of the mode that makes the result."""
     if project.mode == "manual" and project.manual is not None:
         return project.manual

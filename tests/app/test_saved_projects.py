@@ -72,7 +72,7 @@ def test_zones_are_set_by_key_and_come_back_with_the_project(two, start, photo):
     two.editor.recipe.choose(1)
     panel = two.panel("recipe")
     before = two.shown.copy()
-    two.key(KEYS.Key_J, ALT)
+    two.key(KEYS.Key_G, ALT)
     two.qtbot.waitUntil(panel.zones.button.isChecked)
     for field, typed in (("cheeks", "40"), ("left", "150 %"), ("even_out", "75")):
         QTest.keyClick(panel.sliders[field].slider, KEYS.Key_Return)
