@@ -15,7 +15,7 @@ from kogao_core.recipe.presets import listed
 
 from ...i18n import sentence, tr
 from ...widgets.dialogs import question
-from .. import presets
+from .. import export, presets
 from ..feature import Context, Feature
 from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
@@ -67,7 +67,7 @@ class Batch(Feature):
         recipes |= presets.built_in() | listed(self.storage.presets)
         if not self.busy:
             disclosure = words(self._options.current)
-            self.dialog.form.offer(recipes, disclosure)
+            self.dialog.form.offer(recipes, export.presets(self.settings), disclosure)
         self.dialog.present()
 
     def guard(self, then: Callable[[], object]) -> None:
