@@ -53,7 +53,7 @@ def test_no_row_of_a_face_is_cut(two):
     rows = two.panel("faces").list
     assert rows.sizeHintForColumn(0) <= rows.viewport().width()
     spoken = two.panel("faces").item(1).data(Qt.ItemDataRole.AccessibleTextRole)
-    assert spoken == "Face 2, by hand, settings of its own"
+    assert spoken == "Face 2, by hand, settings of its own, 15 %"
 
 
 def test_the_panel_shows_the_selected_faces_values(two):
