@@ -30,7 +30,7 @@ from ..widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, n
 from ..widgets.dialogs import Dialog, PathLine, button, confirm
 from .feature import Context, Feature
 from .files.options import SaveOptions
-from .files.saver import Request, Saver
+from .files.saver import Holds, Request, Saver
 
 _SIZE_PX: Final = (520, 0)
 _GROUP: Final = "export"
@@ -249,7 +249,8 @@ class Exporting(Feature):
             )  # fmt: skip
             return " ".join(sentence(note) for note in (made.written, made.undisclosed) if note)
 
-        self._saver.save(file, write, self._written, lambda it: self.say(sentence(it)))
+        holds: Holds = "picture" if self._saver.keeps else "mode"
+        self._saver.save(file, write, self._written, lambda it: self.say(sentence(it)), holds=holds)
 
     def _written(self, request: Request, notes: str) -> None:
         text = sentence(tr("Saved {name}", name=request.file.name))

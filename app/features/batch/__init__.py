@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox
 from kogao_core.batch import Outcome
 from kogao_core.recipe.presets import listed
 
-from ...i18n import sentence, tr
+from ...i18n import sentence, tr, translated
 from ...widgets.dialogs import question
 from .. import export, presets
 from ..feature import Context, Feature
@@ -63,7 +63,7 @@ class Batch(Feature):
     def show(self) -> None:
         """Show the dialog with the settings of this moment."""
         now = self.document.state.recipe
-        recipes = {tr("The settings of this moment, {p:g} %", p=now.percent): now}
+        recipes = {tr("The settings of this moment, {what}", what=translated(now.amount)): now}
         recipes |= presets.built_in() | listed(self.storage.presets)
         if not self.busy:
             disclosure = words(self._options.current)

@@ -312,16 +312,16 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
     det = check.min_det
     if check.folds:
         cells = len(check.folded_cells)
-        return tr("⚠ folds in {n} cells, J ≥ {det:.2f}", n=cells, det=det), False
+        return tr("⚠ folds in {n} cells, sampled J ≥ {det:.2f}", n=cells, det=det), False
     if not check.edges_proven:
-        return tr("⚠ thin folds at the threshold possible\nJ ≥ {det:.2f}", det=det), False
+        return tr("⚠ thin folds at the threshold possible\nsampled J ≥ {det:.2f}", det=det), False
     if not check.settled:
-        return tr("⚠ small folds possible\nJ ≥ {det:.2f}", det=det), False
+        return tr("⚠ small folds possible\nsampled J ≥ {det:.2f}", det=det), False
     held = []
     if kept < 1.0:
-        held.append(tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det))
+        held.append(tr("⚠ held back to {n:.0f} %, sampled J ≥ {det:.2f}", n=100 * kept, det=det))
     if rendering.threshold_px < rendering.recipe.threshold_px:
         held.append(tr("⚠ threshold not used: its edge could have folded"))
     if held:
         return "\n".join(held), False
-    return tr("one-to-one ✓ J ≥ {det:.2f}", det=det), True
+    return tr("one-to-one ✓ sampled J ≥ {det:.2f}", det=det), True
