@@ -13,7 +13,7 @@ from kogao_core.base.display import preview
 from kogao_core.base.geometry import Image
 from kogao_core.photo.metadata.kinds import Extra, Kind
 
-Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
+Format = Literal["JPEG", "PNG", "TIFF", "WEBP", "AVIF"]
 SourceFormat = Literal[Format, "HEIF", "RAW"]
 _ROWS: Final = 64
 
@@ -62,7 +62,7 @@ class Photo:
         Grey, grey + alpha (C = 2), RGB or RGBA; uint8, uint16 or float32; upright; read-only.
     path : Path
         Where it was read.
-    format : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
+    format : {"JPEG", "PNG", "TIFF", "WEBP", "AVIF", "HEIF", "RAW"}
         What the file is, whatever its name says; but raw files go by their names.
     icc_profile, exif, xmp : bytes, optional
         Metadata as stored; `exif` starts with ``Exif\0\0`` and still tells the file's own

@@ -54,7 +54,7 @@ def write(
     pixels : array of shape (H, W) or (H, W, C)
         uint8; uint16 for PNG and TIFF; float32 for TIFF.
     path : path
-        ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff`` or ``.webp``.
+        ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff``, ``.webp`` or ``.avif``.
     force : bool
         Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
     before : callable, optional

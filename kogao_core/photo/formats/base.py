@@ -89,7 +89,7 @@ class FileFormat:
 
     Parameters
     ----------
-    name : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
+    name : {"JPEG", "PNG", "TIFF", "WEBP", "AVIF", "HEIF", "RAW"}
         As in `Photo.format`; Pillow's, where Pillow reads it.
     title : str
         As people say it.

@@ -73,7 +73,9 @@ PLACES: Final = Kind(
     why="would point elsewhere; a JPEG from a JPEG lies as it lay",
 )
 IPTC: Final = Kind(
-    Text("the IPTC record"), "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
+    Text("the IPTC record"),
+    "APP13, raw profile, tags 33723 and 34377",
+    why="no place in WebP or AVIF",
 )
 ICC: Final = Kind(Text("the colour profile"), "APP2, `iCCP`, tag 34675")
 GREY_PROFILE: Final = Kind(
@@ -83,12 +85,12 @@ SECOND_PROFILE: Final = Kind(
     Text("a second colour profile"), "APP2, a second series", why="the first whole one counts"
 )
 RESOLUTION: Final = Kind(
-    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP"
+    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP or AVIF"
 )
 ASPECT: Final = Kind(
     Text("the pixels' shape"),
     "JFIF, `pHYs` or tag 296 without a unit, HEIC `pasp`",
-    why="no place in WebP",
+    why="no place in WebP or AVIF",
 )
 COMMENTS: Final = Kind(Text("comments"), "JPEG `COM`", why="a segment of JPEG's")
 SEGMENTS: Final = Kind(
