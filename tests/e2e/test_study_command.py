@@ -81,8 +81,8 @@ def test_a_study_of_ones_own_design(works, portrait, tmp_path):
     folder = tmp_path / "own"
     works(
         "make", portrait, "-o", folder, "--percents", "-4,3", "--centers", "2", "--lattices", "",
-        "--fit", "exact", "--fit", "approximation", "--match", "--practice", "2", "--catch",
-        "--size", "12deg", "--distance", "57", "--consent", tmp_path / "consent.txt",
+        "--fits", "exact,approximation", "--match", "--practice", "2", "--catch",
+        "--picture-size", "12deg", "--distance", "57", "--consent", tmp_path / "consent.txt",
         "--swap-keys", "--faces-each", "1",
     )  # fmt: skip
     study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))
@@ -144,7 +144,8 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
         (2, "list such as", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,x"),
         (2, "different numbers", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
         (2, "within -15..15", "make", portrait, "-o", tmp_path / "new", "--percents", "-4,20"),
-        (2, "no size such as", "make", portrait, "-o", tmp_path / "new", "--size", "large"),
+        (2, "a list such as exact", "make", portrait, "-o", tmp_path / "new", "--fits", "exact,x"),
+        (2, "no size such as", "make", portrait, "-o", tmp_path / "new", "--picture-size", "large"),
         (3, "a text in UTF-8", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
         (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
         (3, "holds no study", "report", tmp_path / "full"),

@@ -65,6 +65,18 @@ def _numbers(low: float, high: float) -> Callable[..., tuple[float, ...]]:
     return read
 
 
+def _fits(_: click.Context, __: click.Parameter, value: str | None) -> tuple[Fit, ...] | None:
+    if value is None:
+        return None
+    given = value.split(",")
+    found = tuple(fit for fit in get_args(Fit) if fit in given)
+    if len(found) != len(given):
+        raise words.bad_value(
+            Text("{value} is not a list such as exact,approximation.", value=shown(value))
+        )
+    return found
+
+
 def _text(path: Path | None) -> str:
     """Return what a file says, or nothing where none is named."""
     if path is None:
@@ -97,8 +109,8 @@ def _text(path: Path | None) -> str:
     metavar="C,C,...", help="Centre candidates of table 1.",
 )  # fmt: skip
 @words.option(
-    "--fit", "fits", multiple=True, type=click.Choice(get_args(Fit)),
-    help="A fit of table 1's pictures; repeatable [the recipe's].",
+    "--fits", callback=_fits, metavar="FIT,FIT,...",
+    help="Fits of table 1's pictures: approximation, exact, multilevel [the recipe's].",
 )  # fmt: skip
 @words.option(
     "--match", is_flag=True,
@@ -129,7 +141,7 @@ def _text(path: Path | None) -> str:
     help="Answers between two breaks; 0 for none.",
 )  # fmt: skip
 @words.option(
-    "--size", default="fit", show_default=True, metavar="SIZE",
+    "--picture-size", "size", default="fit", show_default=True, metavar="SIZE",
     help="The pictures' long side, such as 640px or 12deg; fit fills the window.",
 )  # fmt: skip
 @words.option(
@@ -149,7 +161,7 @@ def make(
     lattices: tuple[float, ...],
     percents: tuple[float, ...],
     centers: tuple[float, ...],
-    fits: tuple[Fit, ...],
+    fits: tuple[Fit, ...] | None,
     match: bool,
     recipe_file: Path | None,
     control: bool,
@@ -172,7 +184,7 @@ def make(
         lattices,
         percents=percents,
         centers=tuple(map(int, centers)),
-        fits=fits or None,
+        fits=fits,
         control=control,
         catch=catch,
         satisfaction=satisfaction,
