@@ -12,6 +12,7 @@ from kogao_core.batch.report import keys_of
 from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.formats import READ_ONLY, READABLE
+from kogao_core.projects.interchange import file_for
 from kogao_core.projects.sidecar import sidecar_of
 from kogao_core.recipe.recipe import Recipe
 
@@ -33,10 +34,13 @@ def plan(
     disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
     doubtful: bool = False,
+    points: Path | None = None,
+    points_map: str | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    Result: in the order of the inputs; `run` does them. Raises NothingToDo.
+    `points` is a file of landmarks, or a folder of them by the photos' names. Result: in the order
+    of the inputs; `run` does them. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -66,6 +70,8 @@ def plan(
             disclosure=disclosure,
             done=keys.get(str(output), ""),
             doubtful=doubtful,
+            points="" if points is None else str(file_for(photo, points)),
+            points_map=points_map,
         )
         for output, photo in found.items()
     ]

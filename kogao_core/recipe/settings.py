@@ -282,9 +282,11 @@ _ALL: Final = (
     Setting(
         "percent",
         Text("Warp distance"),
-        Text("How far landmarks move, in % of D, their distance to the centre"),
+        Text(
+            "How far landmarks move, in % of D, their distance to the centre; below 0, away from it"
+        ),
         Text("section 3.2"),
-        within=(0.0, 15.0),
+        within=(-15.0, 15.0),
         unit=Text("% of D"),
         per_face=True,
     ),
