@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from kogao_core.base.atomic import NotAFile, Pieces, check_target, put
+from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
@@ -34,12 +35,14 @@ def write(
     force: bool = False,
     before: Callable[[Pieces], object] | None = None,
     sign: Sign | None = None,
+    quality: int | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
-    The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP,
-    IPTC and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
-    every block in which no pixel changed; other sources get quality 95 and 4:4:4. If nothing
+    The file appears whole or not at all. ICC profile, EXIF (thumbnail dropped), XMP, IPTC and
+    resolution are kept; JPEG to JPEG keeps the orientation, the tables, the subsampling and, bit
+    for bit, every block in which no pixel changed; all else is upright, and what isn't from a JPEG
+    gets quality 95 and 4:4:4. If nothing
     changed and the format is the source's, its bytes are copied.
 
     Parameters
@@ -58,6 +61,9 @@ def write(
     sign : callable, optional
         Given the photo, a changed one's file and its format; returns that file with content
         credentials (`disclosure.signing`).
+    quality : int, optional
+        Encode everything anew, JPEG and WebP in this quality, 1 to 100, of 16 bits the upper 8;
+        0 is the source's quality.
 
     Returns
     -------
@@ -90,14 +96,16 @@ def write(
     """
     path = Path(path)
     name = check_output(path, force=force)
+    if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
+        pixels = eight_bits(pixels)
     check_holds(path, pixels)
-    form, is_same_format = formats.BY_NAME[name], name == photo.format
+    form, is_same_format = formats.BY_NAME[name], name == photo.format and quality is None
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
             pieces: Pieces = [photo.path.read_bytes()]
             note = ""
         else:
-            encode = partial(_encoded, photo, pixels, path, form)
+            encode = partial(_encoded, photo, pixels, path, form, quality)
             keep = form.keep if is_same_format else None
             pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
             if sign is not None:
@@ -235,7 +243,7 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(extras), form.lacks(photo)
+    lost, lacks = form.not_kept(photo, extras), form.lacks(photo)
     notes = [*photo.notes, lost, lacks, grey, spread, kept, signed]
     return Text.joined("; ", notes)
 
@@ -257,9 +265,11 @@ def _spread(photo: Photo, pixels: Image) -> str:
     )
 
 
-def _encoded(photo: Photo, pixels: Image, path: Path, form: FileFormat, part: Box | None) -> Pieces:
+def _encoded(
+    photo: Photo, pixels: Image, path: Path, form: FileFormat, quality: int | None, part: Box | None
+) -> Pieces:
     try:
-        return encoding.encode(photo, pixels, form, part)
+        return encoding.encode(photo, pixels, form, part, quality)
     except ValueError as error:
         raise CannotWrite(
             Text(

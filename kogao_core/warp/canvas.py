@@ -52,7 +52,7 @@ class Canvas:
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
         active = self._blocks(domain)
-        before, flag = self._job, _flag(interpolation)
+        before, flag = self._job, flag_of(interpolation)
         job = Job(self.source, self.pixels, field, flag, before)
         todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
         if before is not None and job.resembles(before):
@@ -122,7 +122,8 @@ def _copied(source: Image) -> Image:
     return copy
 
 
-def _flag(interpolation: Interpolation) -> int:
+def flag_of(interpolation: Interpolation) -> int:
+    """Return OpenCV's name of an interpolation."""
     match interpolation:
         case "bilinear":
             return cv2.INTER_LINEAR

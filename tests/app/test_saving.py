@@ -44,10 +44,10 @@ def accept(box):
 def test_saving_says_what_was_kept_of_a_jpeg(empty, jpeg, tmp_path):
     empty.open(jpeg)
     save(empty, tmp_path / "copy.jpg")
-    assert empty.say().startswith("Saved copy.jpg. ")
+    assert empty.say().startswith(f"Saved copy.jpg in {tmp_path}. ")
     assert "blocks" in empty.say()
     save(empty, tmp_path / "copy.png")
-    assert empty.say() == "Saved copy.png."
+    assert empty.say() == f"Saved copy.png in {tmp_path}."
 
 
 def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
@@ -56,7 +56,7 @@ def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
     assert "notes: 1" in empty.window.status._photo.text()
     assert empty.window.status._photo.toolTip() == "not kept: the motion photo's video"
     save(empty, tmp_path / "copy.png")
-    assert empty.say() == "Saved copy.png. Not kept: the motion photo's video."
+    assert empty.say() == f"Saved copy.png in {tmp_path}. Not kept: the motion photo's video."
 
 
 def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path):

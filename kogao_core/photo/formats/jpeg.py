@@ -16,6 +16,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats.base import Content, Encode, FileFormat
+from kogao_core.photo.formats.turning import as_stored
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
@@ -25,6 +26,8 @@ from kogao_core.photo.model import Photo, channels_of
 QUALITY: Final = 95
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
+_HALF_COLOUR: Final = 2  # and for 4:2:0
+_FINE: Final = 90  # from this quality on colours are kept in full
 
 
 def _encode(content: Content) -> Pieces:
@@ -35,7 +38,11 @@ def _encode(content: Content) -> Pieces:
 
 def _plain(content: Content) -> bytes:
     coding = content.photo.jpeg
-    if coding is None or not coding.tables:
+    if content.quality:
+        subsampling = _FULL_COLOUR if content.quality >= _FINE else _HALF_COLOUR
+        quality = {"quality": content.quality, "subsampling": subsampling}
+        saved = content.saved("JPEG", **quality, optimize=True)
+    elif coding is None or not coding.tables:
         saved = content.saved("JPEG", quality=QUALITY, subsampling=_FULL_COLOUR)
     else:
         saved = content.saved(
@@ -72,8 +79,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _why_none_stays(photo: Photo) -> str:
-    if photo.orientation != 1:
-        return Text("the photo was turned upright")
     if photo.jpeg is None:
         return Text("its colours were converted to RGB")
     return "" if photo.jpeg.tables else Text("it was lossless")
@@ -92,8 +97,9 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Piec
         reason = Text("{path} has changed since it was read", path=photo.path)
     if not reason:
         try:
+            before, after = (as_stored(one, photo.orientation) for one in (photo.pixels, pixels))
             kept = keep_blocks(
-                photo.path, photo.pixels, pixels, lambda box: b"".join(encode(box)), _folder(path)
+                photo.path, before, after, lambda box: b"".join(encode(box)), _folder(path)
             )
         except CannotKeepBlocks as why:
             reason = str(why)
@@ -123,11 +129,12 @@ JPEG: Final = FileFormat(
         {
             *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
             *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.COMMENTS, kinds.SEGMENTS),
+            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.PLACES),
         }
     ),
     moved=frozenset({kinds.MOVED_NOTE}),
     inside=_inside,
     behind=_behind,
+    keeps_turn=True,
     keep=_keep,
 )
