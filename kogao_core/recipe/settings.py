@@ -528,7 +528,9 @@ ZONES: Final = {
     setting.name: setting.word or setting.title for setting in _ALL if setting.needs == "zones"
 }
 # What reshapes the face directly, whatever the warp distance.
-SHAPE: Final = tuple(setting.name for setting in _ALL if setting.within == _SIGNED)
+SHAPE: Final = tuple(
+    setting.name for setting in _ALL if setting.within == _SIGNED and setting.name != "percent"
+)
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
 
