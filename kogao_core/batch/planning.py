@@ -46,8 +46,8 @@ def plan(
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    `points` is a file of landmarks, or a folder of them by the photos' names, `edits` the user's own
-    folder of projects that don't lie beside their photos; what `results` lists isn't worked on
+    `points` is a file of landmarks, or a folder of them by the photos' names, `edits` the user's
+    own folder of projects that don't lie beside their photos; what `results` lists isn't worked on
     again. Result: in the order of the inputs; `run` does them. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
