@@ -112,7 +112,7 @@ class Editor(QObject):
         self.saver = Saver(context)
         self.preferences = Preferences(context, self.recipe)
         self.files = Files(context, self.saver, self.faces, self.save_options)
-        self.exporting = Exporting(context, self.saver, self.save_options)
+        self.exporting = Exporting(context, self.files)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files)

@@ -18,19 +18,15 @@ from PySide6.QtWidgets import (
 )
 
 from kogao_core.base.language import Text
-from kogao_core.photo import Photo
 from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.photo.formats import WRITTEN
-from kogao_core.retouch import retouch, to_file
 
-from ..document import State
 from ..i18n import sentence, tr, translated
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
 from ..widgets.dialogs import Dialog, PathLine, button, confirm
 from .feature import Context, Feature
-from .files.options import SaveOptions
-from .files.saver import Holds, Request, Saver
+from .files import Files
 
 _SIZE_PX: Final = (520, 0)
 _GROUP: Final = "export"
@@ -207,11 +203,11 @@ class ExportDialog(Dialog):
 
 
 class Exporting(Feature):
-    """Writes the open photo's result as an export, in a worker."""
+    """Asks how the open photo's result is exported."""
 
-    def __init__(self, context: Context, saver: Saver, options: SaveOptions) -> None:
+    def __init__(self, context: Context, files: Files) -> None:
         super().__init__(context)
-        self._saver, self._options = saver, options
+        self._save = files.save
         self.add_action(
             "export",
             tr("E&xport…"),
@@ -228,30 +224,7 @@ class Exporting(Feature):
             return
         percent = self.document.state.recipe.percent
         dialog = ExportDialog(self.settings, path, percent, self.window)
-        dialog.taken.connect(self.export)
+        dialog.taken.connect(lambda export, file: self._save(file, export=export))
         # The name is for the photo that is open now, and for no other.
         self.document.opened.connect(dialog.reject)
         dialog.open()
-
-    def export(self, export: Export, file: Path) -> None:
-        """Write the result to a file."""
-        self.window.bar.clear()
-        path = self.document.path
-        if path is not None and path.exists() and file.exists() and path.samefile(file):
-            self.say(tr("That is the original; it is never written over."))
-            return
-        finder, disclosure, drawn = self.live.finder, self._options.current, self.live.lent()
-
-        def write(photo: Photo, state: State) -> str:
-            made = retouch(
-                photo, state.done, disclosure, to_file(file, force=True, export=export), finder,
-                drawn=drawn, export=export,
-            )  # fmt: skip
-            return " ".join(sentence(note) for note in (made.written, made.undisclosed) if note)
-
-        holds: Holds = "picture" if self._saver.keeps else "mode"
-        self._saver.save(file, write, self._written, lambda it: self.say(sentence(it)), holds=holds)
-
-    def _written(self, request: Request, notes: str) -> None:
-        text = sentence(tr("Saved {name}", name=request.file.name))
-        self.say(f"{text} {notes}".strip(), wrong=False)

@@ -15,7 +15,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.originals import Originals
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, options, points, projects, reading, summary, words
+from kogao_core.cli import common, ending, options, projects, reading, summary, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.faces.face import Face
 from kogao_core.photo import (
@@ -29,6 +29,7 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import Export
 from kogao_core.pipeline import Rendering
+from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied
 from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
@@ -67,7 +68,7 @@ def _corners(value: str) -> list[list[float]]:
     help="With --in-place: IN is a copy that another program made for this; keep no original.",
 )  # fmt: skip
 @options.chooses
-@points.takes_points
+@reading.takes_point_files
 @words.option(
     "--protect", "lines", multiple=True, metavar="'X,Y X,Y'", callback=_lines,
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
@@ -92,6 +93,7 @@ def _corners(value: str) -> list[list[float]]:
 @options.discloses
 @options.exports
 @to_json.writes_json
+@reading.takes_results
 @words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
     source: Path | None,
@@ -104,8 +106,6 @@ def command(
     which: str,
     doubtful: bool,
     recipe_file: Path | None,
-    points_file: Path | None,
-    points_map: str | None,
     lines: list[Any],
     width_px: float,
     feather_px: float,
@@ -114,6 +114,7 @@ def command(
     disclosure: Disclosure,
     export: Export,
     json_file: Path | None,
+    results: bool,
     force: bool,
     **choices: Any,
 ) -> None:
@@ -122,10 +123,12 @@ def command(
         projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
     path = reading.input_path(source, sample)
-    is_searched = project_file is None and points_file is None
+    is_searched = project_file is None and reading.point_files()[0] is None
     known = reading.landmark_source(landmarks) if is_searched else None
     to = _checked_output(path, sample, output, in_place, save_project, force, export)
     to_json.check(json_file, force)
+    if not (results or in_place or sample):
+        reading.refuse_result(path)
     if save_project:
         projects.check_free(path, sample, force)
     photo = reading.read_photo(path, max_megapixels, to)
@@ -136,7 +139,7 @@ def command(
         done = projects.applied(project_file, photo, sha256)
     else:
         protection = _protection(photo, lines, width_px, feather_px)
-        found = points.faces(photo, points_file, points_map, landmarks, known)
+        found = reading.find_faces(photo, landmarks, known)
         chosen = reading.chosen(photo, found, which, doubtful)
         done = Applied(chosen.faces, recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()
@@ -150,14 +153,16 @@ def command(
     write = over_itself(originals) if in_place else to_file(to, force=force, export=export)
     with _writing():
         made = retouch(photo, done, disclosure, write, finder, look=look, export=export)
+    if not in_place:
+        Results.of_user().add(path, to)
     written = Text.joined("; ", [made.written, made.undisclosed])
     notes = list(filter(None, [done.note, note, written, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))
     assert made.rendering is not None
-    results = photo, to, done.faces, made.rendering, bends, notes
-    to_json.tell(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
+    told = photo, to, done.faces, made.rendering, bends, notes
+    to_json.tell(lambda: summary.as_json(*told), lambda: summary.as_text(*told), json_file)
 
 
 def _checked_output(

@@ -53,8 +53,13 @@ class OrderForm(QWidget):
         self.settings.setToolTip(tr("What is done to every photo"))
         self.export = ChoiceBox()
         self.export.setToolTip(tr("Size, format and colours of results; File, Export has more"))
-        self.projects = QCheckBox(tr("Where a &project lies beside a photo, do what it says"))
-        self.projects.setToolTip(tr("Its points, settings and protection, as they were saved"))
+        self.projects = QCheckBox(tr("Where a &photo has edits of its own, do what they say"))
+        self.projects.setToolTip(tr("Its points, settings and protection, as they were kept"))
+        self.projects.setChecked(True)
+        self.doubtful = QCheckBox(tr("Make &doubtful faces smaller, too"))
+        self.doubtful.setToolTip(
+            tr("Those that are unsure, cut off, hidden or on their head are left alone otherwise")
+        )
         self.again = QCheckBox(tr("Do every photo &again, also those that are done"))
         self.again.setToolTip(tr("Otherwise only what is missing or has changed"))
         self.jobs = WholeNumber(1, _MOST_JOBS, _JOBS)
@@ -77,7 +82,7 @@ class OrderForm(QWidget):
             named(tr("S&ettings"), self.settings),
             self.settings,
             named(tr("E&xport as"), self.export),
-            *(self.export, self.projects, self.again),
+            *(self.export, self.projects, self.doubtful, self.again),
             row_of(named(tr("Photos at a &time"), self.jobs), self.jobs, None),
             self.disclosure,
             spacing=2 * GRID_PX,
@@ -132,6 +137,7 @@ class OrderForm(QWidget):
             self.jobs.value(),
             self.projects.isChecked(),
             self.again.isChecked(),
+            self.doubtful.isChecked(),
             export=self._exports[self.export.currentIndex()],
         )
 
