@@ -17,7 +17,7 @@ from kogao_core.faces.targets import Pairs, aim
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
-from kogao_core.warp.canvas import Canvas, flag_of
+from kogao_core.warp.canvas import Canvas, flag_of, warp_smaller
 from kogao_core.warp.counts import pixel_counts
 from kogao_core.warp.dose import achieved_percent
 from kogao_core.warp.falloff import falloff_of
@@ -96,6 +96,32 @@ class Rendering:
         """How far the field at the targets is from what they ask for."""
         with one_blas_thread():
             return residual(self.field, self.pairs)
+
+    def warped(self, picture: Image) -> Image:
+        """Warp another picture of the whole photo by the same field, such as a gain map for HDR.
+
+        Parameters
+        ----------
+        picture : array of shape (h, w) or (h, w, C)
+            As `render` takes them, of any size, upright.
+
+        Returns
+        -------
+        array
+            Of its shape and depth, resampled once; where nothing moves it has the same bytes.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo = kogao.read(kogao.sample())
+        >>> face = kogao.template_face((450, 480), 400)
+        >>> rendering = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5))
+        >>> half = photo.pixels[::2, ::2]
+        >>> rendering.warped(half).shape, bool((rendering.warped(half) == half).all())
+        ((450, 450, 3), False)
+        """
+        with one_blas_thread():
+            return warp_smaller(picture, self.field, self.domain, self.recipe.interpolation)
 
     @property
     def threshold_px(self) -> float:

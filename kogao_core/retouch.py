@@ -9,7 +9,7 @@ from pathlib import Path
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Image
 from kogao_core.base.originals import Originals
-from kogao_core.photo import Photo, write, write_in_place
+from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.model import is_same
@@ -67,7 +67,8 @@ def retouch(
     Raises CannotWrite, RefusedOutput.
     """
     rendering, is_changed = None, False
-    if drawn is None or export.reduces(photo):
+    goes_along = export.coding is None and any(extra.data for extra in photo.extras)
+    if drawn is None or export.reduces(photo) or goes_along:
         held = held_of(photo.pixels, done, finder)
         rendering = render(
             photo.pixels, done.faces, done.recipe, protection=done.protection, held=held,
@@ -82,5 +83,7 @@ def retouch(
     told, pixels = export.applied(photo, drawn)
     if is_changed:
         told, pixels = disclose(told, pixels, disclosure, what=done.what)
+    if rendering is not None and goes_along:
+        told = accompanied(told, rendering.warped, film=disclosure.film)
     written = to(told, pixels, signing(disclosure, done.what))
     return Retouched(rendering, written, left_out)

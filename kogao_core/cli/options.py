@@ -176,8 +176,17 @@ _DISCLOSING: Final = (
         metavar="FILE",
         help="The certificate's private key, as PEM; its password from KOGAO_SIGN_PASSWORD.",
     ),
+    words.option(
+        "--motion",
+        type=click.Choice(("keep", "drop")),
+        default="drop",
+        show_default=True,
+        help="The video of a motion photo, which shows the face as it was: JPEG only.",
+    ),
 )
-_TOLD: Final = ("record", "label", "font", "picture", "corner", "share", "certificate", "key")
+_TOLD: Final = (
+    *("record", "label", "font", "picture", "corner", "share", "certificate", "key", "motion"),
+)
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -200,6 +209,7 @@ def _disclosure(
     share: float,
     certificate: str | None,
     key: str | None,
+    motion: str,
 ) -> Disclosure:
     """Return what results disclose, after checking that they can."""
     laid, signer = None, None
@@ -216,7 +226,7 @@ def _disclosure(
             if certificate is not None and key is not None:
                 signer = Signer(certificate, key)
                 check_signer(signer)
-    return Disclosure(record, label or "", font, laid, signer)
+    return Disclosure(record, label or "", font, laid, signer, film=motion == "keep")
 
 
 _EXPORTING: Final = (
@@ -259,9 +269,8 @@ chooses_percent = words.option(
     "--percent", type=float, help=_with_default(SETTINGS["percent"], "4")
 )
 # For a command that repeats the paper's work.
-chooses_as_the_paper = words.together(
-    _recipe_file(Text("A saved recipe (JSON) [the paper's].")), chooses_faces
-)
+takes_papers_recipe = _recipe_file(Text("A saved recipe (JSON) [the paper's]."))
+chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 
 
 def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:

@@ -11,7 +11,15 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.photo import formats
 from kogao_core.photo.formats import Content, FileFormat
 from kogao_core.photo.formats.turning import as_stored
-from kogao_core.photo.metadata import jpeg_extras, photoshop, places, stale, upright
+from kogao_core.photo.metadata import (
+    container,
+    jpeg_extras,
+    kinds,
+    photoshop,
+    places,
+    stale,
+    upright,
+)
 from kogao_core.photo.model import Photo
 
 
@@ -30,8 +38,11 @@ def encode(
     if form.encode is None:
         raise ValueError(f"{form.title} is read only")
     carried = photo.carried if form.name == photo.format else ()
+    along = {one.kind: len(one.data) for one in photo.companions}
+    if kinds.GAIN_MAP not in along:
+        carried = tuple(one for one in carried if not jpeg_extras.tells_gain_map(one))
     is_extended = any(map(jpeg_extras.is_extension, carried))
-    turns = form.turns(photo) or (quality is not None and photo.orientation != 1)
+    turns = form.turns(photo, is_export=quality is not None)
     if photo.orientation != 1 and not turns:
         pixels = as_stored(pixels, photo.orientation)
     height, width = pixels.shape[:2]
@@ -42,6 +53,9 @@ def encode(
         )
     pixels = pixels[(part or Box.of(pixels)).slices]
     xmp = photo.xmp and places.turned_xmp(photo.xmp, turn)
+    if xmp:
+        xmp = stale.without(xmp, is_extended=is_extended, is_turned=turns, along=along)
+        xmp = container.adjusted(xmp, along) if along else xmp
     becomes_colour = form.becomes_colour(pixels)
     content = Content(
         photo,
@@ -49,7 +63,7 @@ def encode(
         {
             "icc_profile": None if becomes_colour else photo.icc_profile,  # it is one of grey
             "exif": photo.exif and upright.turned_exif(photo.exif, turn),
-            "xmp": xmp and stale.without(xmp, is_extended=is_extended, is_turned=turns),
+            "xmp": xmp,
             "dpi": photo.dpi,
         },
         photo.photoshop and photoshop.without_stale(photo.photoshop, is_turned=turns),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import os
 import shutil
@@ -20,6 +21,7 @@ from kogao_core.base.wording import system_reason
 from kogao_core.photo import encoding, formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, FileFormat, Format
+from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of, is_same
@@ -100,17 +102,25 @@ def write(
         pixels = eight_bits(pixels)
     check_holds(path, pixels)
     form, is_same_format = formats.BY_NAME[name], name == photo.format and quality is None
+    if not is_same_format:
+        photo = dataclasses.replace(photo, companions=())
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
             pieces: Pieces = [photo.path.read_bytes()]
             note = ""
         else:
-            encode = partial(_encoded, photo, pixels, path, form, quality)
+            encode = partial(_encoded, pixels=pixels, path=path, form=form, quality=quality)
             keep = form.keep if is_same_format else None
-            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
+            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(photo, None), "")
             if sign is not None:
-                pieces = sign(photo, pieces, name)
-            note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
+                signed = sign(photo, pieces, name)
+                if photo.companions:
+                    more = sum(map(len, signed)) - sum(map(len, pieces))
+                    signed = sign(photo, grown(pieces, more), name)
+                pieces = signed
+            note = _worth_knowing(
+                photo, pixels, form, kept, is_signed=sign is not None, is_export=quality is not None
+            )
         if before is not None:
             before(pieces)
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
@@ -226,7 +236,7 @@ def _shows_through(pixels: Image) -> bool:
 
 
 def _worth_knowing(
-    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool
+    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool, is_export: bool
 ) -> str:
     """Return the notes on a changed photo: what it lost, and what of its file was kept."""
     blocks = {
@@ -243,8 +253,12 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(photo, extras), form.lacks(photo)
-    notes = [*photo.notes, lost, lacks, grey, spread, kept, signed]
+    along = {one.kind for one in photo.companions}
+    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), form.lacks(photo)
+    film = ""
+    if kinds.VIDEO in along:
+        film = Text("the motion photo's video still shows the face as it was")
+    notes = [*photo.notes, lost, film, lacks, grey, spread, kept, signed]
     return Text.joined("; ", notes)
 
 
@@ -266,7 +280,13 @@ def _spread(photo: Photo, pixels: Image) -> str:
 
 
 def _encoded(
-    photo: Photo, pixels: Image, path: Path, form: FileFormat, quality: int | None, part: Box | None
+    photo: Photo,
+    part: Box | None,
+    *,
+    pixels: Image,
+    path: Path,
+    form: FileFormat,
+    quality: int | None,
 ) -> Pieces:
     try:
         return encoding.encode(photo, pixels, form, part, quality)

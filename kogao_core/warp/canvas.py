@@ -25,6 +25,7 @@ BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 # Where the displacement changes by less, few pixels are read elsewhere, and only those are
 # resampled. To find them costs as much as to resample all of them bilinearly.
 _FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
+_STRIP_ROWS: Final = 256  # of a smaller picture: bounds the memory
 _COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another thread
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
@@ -108,6 +109,32 @@ class Canvas:
         top = row[run] * self._block_px
         bottom = np.minimum(top + self._block_px, self.image.bottom)
         return [Box(*edge) for edge in np.stack([left, top, right, bottom], axis=1).tolist()]
+
+
+def warp_smaller(picture: Image, field: Field, domain: Domain, kind: Interpolation) -> Image:
+    """Return a picture of all that the domain's image shows, of another size, warped as that one.
+
+    The field is asked where the picture's own pixels lie, so they are resampled once.
+    """
+    _check(picture)
+    size, bounds = Box.of(picture), domain.bounds
+    scale = np.array([domain.image.width / size.width, domain.image.height / size.height])
+    left, top = (np.array([bounds.left, bounds.top]) // scale).astype(int)
+    right, bottom = np.ceil(np.array([bounds.right, bounds.bottom]) / scale).astype(int)
+    warped = picture.copy()
+    columns = np.arange(left, min(right, size.right))
+    for start in range(top, min(bottom, size.bottom), _STRIP_ROWS):
+        rows = np.arange(start, min(start + _STRIP_ROWS, bottom, size.bottom))
+        xs, ys = ((at + 0.5) * by - 0.5 for at, by in zip((columns, rows), scale, strict=True))
+        along_x, along_y = field.on_grid(xs, ys) / scale[:, None, None]
+        warped[rows[0] : rows[-1] + 1, left : columns[-1] + 1] = cv2.remap(
+            picture,
+            (along_x + columns).astype(np.float32),
+            (along_y + rows[:, None]).astype(np.float32),
+            flag_of(kind),
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+    return warped
 
 
 def _copied(source: Image) -> Image:

@@ -20,6 +20,7 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import files
+import metadata_cases
 from damaging import bytewise, parts, trials
 from scenes import oval_face
 
@@ -29,7 +30,13 @@ STRUCTURED = 0.6  # share of changes that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow
 POINTS = faces_text([oval_face(40, 40, size=0.5)]).encode()
 SUFFIXES = (".jpg", ".png", ".tif", ".webp", ".avif")
-MORE = (["--disclose"], ["--label", "Retouched"], ["--percent", "0"], ["--save-project"])
+MORE = (
+    ["--motion", "keep"],
+    ["--disclose"],
+    ["--label", "Retouched"],
+    ["--percent", "0"],
+    ["--save-project"],
+)
 
 
 @functools.cache
@@ -61,6 +68,7 @@ def seeds() -> dict[str, bytes]:
         with io.BytesIO() as out:
             tifffile.imwrite(out, np.moveaxis(deep, 2, 0), bigtiff=big, **rare)
             found[f"{name} tiff"] = out.getvalue()
+    found["hdr"], found["motion"] = metadata_cases.ultra_hdr(), metadata_cases.motion_photo()
     found["heic"], found["dng"] = files.heic(picture), files.dng()
     return found
 

@@ -30,6 +30,7 @@ class Extra:
 
     kind: Kind
     more: str = ""
+    data: bytes = b""  # a gain map or film behind the picture, which a changed photo can keep
 
     @property
     def name(self) -> str:
@@ -126,9 +127,10 @@ CHANNELS: Final = Kind(
 )
 GAIN_MAP: Final = Kind(
     Text("the HDR gain map"),
-    "`hdrgm:` or Apple's `HDRGainMap:` in XMP, ISO 21496-1 in APP2, JPEG-HDR, HEIC auxiliary",
-    why=_OLD_FACE,
+    "a JPEG behind the picture with `hdrgm:`, ISO 21496-1 or Apple's `HDRGainMap:`; HEIC auxiliary",
+    why="warped with the photo; no place in other formats",
 )
+JPEG_HDR: Final = Kind(Text("JPEG-HDR's picture of ratios"), "APP11 `HDR_RI`", why=_OLD_FACE)
 VIDEO: Final = Kind(
     Text("the motion photo's video"),
     "`MotionPhoto`, `MicroVideo` in XMP, an MP4 at the end, `mpvd`",
