@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.originals import Originals
 from kogao_core.photo import Photo, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo.optics import optics_of
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.sidecar import Applied
@@ -34,12 +36,13 @@ class Retouched:
     """What became of a photo: `written` is what is worth knowing of the file.
 
     `rendering` is None where the pixels were there already; `undisclosed` says what a result that
-    equals the photo doesn't tell.
+    equals the photo doesn't tell, `lens` why the lens' stretch stays that was to go.
     """
 
     rendering: Rendering | None
     written: str
     undisclosed: str
+    lens: str
 
 
 def retouch(
@@ -57,7 +60,9 @@ def retouch(
 
     Raises CannotWrite, RefusedOutput.
     """
-    rendering = None
+    rendering, optics = None, optics_of(photo)
+    left = optics.note(done.recipe)
+    done = dataclasses.replace(done, recipe=optics.settled(done.recipe))
     if drawn is None:
         held = held_of(photo.pixels, done, finder)
         rendering = render(
@@ -69,4 +74,4 @@ def retouch(
     left_out = undisclosed(photo, drawn, disclosure)
     told, pixels = disclose(photo, drawn, disclosure, what=done.what)
     written = to(told, pixels, signing(disclosure, done.what))
-    return Retouched(rendering, written, left_out)
+    return Retouched(rendering, written, left_out, left)

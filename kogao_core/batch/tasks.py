@@ -128,7 +128,7 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     finder, told = _background(), task.disclosure
     made = retouch(photo, done, told, written, finder, look=seen.append, threads=1)
     (rendering,) = seen
-    notes = [done.note, rendering.note, made.written, made.undisclosed]
+    notes = [done.note, made.lens, rendering.note, made.written, made.undisclosed]
     return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
 
 

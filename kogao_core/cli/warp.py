@@ -146,7 +146,7 @@ def command(
     with _writing(), _write(to, force, in_place, temporary) as write:
         made = retouch(photo, done, disclosure, write, finder, look=look)
     written = Text.joined("; ", [made.written, made.undisclosed])
-    notes = list(filter(None, [done.note, note, written, bends.note]))
+    notes = list(filter(None, [done.note, made.lens, note, written, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))

@@ -71,8 +71,8 @@ def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalnes
 
 def percent_of(pairs: Pairs) -> float:
     """Return the mean warp distance of a face in % of D, targets placed by hand included."""
-    radius = np.linalg.norm(pairs.source_px - pairs.center_px, axis=1)
-    moved = np.linalg.norm(pairs.displacement_px, axis=1)
+    radius = np.linalg.norm(pairs.start_px - pairs.center_px, axis=1)
+    moved = np.linalg.norm(pairs.start_px - pairs.target_px, axis=1)
     return 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
 
 

@@ -16,6 +16,7 @@ from kogao_core.recipe.settings import (
     Fit,
     Interpolation,
     LatticeUnit,
+    LensName,
 )
 
 VERSION: Final = 3
@@ -77,6 +78,11 @@ class Recipe:
         The same for the sides of the face, as one sees them in the picture of an upright head.
     even_out : float
         How far the two sides go towards each other's mirror image, 0 to 100 % (`symmetry`).
+    lens : {"off", "auto"} or float
+        Take out how a lens stretches heads off its axis (`lens`): of which focal length, as
+        35-mm film would need it, 8 to 1000 mm; "auto" goes by the photo, see `optics.settled`.
+    lens_amount : float
+        How much of that stretch is taken out, 0 to 100 %.
 
     Raises
     ------
@@ -112,6 +118,8 @@ class Recipe:
     left: float = 100.0
     right: float = 100.0
     even_out: float = 0.0
+    lens: LensName | float = "off"
+    lens_amount: float = 100.0
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges; numpy's numbers become Python's."""
@@ -140,7 +148,7 @@ class Recipe:
         for name, setting in SETTINGS.items():
             if name in told or setting.is_method:
                 continue
-            counts = not setting.needs or getattr(self, setting.needs)
+            counts = not setting.needs or getattr(self, setting.needs) not in (False, "off")
             if counts and getattr(self, name) != _DEFAULTS[name]:
                 said.append(setting.said(getattr(self, name)))
         return Text.joined(", ", said)

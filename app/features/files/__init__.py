@@ -320,4 +320,4 @@ def save_copy(
     """
     to = over_itself(originals) if originals is not None else to_file(path, force=True)
     made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn)
-    return " ".join(sentence(note) for note in (made.written, made.undisclosed) if note)
+    return " ".join(sentence(note) for note in (made.lens, made.written, made.undisclosed) if note)

@@ -6,10 +6,11 @@ import math
 from dataclasses import replace
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QCheckBox,
     QHBoxLayout,
     QPushButton,
     QSizePolicy,
@@ -20,11 +21,12 @@ from PySide6.QtWidgets import (
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
 from kogao_core.recipe.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
+from kogao_core.warp.lens import stretch_percent
 
 from ...document import DEFAULT, State
-from ...i18n import lettered, tr, translated
+from ...i18n import lettered, sentence, tr, translated
 from ...theme import GRID_PX
-from ...widgets.controls import column_of, heading, muted_label, row_of
+from ...widgets.controls import WholeNumber, column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
@@ -32,6 +34,7 @@ _STEPS: Final = 100
 _LINE: Final = 40  # columns of text that fit beside the photo; tooltips say the rest
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
+_SEEN_PERCENT: Final = 1.0  # a stretch that is worth a look
 
 
 def percent() -> SliderScale:
@@ -167,10 +170,11 @@ def help_of(one: Alternative[str]) -> str:
     return translated(cited(one.help, one.where))
 
 
-# They have a fold of their own, whose letter leads to them.
-FOLDED_PARTS: Final = ("zones", *ZONES)
+# They have a fold or a switch of their own, whose letter leads to them.
+FOLDED_PARTS: Final = ("zones", *ZONES, "lens_amount")
 _SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
-# The keys that lead to a field's control, together with Alt.
+# The keys that lead to a field's control, together with Alt. There are no more letters: the kernel
+# is beside the domain, behind its fold's.
 _LETTERS: Final = {
     "percent": "W",
     "center": "C",
@@ -179,11 +183,11 @@ _LETTERS: Final = {
     "fit": "i",
     "domain": "D",
     "threshold_px": "r",
-    "interpolation": "n",
     "guard": "Q",
     "hold_background": "b",
     "head_follows": "o",
     "keep_features": "K",
+    "lens": "n",
 }
 
 
@@ -229,6 +233,57 @@ def _center_tip(number: int) -> str:
     share = f"{tenths:g} : {10.0 - tenths:g}"
     words = Text("Distance to the eyes : to the mouth = {share}", share=share)
     return translated(cited(words, candidate.where))
+
+
+class LensChoice(QWidget):
+    """A switch, the focal length, and what they are about: how far the lens stretched whom."""
+
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        low, high = SETTINGS["lens"].within or (0.0, 0.0)
+        self.switch, self.note = QCheckBox(label("lens")), muted_label(wraps=True)
+        # Below the least there is what the photo tells.
+        self.focal = WholeNumber(round(low) - 1, round(high), round(low) - 1)
+        self.focal.setSuffix(tr(" mm"))
+        self.focal.setKeyboardTracking(False)
+        self.focal.setAccessibleName(tr("Focal length, as 35-mm film would need it"))
+        for control in (self.switch, self.focal):
+            control.setToolTip(tip("lens"))
+        self.switch.toggled.connect(lambda on: self.chosen.emit("auto" if on else "off"))
+        self.focal.valueChanged.connect(
+            lambda mm: self.chosen.emit("auto" if mm == self.focal.minimum() else float(mm))
+        )
+        column_of(self, row_of(self.switch, None, self.focal), self.note)
+
+    def show_state(self, state: State, chosen: int | None) -> bool:
+        """Show what is chosen, and how far the lens stretched a face, or the one it did most.
+
+        Result: whether that is worth a look.
+        """
+        lens, optics = state.recipe.lens, state.optics
+        known = "" if optics.focal_mm is None else f"{optics.focal_mm:.0f}"
+        with QSignalBlocker(self.switch), QSignalBlocker(self.focal):
+            self.switch.setChecked(lens != "off")
+            self.focal.setSpecialValueText(tr("{mm} mm", mm=known or "?"))
+            number = self.focal.minimum() if isinstance(lens, str) else round(lens)
+            self.focal.setValue(number)
+        self.focal.setVisible(lens != "off")
+        focal = optics.focal_mm if isinstance(lens, str) else lens
+        faces = state.faces if chosen is None else state.faces[chosen : chosen + 1]
+        most = max((stretch_percent(f, focal, state.image) for f in faces if focal), default=0.0)
+        self.note.setText(_stretched(len(faces), focal, most) if focal else sentence(optics.why))
+        self.note.setHidden(not faces or (lens == "off" and most < _SEEN_PERCENT))
+        return lens != "off" or most >= _SEEN_PERCENT
+
+
+def _stretched(count: int, focal_mm: float, percent: float) -> str:
+    """Return how far a lens stretched so many faces at most."""
+    said = {"mm": focal_mm, "percent": percent}
+    if count == 1:
+        return tr("{mm:.0f} mm: this face is {percent:.1f} % longer outwards", **said)
+    return tr("{mm:.0f} mm: faces are up to {percent:.1f} % longer outwards", **said)
 
 
 class OwnerLine(QWidget):
