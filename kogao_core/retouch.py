@@ -26,8 +26,8 @@ def to_file(path: Path, *, force: bool) -> Write:
     return lambda photo, pixels, sign: write(photo, pixels, path, force=force, sign=sign)
 
 
-def over_itself(originals: Originals) -> Write:
-    """Return what writes over a photo's own file, which is kept in a store before."""
+def over_itself(originals: Originals | None) -> Write:
+    """Return what writes over a photo's own file, which is kept in a store before, if any."""
     return lambda photo, pixels, sign: write_in_place(photo, pixels, originals, sign)
 
 

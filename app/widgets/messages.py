@@ -244,7 +244,7 @@ class StatusLine(QStatusBar):
         if photo.icc_profile is not None:
             unusable = tr("colour profile can't be used")
             parts.append((colours.name or tr("colour profile")) if colours.usable else unusable)
-        notes = [*photo.notes, *filter(None, [_copied_as(photo).not_kept(photo.extras)])]
+        notes = [*photo.notes, *filter(None, [_copied_as(photo).not_kept(photo, photo.extras)])]
         if notes:
             parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))

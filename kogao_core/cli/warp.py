@@ -29,7 +29,7 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
-from kogao_core.retouch import Write, over_itself, retouch, to_file
+from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
 from kogao_core.warp.protection import NOTHING, Protection
 
@@ -143,7 +143,9 @@ def command(
         nonlocal bends, note
         bends, note = _measured(photo, rendering, done, finder), rendering.note
 
-    with _writing(), _write(to, force, in_place, temporary) as write:
+    originals = None if temporary else Originals.of_user()
+    write = over_itself(originals) if in_place else to_file(to, force=force)
+    with _writing():
         made = retouch(photo, done, disclosure, write, finder, look=look)
     written = Text.joined("; ", [made.written, made.undisclosed])
     notes = list(filter(None, [done.note, made.lens, note, written, bends.note]))
@@ -229,18 +231,6 @@ def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: flo
     with ending.stopping(OutOfBounds, ending.USAGE):
         check_protection(protection, Box.of(photo.pixels))
     return protection
-
-
-@contextmanager
-def _write(to: Path, force: bool, in_place: bool, temporary: bool) -> Iterator[Write]:
-    """Lend what writes the result."""
-    if not in_place:
-        yield to_file(to, force=force)
-    elif temporary:
-        with Originals.for_now() as originals:
-            yield over_itself(originals)
-    else:
-        yield over_itself(Originals.of_user())
 
 
 @contextmanager

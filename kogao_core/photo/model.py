@@ -67,7 +67,7 @@ class Photo:
     aspect : tuple of int, optional
         Pixels along x and y in the same length, where that is given without a resolution.
     orientation : int
-        EXIF orientation 1 to 8 of the file; `pixels` are already turned by it.
+        EXIF orientation 1 to 8 of the file; `pixels` are already turned by it, the metadata aren't.
     jpeg : JpegCoding, optional
         Compression of a JPEG source, for writing another like it.
     tiff_compression : int, optional

@@ -37,9 +37,10 @@ def write(
 ) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
-    The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP,
-    IPTC and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
-    every block in which no pixel changed; other sources get quality 95 and 4:4:4. If nothing
+    The file appears whole or not at all. ICC profile, EXIF (thumbnail dropped), XMP, IPTC and
+    resolution are kept; JPEG to JPEG keeps the orientation, the tables, the subsampling and, bit
+    for bit, every block in which no pixel changed; all else is upright, and what isn't from a JPEG
+    gets quality 95 and 4:4:4. If nothing
     changed and the format is the source's, its bytes are copied.
 
     Parameters
@@ -235,7 +236,7 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(extras), form.lacks(photo)
+    lost, lacks = form.not_kept(photo, extras), form.lacks(photo)
     notes = [*photo.notes, lost, lacks, grey, spread, kept, signed]
     return Text.joined("; ", notes)
 

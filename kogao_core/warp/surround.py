@@ -62,7 +62,7 @@ NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
 WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
 # In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
 # things move. So a small warp reaches no farther than it must, and a large one is no steeper.
-_FADE: Final = (0.2, 4.0)
+_FADE: Final = (0.1, 5.0)
 NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it grows to `WHOLE`
 # Without anything outside, what the features need fades out so far beside the face.
 _SHORT: Final = 0.35
@@ -83,7 +83,9 @@ _SHRINK: Final = 0.4
 # How little a feature gives way to the outline, and from which rho on it does so more and more.
 _SLACK: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
-_STEPS: Final = 5  # of a fixed point that comes ten times nearer with each
+_DIRECTIONS: Final = 73  # in which the ends of what moves are sought
+_TURN: Final = 2.0 * np.pi
+_STEPS: Final = 3  # of a fixed point that comes ten times nearer with each
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,14 +102,19 @@ class Surround:
     hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
 
     @cached_property
+    def around_px(self) -> Array:
+        """Least and greatest (x, y) of places that move, (2, 2), px; the photo's edge is no end."""
+        angles = np.linspace(-np.pi, np.pi, _DIRECTIONS)
+        keep, fade = self._keep_and_fade(angles)
+        rho = np.maximum(keep + fade, 1.0 + _SHORT)
+        far = rho * self._rim.radius_px(angles)
+        edge = self.pairs.center_px + far[:, None] * _ways(angles, across(self.face))
+        return np.array([edge.min(axis=0), edge.max(axis=0)])
+
+    @property
     def corners_px(self) -> Array:
-        """Corners of a box, as far as it lies in the photo, outside which all is 0; (2, 2)."""
-        reach = self._reach
-        fade = max(reach.fade, reach.fade_up, reach.fade_down) * self._softness
-        keep = max(reach.keep, reach.keep_up, reach.keep_down)
-        far = (keep + fade) * float(self._rim.radii_px.max())
-        center = self.pairs.center_px
-        return np.asarray(np.clip([center - far, center + far], *edges_px(self.photo)))
+        """The same, as far as it lies in the photo; (2, 2)."""
+        return np.clip(self.around_px, *edges_px(self.photo))
 
     def at(self, points: npt.ArrayLike) -> Array:
         """Return the backward displacement at points of shape (N, 2), px, same shape."""
@@ -171,14 +178,20 @@ class Surround:
     def _rim(self) -> _Rim:
         return _Rim.of(self.face, self.pairs, self._reach.top)
 
-    def _polar(self, points: Array) -> Array:
-        rim, reach = self._rim, self._reach
-        rho, angles = rim.at(points)
-        up, down = _rise(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
+    def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
+        """Return in directions of shape (N,) where a fade begins, and how wide it is, rho."""
+        reach, up = self._reach, _rise(self._rim.up(angles))
+        down = np.clip(np.cos(angles), 0.0, 1.0) ** 2
         keep = reach.keep + (reach.keep_up - reach.keep) * up
-        keep = keep + (reach.keep_down - reach.keep) * down
         fade = reach.fade + (reach.fade_up - reach.fade) * up
-        fade = (fade + (reach.fade_down - reach.fade) * down) * self._softness
+        keep = keep + (reach.keep_down - reach.keep) * down
+        fade = fade + (reach.fade_down - reach.fade) * down
+        return keep, fade * self._softness
+
+    def _polar(self, points: Array) -> Array:
+        rim = self._rim
+        rho, angles = rim.at(points)
+        keep, fade = self._keep_and_fade(angles)
         amount = min(1.0, 100.0 * self.follows / NATURAL_PERCENT)
         outside = amount * (1.0 - ramp((rho - keep) / fade))
         inner = _rise((rho - _INNER) / (1.0 - _INNER))
@@ -231,15 +244,21 @@ class _Rim:
         rim = np.vstack([pairs.target_px, forehead - moves])
         angles, radii = _seen_from(rim, center, right)
         order = np.argsort(angles, kind="stable")
+        order = np.concatenate([order[-1:], order, order[:1]])  # once round, and a step on
+        angles = angles[order] + np.concatenate([[-_TURN], np.zeros(len(rim)), [_TURN]])
         moves = np.vstack([pairs.displacement_px, moves])[order]
         upwards = np.concatenate([np.zeros(len(pairs.target_px)), ahead])[order]
         radii = np.maximum(radii[order], 1e-3 * max(1e-9, float(radii.max())))
-        return cls(center, right, angles[order], radii, moves, upwards)
+        return cls(center, right, angles, radii, moves, upwards)
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Return rho and direction, radians, of points of shape (N, 2)."""
         angles, far = _seen_from(points, self.center_px, self.across)
-        return far / self._round(angles, self.radii_px), angles
+        return far / self.radius_px(angles), angles
+
+    def radius_px(self, angles: Array) -> Array:
+        """Return how far the rim is from the centre in directions of shape (N,)."""
+        return self._round(angles, self.radii_px)
 
     def displacement_px(self, angles: Array) -> Array:
         """Return the backward displacement of the rim in directions of shape (N,); (N, 2), px."""
@@ -250,7 +269,7 @@ class _Rim:
         return self._round(angles, self.upwards)
 
     def _round(self, angles: Array, values: Array) -> Array:
-        return np.interp(angles, self.angles, values, period=2.0 * np.pi)
+        return np.interp(angles, self.angles, values)
 
 
 def surrounds_of(
@@ -313,9 +332,13 @@ def _forehead(face: Face, center: Array) -> Array:
     turn = first + along * (last - first)
     far = radii[0] + along * (radii[1] - radii[0])
     far = far + _rise(1.0 - np.abs(2.0 * along - 1.0)) * (_CROWN * float(radii.mean()) - far)
+    return np.asarray(center + far[:, None] * _ways(turn, right))
+
+
+def _ways(angles: Array, right: Array) -> Array:
+    """Return unit vectors, (N, 2), in directions from straight down, radians."""
     below = np.array([-right[1], right[0]])
-    way = np.outer(np.sin(turn), right) + np.outer(np.cos(turn), below)
-    return np.asarray(center + far[:, None] * way)
+    return np.asarray(np.outer(np.sin(angles), right) + np.outer(np.cos(angles), below))
 
 
 def _ring(corners: Array, shape: Array) -> Array:

@@ -120,6 +120,8 @@ class FileFormat:
     recoded : callable
         Given a photo of this format; says how it is compressed otherwise when it is written again,
         or nothing.
+    keeps_turn : bool
+        Whether a photo of this format lies in a file of it as it lay: EXIF's orientation stays.
     keep : callable, optional
         Given a photo of this format, new pixels, what encodes a part of them (a `Box`, or None for
         all) and where the file goes; returns a file with as much of the photo's own as may stay,
@@ -142,6 +144,7 @@ class FileFormat:
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_said
     recoded: Callable[[Photo], str] = _nothing_said
+    keeps_turn: bool = False
     keep: Callable[[Photo, Image, Encode, Path], tuple[Pieces, str]] | None = None
 
     def __post_init__(self) -> None:
@@ -164,16 +167,24 @@ class FileFormat:
         """Return what becomes of something in a changed photo of this format."""
         return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
 
-    def not_kept(self, extras: Iterable[Extra]) -> str:
-        """Return what a changed photo doesn't keep, in one line and in the order found."""
+    def turns(self, photo: Photo) -> bool:
+        """Tell whether a photo's file lies otherwise than one of this format made from it."""
+        return photo.orientation != 1 and not (self.keeps_turn and photo.format == self.name)
+
+    def not_kept(self, photo: Photo, extras: Iterable[Extra]) -> str:
+        """Return what of a photo's extras a changed one doesn't keep, in one line, as found."""
         lost: dict[str, None] = {}
-        moved = False
+        moved = has_note = False
         for extra in extras:
-            fate = self.fate(extra.kind)
+            gone = extra.kind is kinds.PLACES and self.turns(photo)
+            fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
+            has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)
             if fate == "left out" and extra.kind.is_reported:
                 lost[extra.name] = None
         notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
         if moved:
             notes.append(Text("the maker's note has moved: programs may miss parts of it"))
+        if has_note and self.turns(photo):
+            notes.append(Text("places in the maker's note are those of the picture as it lay"))
         return Text.joined("; ", notes)

@@ -54,7 +54,8 @@ def _decode(source: Source) -> Photo:
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
     if image.mode.split(";")[0] not in _LAYOUTS:
         raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
-    exif = image.info.get("exif")
+    exif, xmp = image.info.get("exif"), image.info.get("xmp") or None
+    exif = exif and upright.PREFIX + exif.removeprefix(upright.PREFIX)
     ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
@@ -65,8 +66,9 @@ def _decode(source: Source) -> Photo:
         source.path,
         "HEIF",
         icc_profile=image.info.get("icc_profile") or None,
-        exif=exif and upright.PREFIX + exif.removeprefix(upright.PREFIX),
-        xmp=image.info.get("xmp") or None,
+        exif=exif,
+        xmp=xmp,
+        orientation=upright.orientation(exif, xmp),
         aspect=aspect(ratio and ratio[::-1]),
         notes=tuple(notes),
         extras=tuple(_pictures(image)),

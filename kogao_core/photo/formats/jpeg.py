@@ -16,6 +16,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats.base import Content, Encode, FileFormat
+from kogao_core.photo.formats.turning import as_stored
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
@@ -72,8 +73,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _why_none_stays(photo: Photo) -> str:
-    if photo.orientation != 1:
-        return Text("the photo was turned upright")
     if photo.jpeg is None:
         return Text("its colours were converted to RGB")
     return "" if photo.jpeg.tables else Text("it was lossless")
@@ -92,8 +91,9 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Piec
         reason = Text("{path} has changed since it was read", path=photo.path)
     if not reason:
         try:
+            before, after = (as_stored(one, photo.orientation) for one in (photo.pixels, pixels))
             kept = keep_blocks(
-                photo.path, photo.pixels, pixels, lambda box: b"".join(encode(box)), _folder(path)
+                photo.path, before, after, lambda box: b"".join(encode(box)), _folder(path)
             )
         except CannotKeepBlocks as why:
             reason = str(why)
@@ -123,11 +123,12 @@ JPEG: Final = FileFormat(
         {
             *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
             *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.COMMENTS, kinds.SEGMENTS),
+            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.PLACES),
         }
     ),
     moved=frozenset({kinds.MOVED_NOTE}),
     inside=_inside,
     behind=_behind,
+    keeps_turn=True,
     keep=_keep,
 )

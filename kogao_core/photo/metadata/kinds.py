@@ -65,6 +65,12 @@ XMP_EXTENSION: Final = Kind(
     Text("the extended XMP"), "APP1 `xmp/extension`", why="no place in other formats"
 )
 SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", why="one is read")
+PLACES: Final = Kind(
+    Text("places in the picture as it lay"),
+    "Lightroom's crops, masks and spots, ACDSee's, IPTC's and panoramas' regions, Photoshop's "
+    "paths, guides and slices, where a photo is turned upright",
+    why="would point elsewhere; a JPEG from a JPEG lies as it lay",
+)
 IPTC: Final = Kind(
     Text("the IPTC record"), "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
 )
