@@ -87,10 +87,10 @@ class Head:
         return _RADIUS * self.face.anchor.spacing_px
 
     @cached_property
-    def corners_px(self) -> Array:
-        """Corners of a box, as far as it lies in the photo, outside which all is 0; (2, 2)."""
+    def around_px(self) -> Array:
+        """Corners of a box outside which all is 0, (2, 2)."""
         far = (1.0 + _FADE) * self.radius_px
-        return np.clip([self.center_px - far, self.center_px + far], *edges_px(self.photo))
+        return np.array([self.center_px - far, self.center_px + far])
 
     @cached_property
     def room_px(self) -> float:
@@ -268,13 +268,18 @@ class Lensed:
     neighbours_px: Array
 
     @property
-    def corners_px(self) -> Array:
-        """Corners of a box, as far as it lies in the photo, outside which all is 0; (2, 2)."""
-        mine = self.heads.heads[self.which].corners_px
+    def around_px(self) -> Array:
+        """Corners of a box outside which all is 0, (2, 2)."""
+        mine = self.heads.heads[self.which].around_px
         if self.surround is None:
             return mine
-        theirs = self.surround.corners_px
+        theirs = self.surround.around_px
         return np.stack([np.minimum(mine[0], theirs[0]), np.maximum(mine[1], theirs[1])])
+
+    @property
+    def corners_px(self) -> Array:
+        """The same, as far as it lies in the photo."""
+        return np.clip(self.around_px, *edges_px(self.heads.heads[self.which].photo))
 
     def at(self, points: npt.ArrayLike) -> Array:
         """Return the backward displacement at points of shape (N, 2), px, same shape."""
