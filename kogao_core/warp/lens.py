@@ -15,7 +15,6 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from typing import Final
 
 import cv2
@@ -41,16 +40,18 @@ _FADE: Final = 1.5  # in radii of that circle: what is beyond it takes up the di
 _SHARP: Final = 8
 _RIM: Final = 0.02
 _GAP: Final = 1.5
-_EDGE: Final = 0.5  # in the same: so near to the photo's edge what crosses it fades at the nearest
+_EDGE: Final = 0.4  # in the same: so near to the photo's edge what crosses it fades at the nearest
 # From so many radii on from the photo's edge a head's rim stays more and more, and not that edge.
 _NEAR_EDGE: Final = 1.5
 # In radii from middle to middle: so near, heads go together with this weight; so far, not at all.
 _CLOSE: Final = 2.0
-_ALONE: Final = 5.0
-_TOGETHER: Final = 4.0
+_ALONE: Final = 4.0
+_TOGETHER: Final = 12.0
+_KEPT: Final = 4.0  # and this for its own place at the photo's edge
 _LEAST_DEPTH: Final = 0.2  # of the distance to the picture's plane; what is nearer is far outside
 _STEPS: Final = 12  # of a fixed point that comes five times nearer with each
 _SLACK: Final = 0.01
+STRETCH_SEEN_PERCENT: Final = 1.0  # that is worth a look
 
 
 def focal_px(focal_mm: float, photo: Box) -> float:
@@ -72,7 +73,8 @@ class Head:
     focal_px: float
     photo: Box
     share: float = 1.0  # how much of the stretch is taken out
-    aside_px: Array = dataclasses.field(default_factory=lambda: np.zeros(2))  # what others ask
+    company: float = 0.0  # how near others are, 0 to 1
+    aside_px: Array = dataclasses.field(default_factory=lambda: np.zeros(2))  # what they ask
 
     @cached_property
     def center_px(self) -> Array:
@@ -104,8 +106,8 @@ class Head:
     def _aimed(self) -> tuple[Array, Array]:
         """The homography from the head as it is shown to where it is, (3, 3); its shift, (2,), px.
 
-        Shifted so, what lies outwards at the head's rim stays there, or at the photo's edge where
-        that is near.
+        Alone, it goes outwards so far that what is beside it is stretched alike on either side; in
+        company, so far that its rim stays. The photo's edge stays where that is nearer.
         """
         middle = edges_px(self.photo).mean(axis=0)
         origin = np.asarray(self.face.anchor.origin_px)
@@ -115,7 +117,10 @@ class Head:
         angle = float(np.arctan2(far, f))
         turn, _ = cv2.Rodrigues(angle * np.array([-way[1], way[0], 0.0]))
         nears = 1.0 - ramp(np.asarray(self.room_px / radius - _NEAR_EDGE))
-        stays = radius + (self.room_px - radius) * float(nears)
+        rim = radius + (self.room_px - radius) * float(nears)
+        strip = float(np.clip(self.room_px / radius - 1.0, 0.0, _FADE))
+        alone = min(self.room_px, radius) * (_FADE - strip) / (_FADE + strip)
+        stays = alone + (rim - alone) * self.company
         shift = stays - f * np.tan(np.arctan2(far + stays, f) - angle) / np.cos(angle)
         scale = np.diag([np.cos(angle), np.cos(angle), 1.0])
         lens = np.diag([f, f, 1.0])
@@ -311,25 +316,36 @@ def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
     Where the gap's middle is, both are to displace alike: least squares, the more a gap counts the
     smaller it is, and a head's own place the nearer it is to the photo's edge.
     """
-    count = len(heads)
-    matrix = np.diag([1.0 + (h.radius_px / max(h.room_px, 1e-3 * h.radius_px)) ** 2 for h in heads])
-    wanted = np.zeros((count, 2))
-    for j, k in combinations(range(count), 2):
-        one, other = heads[j], heads[k]
-        way = other.center_px - one.center_px
-        far, near = float(np.hypot(*way)), (one.radius_px + other.radius_px) / 2.0
-        count_of = 1.0 - float(ramp(np.asarray((far / near - _CLOSE) / (_ALONE - _CLOSE))))
-        if count_of <= 0.0:
-            continue
-        middle = (one.center_px + way * one.radius_px / (one.radius_px + other.radius_px))[None]
+    near = _nearness(heads)
+    heads = [
+        dataclasses.replace(head, company=1.0 - float(np.prod(1.0 - row)))
+        for head, row in zip(heads, near, strict=True)
+    ]
+    rooms = np.array([max(head.room_px / head.radius_px, 1e-3) for head in heads])
+    matrix = np.diag(1.0 + _KEPT / rooms**2)
+    wanted = np.zeros((len(heads), 2))
+    for j, k in zip(*np.nonzero(np.triu(near)), strict=True):
+        one, other, weight = heads[j], heads[k], _TOGETHER * near[j, k]
+        share = one.radius_px / (one.radius_px + other.radius_px)
+        middle = (one.center_px + share * (other.center_px - one.center_px))[None]
         apart = (one.undistorted(middle) - other.undistorted(middle))[0]
-        weight = _TOGETHER * count_of
         matrix[[j, k], [j, k]] += weight
         matrix[[j, k], [k, j]] -= weight
         wanted[j] += weight * apart
         wanted[k] -= weight * apart
-    aside = np.linalg.solve(matrix, wanted) if count else wanted
+    aside = np.linalg.solve(matrix, wanted) if len(heads) else wanted
     return tuple(dataclasses.replace(h, aside_px=by) for h, by in zip(heads, aside, strict=True))
+
+
+def _nearness(heads: Sequence[Head]) -> Array:
+    """Return how near heads are to each other, 0 to 1, (K, K); 0 to themselves."""
+    centers = np.array([head.center_px for head in heads]).reshape(-1, 2)
+    radii = np.array([head.radius_px for head in heads])
+    apart = centers[:, None] - centers
+    far = np.hypot(apart[..., 0], apart[..., 1]) / ((radii[:, None] + radii) / 2.0)
+    near = 1.0 - ramp((far - _CLOSE) / (_ALONE - _CLOSE))
+    np.fill_diagonal(near, 0.0)
+    return np.asarray(near)
 
 
 def _apart(rho: Array) -> Array:

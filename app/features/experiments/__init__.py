@@ -172,6 +172,11 @@ def _words() -> dict[str, tuple[str, str, str]]:
             tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
             tr("Distortion beside table 1"),
         ),
+        "lens": (
+            tr("A face at the &edge of a wide photo…"),
+            tr("How far a lens stretches this face there, and what its correction leaves"),
+            tr("A face at the edge of a wide photo"),
+        ),
         "methods": (
             tr("&Methods side by side…"),
             tr("Other warps on the same points: speed, exactness, folds"),

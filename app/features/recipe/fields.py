@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
 from kogao_core.recipe.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
-from kogao_core.warp.lens import stretch_percent
+from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
 from ...document import DEFAULT, State
 from ...i18n import lettered, sentence, tr, translated
@@ -34,7 +34,6 @@ _STEPS: Final = 100
 _LINE: Final = 40  # columns of text that fit beside the photo; tooltips say the rest
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
-_SEEN_PERCENT: Final = 1.0  # a stretch that is worth a look
 
 
 def percent() -> SliderScale:
@@ -274,8 +273,8 @@ class LensChoice(QWidget):
         faces = state.faces if chosen is None else state.faces[chosen : chosen + 1]
         most = max((stretch_percent(f, focal, state.image) for f in faces if focal), default=0.0)
         self.note.setText(_stretched(len(faces), focal, most) if focal else sentence(optics.why))
-        self.note.setHidden(not faces or (lens == "off" and most < _SEEN_PERCENT))
-        return lens != "off" or most >= _SEEN_PERCENT
+        self.note.setHidden(not faces or (lens == "off" and most < STRETCH_SEEN_PERCENT))
+        return lens != "off" or most >= STRETCH_SEEN_PERCENT
 
 
 def _stretched(count: int, focal_mm: float, percent: float) -> str:
