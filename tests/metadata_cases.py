@@ -251,7 +251,7 @@ CASES = [
          (MARK, b"hdrgm:Version", b"21496", b"MPF\0", b"Container:Directory")),
     Case("Apple's HDR", ".jpg", apple_hdr(), kinds.GAIN_MAP, (MARK, b"MPF\0")),
     Case("ISO 21496-1", ".jpg", jpeg(ISO_GAIN_MAP), kinds.GAIN_MAP, (b"21496",)),
-    Case("JPEG-HDR", ".jpg", jpeg(files.segment(0xEB, b"HDR_RI ver=11" + MARK)), kinds.GAIN_MAP),
+    Case("JPEG-HDR", ".jpg", jpeg(files.segment(0xEB, b"HDR_RI ver=11" + MARK)), kinds.JPEG_HDR),
     Case("motion photo", ".jpg", motion_photo(), kinds.VIDEO,
          (MARK, b"GCamera:MotionPhoto", b"Container:Directory")),
     Case("micro video", ".jpg", micro_video(), kinds.VIDEO, (MARK, b"GCamera:MicroVideo")),

@@ -16,16 +16,18 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.faces.doubt import AllDoubted, choose
-from kogao_core.faces.face import LandmarkSource
+from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import CHOICES, source
-from kogao_core.photo import Photo, bits_of, read, write
+from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering
+from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import retouch
+from kogao_core.retouch import retouch, to_file
 from kogao_core.warp.protection import NOTHING
 
 Status = Literal["done", "skipped", "no face", "failed"]
@@ -52,6 +54,9 @@ class Task:
     # What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     done: str = ""
     doubtful: bool = False  # whether doubtful faces are worked on, too
+    export: Export = AS_IT_IS  # size, quality, colours and the like of results
+    points: str = ""  # a file of landmarks to take instead of looking for faces, or ""
+    points_map: str | None = None  # which of its points are which, see `interchange.template`
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
@@ -67,6 +72,7 @@ class Task:
             source=_rooted(self.source),
             output=_rooted(self.output),
             project=_rooted(self.project),
+            points=_rooted(self.points),
             landmarks=_rooted(model) if model and is_file else model,
             disclosure=replace(told, font=_rooted(told.font) if told.font else None),
         )
@@ -121,24 +127,33 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
 
     def written(photo: Photo, pixels: Image, sign: Sign | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
-        return write(photo, pixels, output, force=True, sign=sign)
+        return to_file(output, force=True, export=task.export)(photo, pixels, sign)
 
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    finder, told = _background(), task.disclosure
-    made = retouch(photo, done, told, written, finder, look=seen.append, threads=1)
+    made = retouch(
+        photo, done, task.disclosure, written, _background(),
+        look=seen.append, threads=1, export=task.export,
+    )  # fmt: skip
     (rendering,) = seen
     notes = [done.note, made.lens, rendering.note, made.written, made.undisclosed]
     return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
 
 
 def _found(task: Task, photo: Photo) -> Applied:
-    faces = _source(task.landmarks).find(photo.pixels)
+    faces = _given(task, photo) if task.points else _source(task.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
     chosen = choose(faces, task.which, Box.of(photo.pixels), doubtful=task.doubtful)
     recipe = Recipe.from_dict(task.recipe)
     return Applied(chosen.faces, recipe, NOTHING, chosen.note, others=chosen.others)
+
+
+def _given(task: Task, photo: Photo) -> list[Face]:
+    mapping = None if task.points_map is None else interchange.template(task.points_map)
+    faces = interchange.read(Path(task.points), mapping)
+    interchange.check_inside(faces, Box.of(photo.pixels))
+    return faces
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:
@@ -163,10 +178,12 @@ def _background() -> BackgroundFinder:
 def _key(task: Task) -> str:
     """Return the hash of files and choices; empty while one of the files can't be read."""
     choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
-    chosen = json.dumps([*choices, asdict(task.disclosure)], sort_keys=True)
+    told = asdict(task.disclosure), asdict(task.export)
+    points = [task.points_map or ""] * bool(task.points)
+    chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     label = task.disclosure.picture
-    files = task.source, task.project, task.output, label.file if label else ""
+    files = task.source, task.project, task.points, task.output, label.file if label else ""
     for path in map(Path, filter(None, files)):
         if not path.is_file():  # a pipe would be waited for
             return ""

@@ -87,8 +87,13 @@ def _parts(data: bytes) -> dict[str, list[bytes]]:
 
 def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], list[tuple[int, int]], bytes, Any]:
     """Return each component's blocks, (rows, columns, 64), factors, tables, and the size in px."""
-    import jpeglib  # slow to load
-
+    try:
+        import jpeglib  # slow to load
+    except ImportError:
+        raise ending.Stop(
+            Text("this bundle has no second reader of JPEGs; verify with an installation by pip"),
+            ending.BROKEN,
+        ) from None
     try:
         with hushed(), jpeglib.version(_LIBRARY):
             jpeg = jpeglib.read_dct(str(path))

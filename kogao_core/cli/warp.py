@@ -15,7 +15,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.originals import Originals
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, options, points, projects, reading, summary, words
+from kogao_core.cli import common, ending, options, projects, reading, summary, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.faces.face import Face
 from kogao_core.photo import (
@@ -27,6 +27,7 @@ from kogao_core.photo import (
     check_output,
 )
 from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.export import Export
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
 from kogao_core.retouch import over_itself, retouch, to_file
@@ -66,7 +67,7 @@ def _corners(value: str) -> list[list[float]]:
     help="With --in-place: IN is a copy that another program made for this; keep no original.",
 )  # fmt: skip
 @options.chooses
-@points.takes_points
+@reading.takes_point_files
 @words.option(
     "--protect", "lines", multiple=True, metavar="'X,Y X,Y'", callback=_lines,
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
@@ -89,6 +90,7 @@ def _corners(value: str) -> list[list[float]]:
     help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
 )  # fmt: skip
 @options.discloses
+@options.exports
 @to_json.writes_json
 @words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
@@ -102,14 +104,13 @@ def command(
     which: str,
     doubtful: bool,
     recipe_file: Path | None,
-    points_file: Path | None,
-    points_map: str | None,
     lines: list[Any],
     width_px: float,
     feather_px: float,
     project_file: Path | None,
     save_project: bool,
     disclosure: Disclosure,
+    export: Export,
     json_file: Path | None,
     force: bool,
     **choices: Any,
@@ -119,21 +120,21 @@ def command(
         projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
     path = reading.input_path(source, sample)
-    is_searched = project_file is None and points_file is None
+    is_searched = project_file is None and reading.point_files()[0] is None
     known = reading.landmark_source(landmarks) if is_searched else None
-    to = _checked_output(path, sample, output, in_place, save_project, force)
+    to = _checked_output(path, sample, output, in_place, save_project, force, export)
     to_json.check(json_file, force)
     if save_project:
         projects.check_free(path, sample, force)
     photo = reading.read_photo(path, max_megapixels, to)
-    _check_photo(photo, to, in_place)
+    _check_photo(photo, to, in_place, export)
     sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
     found: list[Face] = []
     if project_file is not None:
         done = projects.applied(project_file, photo, sha256)
     else:
         protection = _protection(photo, lines, width_px, feather_px)
-        found = points.faces(photo, points_file, points_map, landmarks, known)
+        found = reading.find_faces(photo, landmarks, known)
         chosen = reading.chosen(photo, found, which, doubtful)
         done = Applied(chosen.faces, recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()
@@ -144,9 +145,9 @@ def command(
         bends, note = _measured(photo, rendering, done, finder), rendering.note
 
     originals = None if temporary else Originals.of_user()
-    write = over_itself(originals) if in_place else to_file(to, force=force)
+    write = over_itself(originals) if in_place else to_file(to, force=force, export=export)
     with _writing():
-        made = retouch(photo, done, disclosure, write, finder, look=look)
+        made = retouch(photo, done, disclosure, write, finder, look=look, export=export)
     written = Text.joined("; ", [made.written, made.undisclosed])
     notes = list(filter(None, [done.note, made.lens, note, written, bends.note]))
     if save_project:
@@ -164,10 +165,16 @@ def _checked_output(
     in_place: bool,
     save_project: bool,
     force: bool,
+    export: Export,
 ) -> Path:
     """Return where the result goes, or stop where it may not go there."""
     if in_place:
         _check_in_place(sample, output, save_project)
+        if export.coding is not None:
+            raise ending.Stop(
+                Text("size, quality and colours are those of copies; leave out --in-place"),
+                ending.USAGE,
+            )
         return path
     if output is None:
         raise ending.Stop(Text("name an output with -o, or use --in-place"), ending.USAGE)
@@ -206,11 +213,11 @@ def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> No
         )
 
 
-def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
+def _check_photo(photo: Photo, output: Path, in_place: bool, export: Export) -> None:
     with _writing():
         if in_place:
             check_in_place(photo)
-        else:
+        elif export.coding is None:  # else its depth follows the format
             check_holds(output, photo.pixels)
 
 

@@ -164,7 +164,8 @@ def _source(photo: Photo, file: Path) -> Photo:
     if photo.is_as_read:
         return photo
     try:
-        return read(file, max_megapixels=math.inf)
+        there = read(file, max_megapixels=math.inf)
+        return dataclasses.replace(there, companions=photo.companions)
     except UnreadablePhoto as error:
         raise CannotWrite(_changed(photo)) from error
 

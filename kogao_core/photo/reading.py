@@ -38,7 +38,7 @@ def read(
     max_megapixels: float = MAX_MEGAPIXELS,
     bits: Literal[8, 16] = 16,
 ) -> Photo:
-    """Read a JPEG, PNG, TIFF or WebP file; HEIC and raw files where their extras are installed.
+    """Read a JPEG, PNG, TIFF, WebP or AVIF file; HEIC and raw files where there are extras.
 
     Parameters
     ----------

@@ -43,7 +43,8 @@ class Recipe:
     Parameters
     ----------
     percent : float
-        Warp distance in % of D, the landmark-to-centre distance (section 3.2), 0 to 15.
+        Warp distance in % of D, the landmark-to-centre distance (section 3.2), -15 to 15; below 0
+        faces get larger.
     center : int
         Centre candidate 1 to 4 on the line from the eyes to the mouth (figure 7a).
     lattice : float
@@ -78,6 +79,13 @@ class Recipe:
         The same for the sides of the face, as one sees them in the picture of an upright head.
     even_out : float
         How far the two sides go towards each other's mirror image, 0 to 100 % (`symmetry`).
+    width, length : float
+        The face narrower or shorter (below 0), wider or longer, in % of D, -15 to 15; these and
+        those below count beside the warp distance, whatever it is (`shape`).
+    jaw_width, chin_length, cheeks_width, left_width, right_width : float
+        The same for a zone of the outline, towards the centre or away from it.
+    forehead_height : float
+        The same for the hairline, down or up.
     lens : {"off", "auto"} or float
         Take out how a lens stretches heads off its axis (`lens`): of which focal length, as
         35-mm film would need it, 8 to 1000 mm; "auto" goes by the photo, see `optics.settled`.
@@ -118,6 +126,14 @@ class Recipe:
     left: float = 100.0
     right: float = 100.0
     even_out: float = 0.0
+    width: float = 0.0
+    length: float = 0.0
+    jaw_width: float = 0.0
+    chin_length: float = 0.0
+    cheeks_width: float = 0.0
+    forehead_height: float = 0.0
+    left_width: float = 0.0
+    right_width: float = 0.0
     lens: LensName | float = "off"
     lens_amount: float = 100.0
 

@@ -250,10 +250,9 @@ def test_blocks_that_do_not_fit_are_refused_with_the_reason(tmp_path, options, r
             return out.getvalue()
 
     with pytest.raises(CannotKeepBlocks, match=reason):
-        keep_blocks(path, picture, 255 - picture, other, tmp_path)
-    (tmp_path / "text.jpg").write_text("no JPEG at all")
+        keep_blocks(path.read_bytes(), picture, 255 - picture, other, tmp_path)
     with pytest.raises(CannotKeepBlocks, match="read"):
-        keep_blocks(tmp_path / "text.jpg", picture, 255 - picture, other, tmp_path)
+        keep_blocks(b"no JPEG at all", picture, 255 - picture, other, tmp_path)
 
 
 @pytest.mark.parametrize("rare", [cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411,

@@ -67,6 +67,39 @@ def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
     assert jpeg.read_bytes() == copied.read_bytes()
 
 
+def test_a_phones_portrait_comes_back_whole(cli, works, small_portrait, tmp_path):
+    """It lies in its file, has a gain map and a film, and goes all three ways."""
+    upright = Image.open(small_portrait)
+    map_pixels = upright.convert("L").reduce(4)
+    with io.BytesIO() as out:
+        xmp = metadata_cases.packet('hdrgm:Version="1.0" hdrgm:GainMapMax="2"', name="map")
+        map_pixels.transpose(Image.Transpose.ROTATE_90).save(out, "JPEG", xmp=xmp)
+        more = out.getvalue()
+    items = [("Primary", 0), ("GainMap", len(more)), ("MotionPhoto", len(metadata_cases.MP4))]
+    told = 'hdrgm:Version="1.0" GCamera:MotionPhoto="1"'
+    xmp = metadata_cases.packet(told, metadata_cases.container(*items))
+    phone = tmp_path / "phone.jpg"
+    lying = upright.transpose(Image.Transpose.ROTATE_90)
+    exif = files.exif_block(6, *lying.size)
+    lying.save(phone, exif=exif, xmp=xmp, icc_profile=files.SRGB)
+    phone.write_bytes(phone.read_bytes() + more + metadata_cases.MP4)
+    said = works("warp", phone, "-o", tmp_path / "out.jpg", "--motion", "keep")
+    assert "the motion photo's video still shows the face as it was" in said
+    assert "not kept" not in said
+    source, result = photo.read(phone), photo.read(tmp_path / "out.jpg")
+    assert result.orientation == 6
+    assert (tmp_path / "out.jpg").read_bytes().endswith(metadata_cases.MP4)
+    assert photo.has_gain_map(result)
+    assert cli("batch", phone, "-o", tmp_path / "batch", "--motion", "keep")[0] == 0
+    assert (tmp_path / "batch" / "phone.jpg").read_bytes() == (tmp_path / "out.jpg").read_bytes()
+    dropped = works("warp", "--in-place", phone)
+    assert "not kept: the motion photo's video" in dropped
+    assert photo.has_gain_map(photo.read(phone))
+    assert b"MotionPhoto" not in phone.read_bytes()
+    assert works("restore", phone)
+    assert photo.read(phone).extras == source.extras
+
+
 def test_the_same_pixels_come_as_in_a_copy(cli, small_portrait, tmp_path):
     for suffix, make in files.MAKERS.items():
         source = tmp_path / f"in{suffix}"

@@ -47,7 +47,7 @@ def _read(data: bytes, copy: Path) -> Coefficients:
 
 
 def keep_blocks(
-    source: Path, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
+    source: bytes, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
 ) -> Kept:
     """Encode what lies around changed pixels, and put it among a file's coefficients.
 
@@ -55,7 +55,7 @@ def keep_blocks(
     of its own, and the headers that `encode` makes. Raises CannotKeepBlocks.
     """
     with aside(folder) as place, hushed() as complaints:
-        whole = _read(source.read_bytes(), place / "source")
+        whole = _read(source, place / "source")
         if (whole.frame.height, whole.frame.width) != before.shape[:2]:
             raise CannotKeepBlocks(Text("its size has changed"))
         changed = _changed_units(before, after, whole.frame.unit_px)

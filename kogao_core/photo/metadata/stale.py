@@ -6,12 +6,14 @@ Only these properties go; every other byte of the packet stays.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from typing import Final
 
 from kogao_core.photo.metadata import kinds, xmp
 from kogao_core.photo.metadata.kinds import Kind
 
 _GOOGLE: Final = "http://ns.google.com/photos/"
+_CONTAINER: Final = f"{_GOOGLE}1.0/container/ "
 EXTENSION_LINK: Final = "http://ns.adobe.com/xmp/note/ HasExtendedXMP"
 # Properties by the start of their names, with what they speak of.
 _STALE: Final[dict[str, Kind]] = {
@@ -19,7 +21,11 @@ _STALE: Final[dict[str, Kind]] = {
     "http://ns.apple.com/HDRGainMap/1.0/ ": kinds.GAIN_MAP,
     f"{_GOOGLE}1.0/camera/ MotionPhoto": kinds.VIDEO,
     f"{_GOOGLE}1.0/camera/ MicroVideo": kinds.VIDEO,
-    f"{_GOOGLE}1.0/container/ ": kinds.INDEX,
+    "http://ns.oplus.com/photos/1.0/camera/ MotionPhoto": kinds.VIDEO,
+    "http://ns.oplus.com/photos/1.0/camera/ OLivePhoto": kinds.VIDEO,
+    "http://ns.oplus.com/photos/1.0/camera/ VideoLength": kinds.VIDEO,
+    "http://ns.xiaomi.com/photos/1.0/camera/ XMPMeta": kinds.INDEX,
+    _CONTAINER: kinds.INDEX,
     f"{_GOOGLE}1.0/depthmap/ ": kinds.DEPTH,
     f"{_GOOGLE}dd/1.0/": kinds.DEPTH,
     f"{_GOOGLE}1.0/image/ ": kinds.ORIGINAL,
@@ -74,12 +80,15 @@ class _Stale(xmp.Walk):
             self.kinds[kind] = None
 
 
-def _names(*, is_extended: bool, is_turned: bool) -> dict[str, Kind]:
-    return {
+def _names(*, is_extended: bool, is_turned: bool, along: Collection[Kind] = ()) -> dict[str, Kind]:
+    names = {
         **_STALE,
         **({} if is_extended else {EXTENSION_LINK: kinds.INDEX}),
         **(_PLACES if is_turned else {}),
     }
+    if along:
+        names.pop(_CONTAINER)
+    return {name: kind for name, kind in names.items() if kind not in along}
 
 
 def found(packet: bytes, *, is_turned: bool = False) -> tuple[Kind, ...]:
@@ -91,9 +100,14 @@ def found(packet: bytes, *, is_turned: bool = False) -> tuple[Kind, ...]:
         return ()
 
 
-def without(packet: bytes, *, is_extended: bool, is_turned: bool = False) -> bytes:
-    """Return a packet without the properties of parts that a changed photo doesn't have."""
-    names = _names(is_extended=is_extended, is_turned=is_turned)
+def without(
+    packet: bytes, *, is_extended: bool, is_turned: bool = False, along: Collection[Kind] = ()
+) -> bytes:
+    """Return a packet without the properties of parts that a changed photo doesn't have.
+
+    `along`: what accompanies it; its directory is put right by `container`.
+    """
+    names = _names(is_extended=is_extended, is_turned=is_turned, along=along)
     try:
         spans = _Stale(packet.rstrip(b"\0"), names).spans
     except xmp.BadXmp:
