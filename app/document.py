@@ -55,8 +55,18 @@ class State(Sheet):
     @cached_property
     def pairs(self) -> tuple[Pairs, ...]:
         """Landmarks, targets and centre of every face, off ones too."""
-        heads = Heads.of(self.faces, self.optics.settled(self.recipe), self.image)
-        return tuple(map(aim, self.faces, repeat(self.recipe), heads.faces or repeat(None)))
+        if not (seen := self._lensed):
+            return tuple(aim(face, self.recipe) for face in self.faces)
+        return tuple(map(aim, self.faces, repeat(self.recipe), seen))
+
+    @property
+    def seen(self) -> Sequence[Face]:
+        """The faces as the lens' correction alone shows them; as they are without one."""
+        return self._lensed or self.faces
+
+    @cached_property
+    def _lensed(self) -> list[Face]:
+        return Heads.of(self.faces, self.optics.settled(self.recipe), self.image).faces
 
     @property
     def done(self) -> Applied:

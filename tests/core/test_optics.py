@@ -10,9 +10,12 @@ from PIL.ExifTags import Base as Tag
 from scenes import textured_photo
 
 import kogao_core as kogao
+from kogao_core.base.geometry import Box
+from kogao_core.cli import reading
 from kogao_core.cli.commands import program
 from kogao_core.photo.optics import optics_of
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.lens import stretch_percent
 
 WHOLE = {Tag.FocalLength: 4.2, Tag.FocalLengthIn35mmFilm: 26}
 SENSOR = {  # a sensor of 22.3 x 14.9 mm
@@ -126,6 +129,19 @@ def test_the_command_goes_by_the_photo_or_by_what_is_said(tmp_path, tags, lens, 
     assert word in " ".join(found["notes"])
     before, after = kogao.read(path).pixels, kogao.read(out).pixels
     assert np.array_equal(before, after) == (recorded == "off")
+
+
+def test_detect_says_how_far_each_face_is_stretched(tmp_path, monkeypatch):
+    face = kogao.template_face((420, 60), 90)
+    monkeypatch.setattr(reading, "find_faces", lambda *_: [face])
+    path = saved(tmp_path, (600, 400), WHOLE)
+    found = json.loads(CliRunner().invoke(program, ["detect", str(path), "--json", "-"]).stdout)
+    assert found["lens"] == {"focal_mm": 26.0, "why": ""}
+    percent = found["faces"][0]["stretch_percent"]
+    assert percent == pytest.approx(stretch_percent(face, 26.0, Box(0, 0, 600, 400)), abs=0.01)
+    told = CliRunner().invoke(program, ["detect", str(path)]).stdout
+    assert "26 mm" in told
+    assert f"{percent:.1f} %" in told
 
 
 @pytest.mark.parametrize("value", ["wide", "7", "2000", "nan"])
