@@ -6,7 +6,7 @@ all that is far enough (Hartley and Zisserman 2004, 8.4): where that shows the h
 that it has across, is a displacement for all of it, hair and ears included. The control points take
 it before the landmarks are fitted on top, as they do what surrounds a face (`surround`). Beyond the
 head it fades: neck, shoulders and background take up the difference. A head's place is free: it
-goes outwards so far that its outer rim stays, or the photo's edge where that is nearer.
+is chosen so that what is beside it, other heads and the photo's edge, is stretched the least.
 """
 
 from __future__ import annotations
