@@ -15,6 +15,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.doubt import Reason, Verdict, verdicts
 from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
 from kogao_core.faces.landmarks import template_face
+from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
 from ..ahead import FaceSearch
 from ..document import State
@@ -264,7 +265,13 @@ class FacesPanel(QWidget):
                 )
             )
         column_of(self, title, self.list, margin=8)
-        words = (tr("Face {n}", n=88), tr("by hand"), tr("look at it"), *_doubts().values())
+        words = (
+            tr("Face {n}", n=88),
+            tr("by hand"),
+            tr("lens: {n:.1f} %", n=88.8),
+            tr("look at it"),
+            *_doubts().values(),
+        )
         text = max(map(self.list.fontMetrics().horizontalAdvance, words))
         self.setFixedWidth(max(_WIDTH_PX, _THUMBNAIL_PX + text + _ROUND_TEXT_PX))
 
@@ -294,7 +301,8 @@ class FacesPanel(QWidget):
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
                 item = self.item(index)
                 item.setCheckState(check)
-                item.setText("\n".join(_caption(index, face, verdict)))
+                lines = [*_caption(index, face, verdict), *_stretched(face, state)]
+                item.setText("\n".join(lines))
                 item.setToolTip(_tip(index, verdict))
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
@@ -353,6 +361,13 @@ def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
         doubted = [tr("look at it")]
     own = [] if face.recipe is None else [tr("own: {n:g} %", n=face.recipe.percent)]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
+
+
+def _stretched(face: Face, state: State) -> list[str]:
+    """Return how much longer the lens made a face, where the photo tells and it is seen."""
+    focal = state.optics.focal_mm
+    percent = 0.0 if focal is None else stretch_percent(face, focal, state.image)
+    return [tr("lens: {n:.1f} %", n=percent)] if percent >= STRETCH_SEEN_PERCENT else []
 
 
 def _spoken(index: int, face: Face, verdict: Verdict) -> str:

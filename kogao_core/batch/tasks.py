@@ -144,7 +144,7 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
         look=seen.append, threads=1, export=task.export,
     )  # fmt: skip
     (rendering,) = seen
-    notes = [done.note, rendering.note, made.written, made.undisclosed]
+    notes = [done.note, made.lens, rendering.note, made.written, made.undisclosed]
     return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
 
 

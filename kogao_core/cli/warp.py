@@ -156,7 +156,7 @@ def command(
     if not in_place:
         Results.of_user().add(path, to)
     written = Text.joined("; ", [made.written, made.undisclosed])
-    notes = list(filter(None, [done.note, note, written, bends.note]))
+    notes = list(filter(None, [done.note, made.lens, note, written, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))

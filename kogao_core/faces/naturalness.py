@@ -74,6 +74,7 @@ def percent_of(pairs: Pairs) -> float:
 
     Result: below 0 where the face as a whole gets larger.
     """
+    pairs = pairs.started
     outwards = pairs.source_px - pairs.center_px
     radius = np.linalg.norm(outwards, axis=1)
     moved = np.linalg.norm(pairs.displacement_px, axis=1)

@@ -151,10 +151,13 @@ def test_detect_prints_exactly_the_documented_json(works, portrait):
     found = json.loads(said)
     with Image.open(portrait) as image:
         assert found["image"] == {"width": image.width, "height": image.height}
-    assert list(found) == ["image", "faces"]
+    assert list(found) == ["image", "lens", "faces"]
+    assert found["lens"]["focal_mm"] is None
+    assert "focal length" in found["lens"]["why"]
     face = found["faces"][0]
     judged = face.pop("doubt"), face.pop("look_at")
     assert judged == (None, [])
+    assert face.pop("stretch_percent") is None
     shapes = {name: np.shape(value) for name, value in face.items()}
     assert shapes == {
         "box": (4,),

@@ -368,4 +368,4 @@ def save_copy(
     copies = to_file(path, force=True, export=export)
     to = copies if originals is None else over_itself(originals)
     made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn, export=export)
-    return " ".join(sentence(note) for note in (made.written, made.undisclosed) if note)
+    return " ".join(sentence(note) for note in (made.lens, made.written, made.undisclosed) if note)

@@ -7,10 +7,11 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QCheckBox,
     QHBoxLayout,
     QPushButton,
     QSizePolicy,
@@ -21,11 +22,12 @@ from PySide6.QtWidgets import (
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
 from kogao_core.recipe.settings import CENTERS, SETTINGS, SHAPE, ZONES, Alternative, cited
+from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
 from ...document import DEFAULT, State
-from ...i18n import lettered, tr, translated
+from ...i18n import lettered, sentence, tr, translated
 from ...theme import GRID_PX
-from ...widgets.controls import column_of, heading, muted_label, row_of
+from ...widgets.controls import WholeNumber, column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
@@ -199,15 +201,16 @@ _PLAIN: Final = {
     "center": Text("Direction"),
     "lattice": Text("Falloff"),
 }
-# They have folds of their own, into which one letter leads each.
-FOLDED_PARTS: Final = ("zones", *ZONES, *SHAPE)
+# They have folds or a switch of their own, into which one letter leads each.
+FOLDED_PARTS: Final = ("zones", *ZONES, *SHAPE, "lens_amount")
 _SCALES: Final = {
     "percent": percent,
     "lattice": lattice,
     "threshold_px": threshold,
     **dict.fromkeys(SHAPE, signed),
 }
-# The keys that lead to a field's control, together with Alt.
+# The keys that lead to a field's control, together with Alt. There are no more letters: the kernel
+# is beside the domain, behind its fold's.
 _LETTERS: Final = {
     "percent": "W",
     "center": "C",
@@ -216,11 +219,11 @@ _LETTERS: Final = {
     "fit": "i",
     "domain": "D",
     "threshold_px": "r",
-    "interpolation": "n",
     "guard": "Q",
     "hold_background": "b",
     "head_follows": "o",
     "keep_features": "K",
+    "lens": "n",
     "jaw_width": "J",
 }
 
@@ -278,6 +281,57 @@ def _center_tip(number: int) -> str:
     share = f"{tenths:g} : {10.0 - tenths:g}"
     words = Text("Distance to the eyes : to the mouth = {share}", share=share)
     return translated(cited(words, candidate.where))
+
+
+class LensChoice(QWidget):
+    """A switch, the focal length, and what they are about: how far the lens stretched whom."""
+
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        low, high = SETTINGS["lens"].within or (0.0, 0.0)
+        self.switch, self.note = QCheckBox(label("lens")), muted_label(wraps=True)
+        # Below the least there is what the photo tells.
+        self.focal = WholeNumber(round(low) - 1, round(high), round(low) - 1)
+        self.focal.setSuffix(tr(" mm"))
+        self.focal.setKeyboardTracking(False)
+        self.focal.setAccessibleName(tr("Focal length, as 35-mm film would need it"))
+        for control in (self.switch, self.focal):
+            control.setToolTip(tip("lens"))
+        self.switch.toggled.connect(lambda on: self.chosen.emit("auto" if on else "off"))
+        self.focal.valueChanged.connect(
+            lambda mm: self.chosen.emit("auto" if mm == self.focal.minimum() else float(mm))
+        )
+        column_of(self, row_of(self.switch, None, self.focal), self.note)
+
+    def show_state(self, state: State, chosen: int | None) -> bool:
+        """Show what is chosen, and how far the lens stretched a face, or the one it did most.
+
+        Result: whether that is worth a look.
+        """
+        lens, optics = state.recipe.lens, state.optics
+        known = "" if optics.focal_mm is None else f"{optics.focal_mm:.0f}"
+        with QSignalBlocker(self.switch), QSignalBlocker(self.focal):
+            self.switch.setChecked(lens != "off")
+            self.focal.setSpecialValueText(tr("{mm} mm", mm=known or "?"))
+            number = self.focal.minimum() if isinstance(lens, str) else round(lens)
+            self.focal.setValue(number)
+        self.focal.setVisible(lens != "off")
+        focal = optics.focal_mm if isinstance(lens, str) else lens
+        faces = state.faces if chosen is None else state.faces[chosen : chosen + 1]
+        most = max((stretch_percent(f, focal, state.image) for f in faces if focal), default=0.0)
+        self.note.setText(_stretched(len(faces), focal, most) if focal else sentence(optics.why))
+        self.note.setHidden(not faces or (lens == "off" and most < STRETCH_SEEN_PERCENT))
+        return lens != "off" or most >= STRETCH_SEEN_PERCENT
+
+
+def _stretched(count: int, focal_mm: float, percent: float) -> str:
+    """Return how far a lens stretched so many faces at most."""
+    said = {"mm": focal_mm, "percent": percent}
+    if count == 1:
+        return tr("{mm:.0f} mm: this face is {percent:.1f} % longer outwards", **said)
+    return tr("{mm:.0f} mm: faces are up to {percent:.1f} % longer outwards", **said)
 
 
 class OwnerLine(QWidget):

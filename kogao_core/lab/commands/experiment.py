@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from kogao_core.base.assets import AssetMissing
+from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text, tr
 from kogao_core.base.strict import BadFile
 from kogao_core.cli import common, ending, options, reading, words
@@ -22,6 +23,8 @@ from kogao_core.lab.experiments import (
     distortion_report,
     domains,
     domains_report,
+    lens,
+    lens_report,
     timing,
     timing_report,
 )
@@ -29,6 +32,7 @@ from kogao_core.lab.experiments.trials import Trial, read
 from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.report import Report
 from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import Recipe
 
 # The arguments of every experiment; the command hands them to `Work`.
 takes_photos = words.together(
@@ -209,6 +213,20 @@ def distortion_command(**given: Any) -> int:
         found += distortion.measure(subject, work.recipe, progress=work.progress.step)
     result = distortion.DistortionResult(tuple(found), work.recipe)
     return work.deliver(distortion_report.report(result))
+
+
+@command.command("lens")
+@takes_photos
+def lens_command(**given: Any) -> int:
+    """Bring a face back that a wide lens stretched at the edge: what is left of the truth."""
+    work = Work("lens", given)
+    recipe = work.recipe if given["recipe_file"] else Recipe()
+    found: list[lens.Stretch] = []
+    shown: list[Image] = []
+    for subject in work.subjects():
+        shown = shown or lens.shown(subject, recipe)
+        found += lens.measure(subject, work.source, recipe, progress=work.progress.step)
+    return work.deliver(lens_report.report(lens.LensResult(tuple(found), recipe, tuple(shown))))
 
 
 @command.command("methods")
