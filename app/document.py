@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -18,10 +19,12 @@ from kogao_core.faces.doubt import doubtful
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import Pairs, aim
 from kogao_core.photo import Photo
+from kogao_core.photo.optics import UNKNOWN, Optics, optics_of
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import FACE_FIELDS
+from kogao_core.warp.lens import Heads
 from kogao_core.warp.protection import NOTHING, Protection
 
 if TYPE_CHECKING:
@@ -32,6 +35,7 @@ Mark = tuple[tuple[float, float], tuple[float, float]]
 # Eye and mouth corners are marked first: they give the face its axis and its centre.
 CORNERS: Final = 6
 DEFAULT: Final = Recipe()
+_NOWHERE: Final = Box(0, 0, 0, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,8 @@ class State(Sheet):
     protection: Protection = NOTHING  # places that must not move, px of the photo
     # Straight lines of the background that aren't held, px of the photo.
     loose: tuple[Line, ...] = ()
+    optics: Optics = UNKNOWN  # what the photo tells of its lens
+    image: Box = _NOWHERE  # the photo's rectangle
     mode: Mode = "automatic"  # whose faces these are: the machine's, or those marked by hand
     # Faces and recipe of the other mode; None until it is first switched to.
     kept: Sheet | None = None
@@ -49,7 +55,18 @@ class State(Sheet):
     @cached_property
     def pairs(self) -> tuple[Pairs, ...]:
         """Landmarks, targets and centre of every face, off ones too."""
-        return tuple(aim(face, self.recipe) for face in self.faces)
+        if not (seen := self._lensed):
+            return tuple(aim(face, self.recipe) for face in self.faces)
+        return tuple(map(aim, self.faces, repeat(self.recipe), seen))
+
+    @property
+    def seen(self) -> Sequence[Face]:
+        """The faces as the lens' correction alone shows them; as they are without one."""
+        return self._lensed or self.faces
+
+    @cached_property
+    def _lensed(self) -> list[Face]:
+        return Heads.of(self.faces, self.optics.settled(self.recipe), self.image).faces
 
     @property
     def done(self) -> Applied:
@@ -59,8 +76,9 @@ class State(Sheet):
     def done_by(self, mode: Mode) -> Applied:
         """Return what a mode does to the photo."""
         sheet = self.sheet(mode)
+        recipe = self.optics.settled(sheet.recipe)
         return Applied(
-            sheet.active, sheet.recipe, self.protection, loose=self.loose, others=sheet.inactive
+            sheet.active, recipe, self.protection, loose=self.loose, others=sheet.inactive
         )
 
     @property
@@ -184,6 +202,7 @@ class Document(QObject):
         super().__init__(parent)
         self.photo: Photo | None = None
         self.pyramid: PicturePyramid | None = None
+        self._optics = UNKNOWN
         self.undo = QUndoStack(self)
         # What a photo begins with.
         self.first_recipe = DEFAULT
@@ -230,7 +249,7 @@ class Document(QObject):
     @property
     def image(self) -> Box:
         """The photo's rectangle; empty while there is none."""
-        return Box(0, 0, 0, 0) if self.pyramid is None else Box.of(self.pyramid.levels[0])
+        return _NOWHERE if self.pyramid is None else Box.of(self.pyramid.levels[0])
 
     @property
     def path(self) -> Path | None:
@@ -239,7 +258,7 @@ class Document(QObject):
 
     def open(self, photo: Photo, pyramid: PicturePyramid, recipe: Recipe | None = None) -> None:
         """Begin with another photo and a recipe, without one that which photos begin with."""
-        self.photo, self.pyramid = photo, pyramid
+        self.photo, self.pyramid, self._optics = photo, pyramid, optics_of(photo)
         self._begin(State(recipe=recipe or self.first_recipe))
         self.opened.emit()
         self.changed.emit()
@@ -323,6 +342,7 @@ class Document(QObject):
             self.restore(self._committed)
 
     def _begin(self, state: State) -> None:
+        state = dataclasses.replace(state, optics=self._optics, image=self.image)
         self._state = self._committed = self._base = state
         self._saved = self._begun = state.work
         self.undo.clear()

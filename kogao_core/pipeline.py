@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 
 from kogao_core.background.holding import NOTHING_HELD, Held, hold
 from kogao_core.base.display import preview
@@ -25,6 +26,7 @@ from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
 from kogao_core.warp.frame import cut_note, slid
 from kogao_core.warp.guard import hold_back
+from kogao_core.warp.lens import Heads
 from kogao_core.warp.limits import check_corners
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
@@ -216,12 +218,16 @@ def render(
     watch = Stopwatch()
     with one_blas_thread():
         with watch.lap("targets"):
-            asked = tuple(aim(face, recipe) for face in faces)
             edges = whole or Box.of(photo)
+            heads = Heads.of(faces, recipe, edges)
+            seen = heads.faces or faces
+            asked = tuple(aim(*both) for both in zip(faces, repeat(recipe), seen))
             pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
             recipes = [recipe.of_face(face.recipe) for face in faces]
             beside = held.neighbours if recipe.hold_background else ()
-            surrounds = surrounds_of(faces, pairs, recipes, edges, protection, beside)
+            around = [pair.started for pair in pairs]
+            alone = surrounds_of(seen, around, recipes, edges, protection, beside)
+            surrounds = heads.around(alone, protection, beside)
         with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
             inside = edges if recipe.guard else None
@@ -232,7 +238,7 @@ def render(
         with watch.lap("background"):
             unheld = field
             if recipe.hold_background:
-                field = hold(field, problems, faces, held)
+                field = hold(field, problems, seen, held)
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
         size = size_of(Box.of(photo), longest_px)

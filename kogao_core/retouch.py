@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.model import is_same
+from kogao_core.photo.optics import optics_of
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.sidecar import Applied
@@ -40,12 +42,13 @@ class Retouched:
     """What became of a photo: `written` is what is worth knowing of the file.
 
     `rendering` is None where the pixels were there already; `undisclosed` says what a result that
-    equals the photo doesn't tell.
+    equals the photo doesn't tell, `lens` why the lens' stretch stays that was to go.
     """
 
     rendering: Rendering | None
     written: str
     undisclosed: str
+    lens: str
 
 
 def retouch(
@@ -66,7 +69,9 @@ def retouch(
 
     Raises CannotWrite, RefusedOutput.
     """
-    rendering, is_changed = None, False
+    optics, rendering, is_changed = optics_of(photo), None, False
+    left = optics.note(done.recipe)
+    done = dataclasses.replace(done, recipe=optics.settled(done.recipe))
     goes_along = export.coding is None and any(extra.data for extra in photo.extras)
     if drawn is None or export.reduces(photo) or goes_along:
         held = held_of(photo.pixels, done, finder)
@@ -86,4 +91,4 @@ def retouch(
     if rendering is not None and goes_along:
         told = accompanied(told, rendering.warped, film=disclosure.film)
     written = to(told, pixels, signing(disclosure, done.what))
-    return Retouched(rendering, written, left_out)
+    return Retouched(rendering, written, left_out, left)

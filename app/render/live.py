@@ -79,7 +79,7 @@ class Surface:
             self._part, self._front, self._back = part, None, None
             self._protection = self._mapped = NOTHING
         (canvas, result), self._back = self._back or self._buffer(), None
-        faces, recipe, protection = state.active, state.recipe, state.protection
+        faces, recipe, protection = state.active, state.done.recipe, state.protection
         held, back, whole = self._held(state, part), to_photo(0), None
         if part is not None:
             back = to_photo(part.level, (part.box.left, part.box.top))

@@ -27,6 +27,8 @@ from kogao_core.base import assets
 from kogao_core.base.atomic import put
 from kogao_core.base.geometry import Image
 from kogao_core.faces.landmarks import MeshSource
+from kogao_core.lab.experiments.lens import shown as shown_at_the_edge
+from kogao_core.lab.subjects import Subject
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
@@ -189,6 +191,13 @@ def doses() -> Image:
     )  # fmt: skip
 
 
+def lens() -> Image:
+    """Return the sample at the edge of 26 mm: as the lens draws it, corrected, and on the axis."""
+    photo = read(assets.sample()).pixels
+    subject = Subject("sample", photo, tuple(MeshSource().find(photo)))
+    return np.hstack(shown_at_the_edge(subject, Recipe()))
+
+
 def edit_window(path: Path) -> None:
     """Take a picture of the window as another program sees it that has asked for a photo."""
     from kogao_app.editor import Editor
@@ -241,7 +250,7 @@ def main(arguments: list[str]) -> None:
         sheets = Path(arguments[1])
         for name, picture in {"faces.webp": faces(sheets), **gallery(sheets)}.items():
             put(picture, folder / name)
-    for make in (before_after, blocks, templates, doses):
+    for make in (before_after, blocks, templates, doses, lens):
         put(_jpeg(make()), folder / f"{make.__name__.replace('_', '-')}.jpg")
     for name, figure in drawn().items():
         put(figure, folder / name)

@@ -37,6 +37,7 @@ USE = (
     "docs/gallery",
     "docs/install",
     "docs/editor",
+    "docs/lens",
     "docs/command-line",
     "docs/hosts",
     "docs/fidelity",

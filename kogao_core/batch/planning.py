@@ -14,6 +14,7 @@ from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import READABLE
+from kogao_core.projects.interchange import file_for
 from kogao_core.projects.project import load
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import kept, sheet_of
@@ -40,12 +41,14 @@ def plan(
     edits: Path | None = None,
     results: Results | None = None,
     export: Export = AS_IT_IS,
+    points: Path | None = None,
+    points_map: str | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    `edits` is the user's own folder of projects that don't lie beside their photos; what `results`
-    lists isn't worked on again. Result: in the order of the inputs; `run` does them. Raises
-    NothingToDo.
+    `points` is a file of landmarks, or a folder of them by the photos' names, `edits` the user's
+    own folder of projects that don't lie beside their photos; what `results` lists isn't worked on
+    again. Result: in the order of the inputs; `run` does them. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -78,6 +81,8 @@ def plan(
             doubtful=doubtful,
             results=str(results.file) if results else "",
             export=export,
+            points="" if points is None else str(file_for(photo, points)),
+            points_map=points_map,
         )
         for output, photo in found.items()
     ]

@@ -21,6 +21,8 @@ from kogao_core.faces.doubt import Verdict, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.photo import Photo
+from kogao_core.photo.optics import optics_of
+from kogao_core.warp.lens import stretch_percent
 
 
 def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
@@ -98,18 +100,31 @@ def _found(
     mask_file: Path | None,
     people: PersonMask | None,
 ) -> dict[str, Any]:
+    optics = optics_of(photo)
     found: dict[str, Any] = {
         "image": {"width": photo.width, "height": photo.height},
-        "faces": [{**face.to_dict(), **verdict.to_dict()} for face, verdict in judged],
+        "lens": {"focal_mm": optics.focal_mm, "why": optics.why},
+        "faces": [
+            {
+                **face.to_dict(),
+                **verdict.to_dict(),
+                "stretch_percent": optics.focal_mm and _stretch(photo, face, optics.focal_mm),
+            }
+            for face, verdict in judged
+        ],
     }
     if people is not None:
         found["person_mask"] = {"file": str(mask_file), "missed_faces": people.missed}
     return found
 
 
+def _stretch(photo: Photo, face: Face, focal_mm: float) -> float:
+    return round(stretch_percent(face, focal_mm, Box.of(photo.pixels)), 2)
+
+
 def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
     size, count = f"{photo.width} x {photo.height} px", common.count_of_faces(len(judged))
-    lines = [f"{photo.path}: {size}, {translated(count)}"]
+    lines, optics = [f"{photo.path}: {size}, {translated(count)}"], optics_of(photo)
     # Translators: six columns that figures stand below, 4, 7, 7, 7, 7, 8 and 6 letters wide.
     lines.append(tr("face  score      x      y  width  height  tilt"))
     for number, (face, _) in enumerate(judged, start=1):
@@ -121,4 +136,12 @@ def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
             f"  {tilt:+3.0f}°"
         )
     notes = [verdict.told(number) for number, (_, verdict) in enumerate(judged, start=1)]
+    if optics.focal_mm is not None:
+        far = [f"{_stretch(photo, face, optics.focal_mm):.1f}" for face, _ in judged]
+        lens = Text(
+            "{mm:g} mm: the lens made these longer outwards, by {far} % in turn (warp --lens auto)",
+            mm=optics.focal_mm,
+            far=", ".join(far),
+        )
+        notes.append(lens)
     return "\n".join([*lines, *(translated(note) for note in notes if note)])

@@ -69,19 +69,33 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
         unit = setting.unit.upper() if setting.unit.isalpha() else None
         kind = int if setting.is_whole else float
         given = {"type": click.Choice(setting.choices) if setting.choices else kind}
+        if setting.choices and setting.within is not None:
+            unit = "|".join([*setting.choices, unit or ""])
+            given["type"] = _name_or_number
         declared, given["metavar"] = f"--{name}", unit
     help_text = _with_default(setting, setting.default_text or default_text)
     return words.option(declared, setting.name, help=help_text, **given)
 
 
+def _name_or_number(value: str) -> str | float:
+    """Return a number where there is one; the recipe refuses what is neither that nor a name."""
+    try:
+        return float(value)
+    except ValueError:
+        return value
+
+
 def _help(setting: Setting) -> Text:
     """Return what a field does, and what may be given."""
-    if setting.within is not None:
-        low, high = setting.within
-        return Text("{help}, {low:g}..{high:g}", help=setting.full_help, low=low, high=high)
     offered = [
         Text("{name} ({help})", name=one.name, help=one.help) for one in setting.alternatives
     ]
+    if setting.within is not None:
+        low, high = setting.within
+        numbers = Text("{low:g}..{high:g}", low=low, high=high)
+        if not offered:
+            return Text("{help}, {numbers}", help=setting.full_help, numbers=numbers)
+        offered.append(numbers)
     if not offered:
         return setting.full_help
     return Text("{help}: {offered}", help=setting.full_help, offered=Text.joined(", ", offered))
@@ -269,9 +283,8 @@ chooses_percent = words.option(
     "--percent", type=float, help=_with_default(SETTINGS["percent"], "4")
 )
 # For a command that repeats the paper's work.
-chooses_as_the_paper = words.together(
-    _recipe_file(Text("A saved recipe (JSON) [the paper's].")), chooses_faces
-)
+takes_papers_recipe = _recipe_file(Text("A saved recipe (JSON) [the paper's]."))
+chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 
 
 def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:

@@ -22,6 +22,8 @@ class Pairs:
     source_px: Array  # (N, 2): landmarks
     target_px: Array  # (N, 2): their target points
     center_px: Array  # (2,): the centre they move towards
+    # (N, 2): landmarks where the lens' correction alone shows them; absent without one.
+    seen_px: Array | None = None
 
     @property
     def displacement_px(self) -> Array:
@@ -31,7 +33,17 @@ class Pairs:
     @property
     def warp_distance_px(self) -> float:
         """Mean distance between landmarks and targets (figure 7b)."""
-        return float(np.linalg.norm(self.displacement_px, axis=1).mean())
+        return float(np.linalg.norm(self.start_px - self.target_px, axis=1).mean())
+
+    @property
+    def start_px(self) -> Array:
+        """Where landmarks are before they move towards the centre, shape (N, 2)."""
+        return self.source_px if self.seen_px is None else self.seen_px
+
+    @property
+    def started(self) -> Pairs:
+        """What is left to do once the lens' correction is done."""
+        return Pairs(self.start_px, self.target_px, self.center_px)
 
 
 def center_candidates(face: Face) -> Array:
@@ -43,16 +55,17 @@ def center_candidates(face: Face) -> Array:
     return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
 
 
-def aim(face: Face, recipe: Recipe) -> Pairs:
+def aim(face: Face, recipe: Recipe, seen: Face | None = None) -> Pairs:
     """Place each target ``percent`` of D along the line from its landmark to the centre (figure 6).
 
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
     of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
     evened out first (`symmetry`), and each zone then goes its own share of ``percent`` (`zones`);
-    width, length and the like come on top (`shape`).
-    Result: one pair for each point of the outline.
+    width, length and the like come on top (`shape`). A face that a lens' correction shows elsewhere
+    (`seen`) is aimed there. Result: one pair for each point of the outline.
     """
-    recipe = recipe.of_face(face.recipe)
+    recipe, source = recipe.of_face(face.recipe), face.outline
+    face = seen or face
     center = center_candidates(face)[int(recipe.center) - 1]
     start, share = face.outline, np.full((len(face.outline), 1), recipe.percent / 100.0)
     if recipe.zones:
@@ -63,4 +76,4 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
         target = target - shape.inwards(start - center)
     if face.targets is not None:
         target = np.where(np.isnan(face.targets), target, face.targets)
-    return Pairs(face.outline, target, center)
+    return Pairs(source, target, center, None if seen is None else seen.outline)

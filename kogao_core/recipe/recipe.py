@@ -16,6 +16,7 @@ from kogao_core.recipe.settings import (
     Fit,
     Interpolation,
     LatticeUnit,
+    LensName,
 )
 
 VERSION: Final = 3
@@ -42,7 +43,8 @@ class Recipe:
     Parameters
     ----------
     percent : float
-        Warp distance in % of D, the landmark-to-centre distance (section 3.2), 0 to 15.
+        Warp distance in % of D, the landmark-to-centre distance (section 3.2), -15 to 15; below 0
+        faces get larger.
     center : int
         Centre candidate 1 to 4 on the line from the eyes to the mouth (figure 7a).
     lattice : float
@@ -84,6 +86,11 @@ class Recipe:
         The same for a zone of the outline, towards the centre or away from it.
     forehead_height : float
         The same for the hairline, down or up.
+    lens : {"off", "auto"} or float
+        Take out how a lens stretches heads off its axis (`lens`): of which focal length, as
+        35-mm film would need it, 8 to 1000 mm; "auto" goes by the photo, see `optics.settled`.
+    lens_amount : float
+        How much of that stretch is taken out, 0 to 100 %.
 
     Raises
     ------
@@ -127,6 +134,8 @@ class Recipe:
     forehead_height: float = 0.0
     left_width: float = 0.0
     right_width: float = 0.0
+    lens: LensName | float = "off"
+    lens_amount: float = 100.0
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges; numpy's numbers become Python's."""
@@ -155,7 +164,7 @@ class Recipe:
         for name, setting in SETTINGS.items():
             if name in told or setting.is_method:
                 continue
-            counts = not setting.needs or getattr(self, setting.needs)
+            counts = not setting.needs or getattr(self, setting.needs) not in (False, "off")
             if counts and getattr(self, name) != _DEFAULTS[name]:
                 said.append(setting.said(getattr(self, name)))
         return Text.joined(", ", said)

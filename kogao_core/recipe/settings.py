@@ -16,6 +16,7 @@ Fit = Literal["approximation", "exact", "multilevel"]
 DomainName = Literal["image", "control-points", "threshold"]
 Interpolation = Literal["bilinear", "cubic", "lanczos4"]
 LatticeUnit = Literal["spacing", "warp"]
+LensName = Literal["off", "auto"]
 Corner = Literal["top-left", "top-right", "bottom-left", "bottom-right"]
 Name = TypeVar("Name", bound=str, covariant=True)
 
@@ -70,7 +71,8 @@ class Setting:
     is_whole : bool
         Whether only whole numbers will do.
     alternatives : tuple of Alternative
-        What there is to choose from; a field without range and alternatives is true or false.
+        What there is to choose from, beside the numbers of a range; a field without range and
+        alternatives is true or false.
     unit : str
         Of a number.
     per_face : bool
@@ -105,7 +107,7 @@ class Setting:
     def said(self, value: Any) -> Text:
         """Return a value within a sentence, by the name of the field."""
         name = self.word or self.title
-        if self.alternatives:
+        if value in self.choices:
             return Text("{name}: {word}", name=name, word=self.alternative(value).word)
         if self.within is None:
             return name if value else Text("no {name}", name=name)
@@ -140,11 +142,12 @@ class Setting:
         ValueError
             If it is none for this field; the message names the field, its range and the value.
         """
-        if self.within is not None:
+        if self.within is not None and not (self.alternatives and isinstance(value, str)):
             self._check_number(value, *self.within)
         elif self.alternatives:
             if value not in self.choices:
-                allowed = ", ".join(self.choices)
+                numbers = ("{:g}..{:g}".format(*self.within),) if self.within else ()
+                allowed = ", ".join([*self.choices, *numbers])
                 raise ValueError(
                     Text(
                         "{name} must be one of {allowed}, got {value}",
@@ -175,7 +178,7 @@ class Setting:
         """
         if self.is_whole:
             return int(value)
-        return value if self.within is None or type(value) in (int, float) else float(value)
+        return value if self.within is None or type(value) in (int, float, str) else float(value)
 
     def _check_number(self, value: object, low: float, high: float) -> None:
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -269,6 +272,12 @@ LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
         Text("section 3.3"),
     ),
 )
+LENSES: Final[tuple[Alternative[LensName], ...]] = (
+    Alternative("off", Text("Off"), Text("off"), Text("heads stay as the lens drew them")),
+    Alternative(
+        "auto", Text("From the photo"), Text("from the photo"), Text("what it tells of itself")
+    ),
+)
 # Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
 # last one is the tip of the nose.
 PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
@@ -283,9 +292,11 @@ _ALL: Final = (
     Setting(
         "percent",
         Text("Warp distance"),
-        Text("How far landmarks move, in % of D, their distance to the centre"),
+        Text(
+            "How far landmarks move, in % of D, their distance to the centre; below 0, away from it"
+        ),
         Text("section 3.2"),
-        within=(0.0, 15.0),
+        within=(-15.0, 15.0),
         unit=Text("% of D"),
         per_face=True,
     ),
@@ -519,6 +530,28 @@ _ALL: Final = (
             ),
         )
     ),
+    Setting(
+        "lens",
+        Text("Take out lens stretch"),
+        Text(
+            "How a wide lens stretched heads towards the edge, by its focal length as 35-mm film "
+            "would need it"
+        ),
+        within=(8.0, 1000.0),
+        alternatives=LENSES,
+        unit=Text("mm"),
+        word=Text("lens"),
+    ),
+    Setting(
+        "lens_amount",
+        Text("Lens amount"),
+        Text("How much of the lens' stretch is taken out"),
+        within=(0.0, 100.0),
+        unit=Text("%"),
+        per_face=True,
+        word=Text("lens amount"),
+        needs="lens",
+    ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}
 # What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
@@ -526,7 +559,9 @@ ZONES: Final = {
     setting.name: setting.word or setting.title for setting in _ALL if setting.needs == "zones"
 }
 # What reshapes the face directly, whatever the warp distance.
-SHAPE: Final = tuple(setting.name for setting in _ALL if setting.within == _SIGNED)
+SHAPE: Final = tuple(
+    setting.name for setting in _ALL if setting.within == _SIGNED and setting.name != "percent"
+)
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
 

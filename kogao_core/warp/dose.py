@@ -44,8 +44,8 @@ def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
     For a landmark p with centre c, ``D = |c - p|`` and place p' it is ``(p' - p) . (c - p) / D^2``:
     positive inwards, negative outwards, 0 for what moves across.
     """
-    toward = pairs.center_px - pairs.source_px
-    along = ((moved_px - pairs.source_px) * toward).sum(axis=1)
+    toward = pairs.center_px - pairs.start_px
+    along = ((moved_px - pairs.start_px) * toward).sum(axis=1)
     squared = np.maximum(
         (toward**2).sum(axis=1), 1e-18
     )  # a landmark on the centre can't come closer

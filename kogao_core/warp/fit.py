@@ -24,6 +24,7 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import FITS, Fit
 from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
+from kogao_core.warp.lens import Lensed
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.warp.protection import NOTHING, Protection
 from kogao_core.warp.surround import Surround
@@ -140,7 +141,7 @@ def problems_of(
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     protection: Protection = NOTHING,
-    surrounds: Sequence[Surround | None] = (),
+    surrounds: Sequence[Lensed | Surround | None] = (),
     photo: Box | None = None,
 ) -> list[Problem]:
     """Return what each face asks of its lattice.
@@ -235,7 +236,7 @@ def _check_control_points(
     recipes: Sequence[Recipe],
     grids: Sequence[Grid],
     protection: Protection,
-    surrounds: Sequence[Surround | None],
+    surrounds: Sequence[Lensed | Surround | None],
 ) -> None:
     total = 0.0
     for pair, anchor, recipe, grid, surround in zip(
@@ -286,7 +287,7 @@ def on_quanta(lattice: Lattice) -> Lattice:
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _ends(target_px: Array, surround: Surround | None) -> Array:
+def _ends(target_px: Array, surround: Lensed | Surround | None) -> Array:
     return target_px if surround is None else np.vstack([target_px, surround.corners_px])
 
 
@@ -296,7 +297,7 @@ def _problem(
     grid: Grid,
     recipe: Recipe,
     protection: Protection,
-    surround: Surround | None,
+    surround: Lensed | Surround | None,
     photo: Box | None,
 ) -> Problem:
     reach, ends = 2.0 * grid.spacing_px, _ends(pairs.target_px, surround)
@@ -320,7 +321,7 @@ def _problem(
     )
 
 
-def _sampled(surround: Surround, grid: Grid) -> Lattice | None:
+def _sampled(surround: Lensed | Surround, grid: Grid) -> Lattice | None:
     """Return the control points that a surround moves, if there are any."""
     corners = surround.corners_px
     columns, rows = (

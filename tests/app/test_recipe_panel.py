@@ -23,7 +23,7 @@ from kogao_core.recipe.settings import CENTERS, SETTINGS
     ("shares", "said"),
     [
         ((0.4,), "⚠ Held back to 40 %:"),
-        ((1.0, 0.75, 0.4), "⚠ 2 of 3 faces are held back, one to 40 %:"),
+        ((1.0, 0.75, 0.4), "⚠ Held back: faces 2, 3, down to 40 %;"),
         ((1.0, 1.0), ""),
     ],
 )
@@ -46,14 +46,15 @@ def panel(qtbot):
 
 
 def test_every_field_has_a_control_and_a_name_for_undo(panel):
-    controls = [*panel.sliders, *panel.choices, *panel.switches, "center"]
+    controls = [*panel.sliders, *panel.choices, *panel.switches, "center", "lens"]
     assert sorted(controls) == sorted(SETTINGS)
     assert all(fields.title(field) for field in SETTINGS)
 
 
 def test_every_control_has_a_key_of_its_own_and_tells_what_it_does(panel):
     # Parts of the face share a key that leads into their fold: there aren't letters for each.
-    labels = [fields.label(field) for field in SETTINGS if field not in fields.FOLDED_PARTS]
+    shared = {*fields.FOLDED_PARTS, "interpolation"}
+    labels = [fields.label(field) for field in SETTINGS if field not in shared]
     labels += [panel.zones.button.text(), panel.sliders["jaw_width"].title.text()]
     assert all(label.count("&") == 1 for label in labels)
     keys = [label[label.index("&") + 1].lower() for label in labels]

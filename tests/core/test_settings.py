@@ -34,6 +34,7 @@ CHOSEN = [(s.name, one) for s in SETTINGS.values() for one in s.alternatives]
         (DOMAINS, settings.DomainName),
         (settings.INTERPOLATIONS, settings.Interpolation),
         (settings.LATTICE_UNITS, settings.LatticeUnit),
+        (settings.LENSES, settings.LensName),
     ],
 )
 def test_each_name_of_the_type_is_declared_in_its_order(declared, kind):
@@ -71,6 +72,7 @@ def test_each_choice_warps(field, one):
 def other_value(setting, value):
     """Return a value of a field that isn't `value`."""
     if setting.within is not None:
+        value = setting.within[1] if isinstance(value, str) else value
         return max(setting.within, key=lambda end: abs(end - value))
     return next(one for one in setting.choices or (True, False) if one != value)
 
@@ -91,7 +93,7 @@ def test_every_field_has_a_say_in_what_is_rendered(setting):
 
     # So large a move on so fine a lattice folds: otherwise the guard has nothing to do. And without
     # a zone that goes its own way there is none to be switched off.
-    bases = (Recipe(), Recipe(percent=12.0, lattice=0.25), Recipe(chin=0.0))
+    bases = Recipe(), Recipe(percent=12.0, lattice=0.25), Recipe(chin=0.0), Recipe(lens=20.0)
     assert any(map(matters, bases))
 
 

@@ -151,10 +151,13 @@ def test_detect_prints_exactly_the_documented_json(works, portrait):
     found = json.loads(said)
     with Image.open(portrait) as image:
         assert found["image"] == {"width": image.width, "height": image.height}
-    assert list(found) == ["image", "faces"]
+    assert list(found) == ["image", "lens", "faces"]
+    assert found["lens"]["focal_mm"] is None
+    assert "focal length" in found["lens"]["why"]
     face = found["faces"][0]
     judged = face.pop("doubt"), face.pop("look_at")
     assert judged == (None, [])
+    assert face.pop("stretch_percent") is None
     shapes = {name: np.shape(value) for name, value in face.items()}
     assert shapes == {
         "box": (4,),
@@ -306,8 +309,8 @@ def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--percent", "-1"], "percent must be within 0..15, got -1"),
-        (["--percent", "99"], "percent must be within 0..15, got 99"),
+        (["--percent", "-16"], "percent must be within -15..15, got -16"),
+        (["--percent", "99"], "percent must be within -15..15, got 99"),
         (["--percent", "nan"], "percent must be within"),
         (["--percent", "much"], "'much' is not a valid float"),
         (["--lattice", "0"], "lattice must be within 0.1..8, got 0"),
@@ -317,7 +320,7 @@ def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
         (["--face", "biggest"], "none of all, largest, or numbers"),
         (["--face", "1,"], "none of all, largest, or numbers"),
         (["--recipe", "missing.json"], "missing.json can't be read"),
-        (["--percent", "1" + "0" * 400], "percent must be within 0..15, got inf"),
+        (["--percent", "1" + "0" * 400], "percent must be within -15..15, got inf"),
         (["--center", "1" + "0" * 400], r"center must be within 1..4, got 1000*…"),
         (["--max-megapixels", "0"], "not in the range"),
         (["--max-megapixels", "nan"], "nan is not a finite number"),
@@ -387,9 +390,9 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path
         ('{"fit": ' + "[" * 900 + "]" * 900 + "}", r"got \[\["),
         ('{"center": ' + "[1, " * 300 + "[]" + "]" * 300 + "}", "center must be a number, got"),
         ('{"' + "x" * 500_000 + '": 1}', "unknown recipe field 'x{39}…"),
-        ('{"percent": 1' + "0" * 400 + "}", "percent must be within 0..15, got 1000*…"),
+        ('{"percent": 1' + "0" * 400 + "}", "percent must be within -15..15, got 1000*…"),
         ('{"percent": ' + "9" * 5000 + "}", "the file is not JSON"),
-        ('{"percent": 1e400}', "percent must be within 0..15, got inf"),
+        ('{"percent": 1e400}', "percent must be within -15..15, got inf"),
         ('{"version": 1' + "0" * 400 + "}", "version 3, got 1000*…"),
         ("{" + " " * 2**20, "at most 1048576 are allowed"),
     ],

@@ -97,7 +97,7 @@ class Targets(Overlay):
             pairs, size = self.shown.state.pairs[index], _size(place, face)
             _draw_ways(painter, place, pairs.source_px, pairs.target_px, size)
             recipe = self.shown.state.recipe.of_face(face.recipe)
-            follow = forehead_pairs(face, recipe, pairs)
+            follow = forehead_pairs(self.shown.state.seen[index], recipe, pairs.started)
             _draw_ways(painter, place, *follow, _FOLLOWER * size)
 
 

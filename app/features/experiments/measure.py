@@ -15,6 +15,8 @@ from kogao_core.lab.experiments import (
     distortion_report,
     domains,
     domains_report,
+    lens,
+    lens_report,
     timing,
     timing_report,
     trials,
@@ -96,6 +98,14 @@ def _distortion(task: ExperimentTask, progress: Progress) -> _Found:
     return _Found(distortion_report.report(result))
 
 
+def _lens(task: ExperimentTask, progress: Progress) -> _Found:
+    found = lens.measure(task.subject, task.source(), task.recipe, progress=progress)
+    seen = lens.shown(task.subject, task.recipe)
+    result = lens.LensResult(tuple(found), task.recipe, tuple(seen))
+    named = list(zip(map(translated, lens_report.SHOWN), seen, strict=True))
+    return _Found(lens_report.report(result), pictures={tr("At the edge"): named})
+
+
 def _methods(task: ExperimentTask, progress: Progress) -> _Found:
     repeats, absent = 2, comparing.missing()
     compared, failed = comparing.measure(
@@ -120,5 +130,6 @@ _RUNS: Final[dict[str, Callable[[ExperimentTask, Progress], _Found]]] = {
     "timing": _timing,
     "domains": _domains,
     "distortion": _distortion,
+    "lens": _lens,
     "methods": _methods,
 }

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QCheckBox,
     QHBoxLayout,
     QPushButton,
     QSizePolicy,
@@ -20,11 +22,12 @@ from PySide6.QtWidgets import (
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
 from kogao_core.recipe.settings import CENTERS, SETTINGS, SHAPE, ZONES, Alternative, cited
+from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
 from ...document import DEFAULT, State
-from ...i18n import lettered, tr, translated
+from ...i18n import lettered, sentence, tr, translated
 from ...theme import GRID_PX
-from ...widgets.controls import column_of, heading, muted_label, row_of
+from ...widgets.controls import WholeNumber, column_of, heading, muted_label, row_of
 from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
@@ -43,6 +46,7 @@ def percent() -> SliderScale:
         lambda n: n / 10,
         lambda v: round(v * 10),
         lambda v: tr("{v} % of D", v=_figure(v)),
+        least=(SETTINGS["percent"].within or (0.0,))[0],
     )
 
 
@@ -197,15 +201,16 @@ _PLAIN: Final = {
     "center": Text("Direction"),
     "lattice": Text("Falloff"),
 }
-# They have folds of their own, into which one letter leads each.
-FOLDED_PARTS: Final = ("zones", *ZONES, *SHAPE)
+# They have folds or a switch of their own, into which one letter leads each.
+FOLDED_PARTS: Final = ("zones", *ZONES, *SHAPE, "lens_amount")
 _SCALES: Final = {
     "percent": percent,
     "lattice": lattice,
     "threshold_px": threshold,
     **dict.fromkeys(SHAPE, signed),
 }
-# The keys that lead to a field's control, together with Alt.
+# The keys that lead to a field's control, together with Alt. There are no more letters: the kernel
+# is beside the domain, behind its fold's.
 _LETTERS: Final = {
     "percent": "W",
     "center": "C",
@@ -214,11 +219,11 @@ _LETTERS: Final = {
     "fit": "i",
     "domain": "D",
     "threshold_px": "r",
-    "interpolation": "n",
     "guard": "Q",
     "hold_background": "b",
     "head_follows": "o",
     "keep_features": "K",
+    "lens": "n",
     "jaw_width": "J",
 }
 
@@ -278,6 +283,57 @@ def _center_tip(number: int) -> str:
     return translated(cited(words, candidate.where))
 
 
+class LensChoice(QWidget):
+    """A switch, the focal length, and what they are about: how far the lens stretched whom."""
+
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        low, high = SETTINGS["lens"].within or (0.0, 0.0)
+        self.switch, self.note = QCheckBox(label("lens")), muted_label(wraps=True)
+        # Below the least there is what the photo tells.
+        self.focal = WholeNumber(round(low) - 1, round(high), round(low) - 1)
+        self.focal.setSuffix(tr(" mm"))
+        self.focal.setKeyboardTracking(False)
+        self.focal.setAccessibleName(tr("Focal length, as 35-mm film would need it"))
+        for control in (self.switch, self.focal):
+            control.setToolTip(tip("lens"))
+        self.switch.toggled.connect(lambda on: self.chosen.emit("auto" if on else "off"))
+        self.focal.valueChanged.connect(
+            lambda mm: self.chosen.emit("auto" if mm == self.focal.minimum() else float(mm))
+        )
+        column_of(self, row_of(self.switch, None, self.focal), self.note)
+
+    def show_state(self, state: State, chosen: int | None) -> bool:
+        """Show what is chosen, and how far the lens stretched a face, or the one it did most.
+
+        Result: whether that is worth a look.
+        """
+        lens, optics = state.recipe.lens, state.optics
+        known = "" if optics.focal_mm is None else f"{optics.focal_mm:.0f}"
+        with QSignalBlocker(self.switch), QSignalBlocker(self.focal):
+            self.switch.setChecked(lens != "off")
+            self.focal.setSpecialValueText(tr("{mm} mm", mm=known or "?"))
+            number = self.focal.minimum() if isinstance(lens, str) else round(lens)
+            self.focal.setValue(number)
+        self.focal.setVisible(lens != "off")
+        focal = optics.focal_mm if isinstance(lens, str) else lens
+        faces = state.faces if chosen is None else state.faces[chosen : chosen + 1]
+        most = max((stretch_percent(f, focal, state.image) for f in faces if focal), default=0.0)
+        self.note.setText(_stretched(len(faces), focal, most) if focal else sentence(optics.why))
+        self.note.setHidden(not faces or (lens == "off" and most < STRETCH_SEEN_PERCENT))
+        return lens != "off" or most >= STRETCH_SEEN_PERCENT
+
+
+def _stretched(count: int, focal_mm: float, percent: float) -> str:
+    """Return how far a lens stretched so many faces at most."""
+    said = {"mm": focal_mm, "percent": percent}
+    if count == 1:
+        return tr("{mm:.0f} mm: this face is {percent:.1f} % longer outwards", **said)
+    return tr("{mm:.0f} mm: faces are up to {percent:.1f} % longer outwards", **said)
+
+
 class OwnerLine(QWidget):
     """Says whose settings these are; the button leads back to the photo's."""
 
@@ -297,7 +353,7 @@ class OwnerLine(QWidget):
         self.setMinimumHeight(self.button.sizeHint().height())
         super().showEvent(event)
 
-    def show_state(self, state: State, chosen: int | None) -> None:
+    def show_state(self, state: State, chosen: int | None, also: Collection[int]) -> None:
         """Show whose settings are edited and which faces have their own."""
         own = [index for index, face in enumerate(state.faces) if face.recipe is not None]
         if chosen is None:
@@ -305,6 +361,8 @@ class OwnerLine(QWidget):
             self.title.setText(tr("All faces"))
             self.note.setText(tr("but {numbers}", numbers=numbers) if own else "")
         else:
-            self.title.setText(tr("Face {n}", n=chosen + 1))
+            numbers = ", ".join(str(index + 1) for index in sorted({chosen, *also}))
+            several = tr("Faces {numbers}", numbers=numbers)
+            self.title.setText(several if also else tr("Face {n}", n=chosen + 1))
             self.note.setText(tr("its own") if chosen in own else tr("as the photo"))
         self.button.setVisible(chosen in own or (chosen is None and bool(own)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Final
 
@@ -21,11 +21,17 @@ from ...view_state import RenderedFrame
 from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_label
 from ...widgets.sliders import ValueSlider
 from . import fields
-from .fields import CenterChoice, OwnerLine
+from .fields import CenterChoice, LensChoice, OwnerLine
 from .gauge import NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
-_ALWAYS_SHOWN: Final = ("percent", "head_follows", "center", "lattice")  # the others fold away
+_ALWAYS_SHOWN: Final = (
+    "percent",
+    "head_follows",
+    "center",
+    "lattice",
+    "lens",
+)  # the others fold away
 
 
 class RecipePanel(QWidget):
@@ -48,11 +54,16 @@ class RecipePanel(QWidget):
         self.switches: dict[str, QCheckBox] = {}
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
         self.follows = self._slider("head_follows", 0)
+        self.lens = LensChoice()
+        self.lens.chosen.connect(lambda lens: self._choose("lens", lens))
+        self.lens_amount = self._slider("lens_amount")
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
         self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
+        self._on: list[int] = []
+        self._lens_counts = False
         for label in (self.one_to_one, self.residual):
             label.setToolTip(tr("≈: until the picture is there in full"))
         shape, zones, details = self._shape(), self._zones(), self._details()
@@ -60,11 +71,12 @@ class RecipePanel(QWidget):
         self.zones = Fold(tr("Shares of the chan&ge…"), zones, "zones")
         self.fold = Fold(tr("Fit, qualit&y…"), details, "fit")
         # Folds open and close without a photo, too.
-        basic = self.percent, self.follows, self.centre, self.lattice
+        basic = self.percent, self.follows, self.lens, self.lens_amount, self.centre, self.lattice
         self._settings = (*basic, shape, zones, details)
         self.plain = False
         self._fine = QWidget()
         self.more = Fold(tr("More"), self._fine, "more")
+        self.more.button.toggled.connect(self._show_lens)
         self.owner = OwnerLine()
         self.gauge = NaturalnessGauge()
         readings = QVBoxLayout()
@@ -78,6 +90,8 @@ class RecipePanel(QWidget):
             self.percent,
             readings,
             self.follows,
+            self.lens,
+            self.lens_amount,
             self.edge_note,
             self.shape,
             self.more,
@@ -110,6 +124,7 @@ class RecipePanel(QWidget):
         self.centre.show_words(plain=plain)
         self.gauge.show_words(plain=plain)
         self.more.flatten(not plain)
+        self._show_lens()
         for reading in (self.percent.note, self.lattice.note, self.residual):
             reading.setHidden(plain)
         self.clear_readings()
@@ -123,13 +138,19 @@ class RecipePanel(QWidget):
         first = self.centre.group.checkedButton() if shown else None
         (first or self.percent.slider).setFocus()
 
-    def show_state(self, state: State, chosen: int | None = None) -> None:
+    def show_state(
+        self, state: State, chosen: int | None = None, also: Collection[int] = ()
+    ) -> None:
         """Show the recipe of the chosen face, or the photo's and what it means for the first."""
         recipe = state.recipe_of(chosen)
-        self.owner.show_state(state, chosen)
+        self._on = [index for index in range(len(state.faces)) if index not in state.off]
+        self.owner.show_state(state, chosen, also)
         self.gauge.show_state(state, chosen)
         for field, slider in self.sliders.items():
             slider.show_value(getattr(recipe, field))
+        self._lens_counts = self.lens.show_state(state, chosen)
+        self.lens_amount.setHidden(recipe.lens == "off")
+        self._show_lens()
         self.centre.show_number(int(recipe.center))
         for field, box in self.choices.items():
             with QSignalBlocker(box):
@@ -146,7 +167,9 @@ class RecipePanel(QWidget):
         if not frame.rendering.pairs:
             self.clear_readings()
             return
-        verdict, sound = (_warning if self.plain else _verdict)(frame.rendering)
+        rendering = frame.rendering
+        on = self._on if len(self._on) == len(rendering.shares) else range(len(rendering.shares))
+        verdict, sound = _warning(rendering, on) if self.plain else _verdict(rendering)
         self.one_to_one.warn(not sound)
         self._note_edge(frame.rendering.note)
         left = frame.rendering.residual
@@ -169,6 +192,9 @@ class RecipePanel(QWidget):
         self._readings = "", ""
         self._note_edge("")
         self.mark_readings(final=True)
+
+    def _show_lens(self) -> None:
+        self.lens.setVisible(self._lens_counts or not self.plain or self.more.button.isChecked())
 
     def _note_edge(self, note: str) -> None:
         self.edge_note.setText(translated(note))
@@ -278,19 +304,21 @@ def _range(percents: Sequence[float]) -> str:
     return low if low == high else f"{low}\N{EN DASH}{high}"
 
 
-def _warning(rendering: Rendering) -> tuple[str, bool]:
-    """Return in everyday words what isn't as asked for, if anything, and whether all is."""
+def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
+    """Return in everyday words what isn't as asked for, if anything, and whether all is.
+
+    `on` are the faces that the rendering is of.
+    """
     if _verdict(rendering)[1]:
         return "", True
     if rendering.one_to_one.folds:
         return tr("⚠ The picture folds over itself; choose a smaller amount."), False
-    kept, held = min(rendering.shares), sum(share < 1.0 for share in rendering.shares)
+    kept = min(rendering.shares)
+    held = [str(on[k] + 1) for k, share in enumerate(rendering.shares) if share < 1.0]
     if kept < 1.0 and len(rendering.shares) > 1:
         return tr(
-            "⚠ {held} of {all} faces are held back, one to {percent:.0f} %: more would fold "
-            "the picture.",
-            held=held,
-            all=len(rendering.shares),
+            "⚠ Held back: {faces}, down to {percent:.0f} %; more would fold the picture.",
+            faces=tr("faces {numbers}", numbers=", ".join(held)),
             percent=100 * kept,
         ), False
     if kept < 1.0:

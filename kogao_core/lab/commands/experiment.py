@@ -10,18 +10,21 @@ from typing import Any
 import click
 
 from kogao_core.base.assets import AssetMissing
+from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text, tr
 from kogao_core.base.strict import BadFile
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
-from kogao_core.lab.commands import figures, outputs, study
+from kogao_core.lab.commands import figures, outputs, stimuli, study
 from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
     domains,
     domains_report,
+    lens,
+    lens_report,
     timing,
     timing_report,
 )
@@ -29,6 +32,7 @@ from kogao_core.lab.experiments.trials import Trial, read
 from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.report import Report
 from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import Recipe
 
 # The arguments of every experiment; the command hands them to `Work`.
 takes_photos = words.together(
@@ -103,8 +107,9 @@ class Work:
 
     def _subject(self, path: Path, source: LandmarkSource) -> Subject:
         photo = reading.read_photo(path, self._given["max_megapixels"])
+        known = reading.points_of(photo)
         with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
-            faces = source.find(photo.pixels)
+            faces = [face for face, _ in known] if known else source.find(photo.pixels)
         if not faces:
             raise ending.Stop(
                 Text("no face in {path}; leave it out or crop closer", path=path), ending.NO_FACE
@@ -210,6 +215,20 @@ def distortion_command(**given: Any) -> int:
     return work.deliver(distortion_report.report(result))
 
 
+@command.command("lens")
+@takes_photos
+def lens_command(**given: Any) -> int:
+    """Bring a face back that a wide lens stretched at the edge: what is left of the truth."""
+    work = Work("lens", given)
+    recipe = work.recipe if given["recipe_file"] else Recipe()
+    found: list[lens.Stretch] = []
+    shown: list[Image] = []
+    for subject in work.subjects():
+        shown = shown or lens.shown(subject, recipe)
+        found += lens.measure(subject, work.source, recipe, progress=work.progress.step)
+    return work.deliver(lens_report.report(lens.LensResult(tuple(found), recipe, tuple(shown))))
+
+
 @command.command("methods")
 @takes_photos
 @options.chooses_percent
@@ -233,4 +252,5 @@ def methods_command(repeats: int, **given: Any) -> int:
 
 
 command.add_command(figures.command)
+command.add_command(stimuli.command)
 command.add_command(study.command)
