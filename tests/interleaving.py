@@ -243,7 +243,10 @@ class Interleaving:
             self.counts["restored"] += 1
         elif not self._afresh:
             last = self._left.get(books.name)
-            if last is not None and books.work != last and (books.name, last) not in books.owed:
+            # In a state without faces they are sought again.
+            found_again = last is not None and last[1] is None
+            same = books.work == last or (books.name, last) in books.owed
+            if last is not None and not (same or found_again):
                 raise Lost(f"{last} of {books.name} isn't there when it is opened again")
             self.counts["reopened"] += last is not None
         books.afresh = self._afresh or self._restored or self._newest() is None

