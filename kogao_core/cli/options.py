@@ -114,6 +114,7 @@ chooses = words.together(
 )
 
 
+_DROP: Final = "drop"
 _DISCLOSING: Final = (
     words.option(
         "--disclose",
@@ -178,10 +179,12 @@ _DISCLOSING: Final = (
     ),
     words.option(
         "--motion",
-        type=click.Choice(("keep", "drop")),
-        default="drop",
-        show_default=True,
-        help="The video of a motion photo, which shows the face as it was: JPEG only.",
+        type=click.Choice(("keep", _DROP)),
+        default=_DROP,
+        help=Text(
+            "The video of a motion photo, which shows the face as it was; in JPEGs alone [{drop}].",
+            drop=_DROP,
+        ),
     ),
 )
 _TOLD: Final = (
