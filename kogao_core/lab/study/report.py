@@ -151,7 +151,7 @@ def care(tally: Tally) -> Table:
             Text("rater"), Text("answers"), Text("median, s"),
             Text("under {ms} ms", ms=rules.least_ms), Text("unnatural"), Text("longest run"),
             Text("twins alike"), Text("catches seen"), Text("away, s"), Text("picture, CSS px"),
-            Text("picture, degrees"), Text("left out for"),
+            Text("in degrees"),
         ),
         [_rater_row(one) for one in tally.raters.values()],
         Text(
@@ -185,8 +185,13 @@ def _rater_row(one: Quality) -> list[str]:
         f"{one.away_ms / 1000.0:.1f}",
         sizes or NONE,
         degrees if one.degrees else NONE,
-        Text.joined("; ", one.reasons) if one.reasons else NONE,
     ]
+
+
+def left_out(tally: Tally) -> Table:
+    """Return whose answers don't count, and why."""
+    rows = [[one.rater, Text.joined("; ", one.reasons)] for one in tally.left_out]
+    return Table(Text("Raters who are left out"), (Text("rater"), Text("left out for")), rows)
 
 
 def curves(found: Curves, shares: Shares) -> Table:
@@ -305,6 +310,7 @@ def report(tally: Tally) -> Report:
     if any(row.variant.kind == "satisfaction" for row in tally.answers):
         parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
     parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
+    parts += [left_out(tally)] if tally.left_out else []
     parts += [Heading(Text("Where it comes from")), studies(tally)]
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     records = _records(tally, shares, everybody)

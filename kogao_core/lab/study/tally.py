@@ -226,7 +226,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
 
 
 def _add(session: Session, key: Key, total: Tally) -> None:
-    if session.answered and session.current is not None:
+    if session.current is not None:
         total.unfinished.append(session)
     places = {name: place for place, name in enumerate(session.order, start=1)}
     total.answers += [
