@@ -129,7 +129,7 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
-    help="Ask for natural or unnatural, or for a grade from 0 to 100.",
+    help="Ask for one of two answers or for a grade, or compare each picture with the photo.",
 )  # fmt: skip
 @words.option(
     "--faces-each", type=click.IntRange(0), default=0, show_default=True,

@@ -19,7 +19,9 @@ from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import aim
+from kogao_core.lab.study.conduct import SURROUND
 from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.plan import Side
 from kogao_core.lab.study.variants import Variant
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.photo import Photo
@@ -30,6 +32,9 @@ _QUALITY: Final = 95
 _FULL_COLOUR: Final = 0
 _LEAST_PADDING: Final = 16
 _STEPS: Final = 3
+# Between two pictures, px, in the page's grey.
+_GAP: Final = 40
+_GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # The day on which the MS-DOS calendar begins: every file system can hold it.
 _CHANGED_S: Final = 315_619_200.0
@@ -55,11 +60,17 @@ def _srgb(photo: Photo) -> Image:
 
 
 def drawn(
-    shown: Subject, variant: Variant, base: Recipe, *, match: bool = False
+    shown: Subject,
+    variant: Variant,
+    base: Recipe,
+    *,
+    match: bool = False,
+    side: Side | None = None,
 ) -> tuple[bytes, PictureFigures]:
     """Return a picture of the subject, as JPEG without any metadata, and how far it came.
 
-    With `match` its percentage is what is achieved, and what is asked for follows.
+    With `match` its percentage is what is achieved, and what is asked for follows. With a side it
+    lies there beside the photo as it is.
     """
     rendering, asked = _warped(shown, variant, base), None
     if match and variant.percent:
@@ -72,6 +83,10 @@ def drawn(
     pixels = rendering.pixels
     if variant.kind == "catch":
         pixels = _cut(pixels, shown.faces[0])
+    if side is not None:
+        between = np.full_like(pixels[:, :_GAP], _GREY)
+        both = (pixels, between, shown.pixels)
+        pixels = np.hstack(both if side == "left" else both[::-1])
     figures = PictureFigures.of(rendering)
     if asked is not None:
         figures = dataclasses.replace(figures, asked=round(asked.percent, 4))
