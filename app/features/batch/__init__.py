@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QMessageBox
 from kogao_core.batch import Outcome
 from kogao_core.recipe.presets import listed
 
-from ...i18n import sentence, tr
+from ...i18n import sentence, tr, translated
 from ...widgets.dialogs import question
-from .. import presets
+from .. import export, presets
 from ..feature import Context, Feature
 from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
@@ -63,11 +63,11 @@ class Batch(Feature):
     def show(self) -> None:
         """Show the dialog with the settings of this moment."""
         now = self.document.state.recipe
-        recipes = {tr("The settings of this moment, {p:g} %", p=now.percent): now}
+        recipes = {tr("The settings of this moment, {what}", what=translated(now.amount)): now}
         recipes |= presets.built_in() | listed(self.storage.presets)
         if not self.busy:
             disclosure = words(self._options.current)
-            self.dialog.form.offer(recipes, disclosure)
+            self.dialog.form.offer(recipes, export.presets(self.settings), disclosure)
         self.dialog.present()
 
     def guard(self, then: Callable[[], object]) -> None:
@@ -100,8 +100,9 @@ class Batch(Feature):
         whole = dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
         self.dialog.show_running()
         enough.clear()
+        storage = self.storage
         planned, went = self._planned.emit, self._went.emit
-        self._running.submit(lambda: carry_out(whole, enough.is_set, planned, went))
+        self._running.submit(lambda: carry_out(whole, storage, enough.is_set, planned, went))
 
     def _begin(self, total: int) -> None:
         self._progress = BatchProgress(total)
@@ -109,7 +110,7 @@ class Batch(Feature):
 
     def _take(self, outcome: Outcome) -> None:
         self._progress.counts[outcome.status] += 1
-        if outcome.status in ("failed", "no face"):
+        if outcome.status in ("failed", "no face", "result"):
             self.dialog.show_bad(outcome)
         self._advance()
 
