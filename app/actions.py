@@ -22,7 +22,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
         tr("&File"): (
             *("open", "folder", "recent", "next-photo", "previous-photo", "sample", None),
             *("save", "export", "save-project", "save-options", "done", "cancel-edit", None),
-            *("batch", None),
+            *("give-settings", "batch-chosen", "batch", None),
             *("import-landmarks", "export-landmarks", "export-figure", None),
             "quit",
         ),

@@ -16,6 +16,7 @@ from . import theme
 from .document import Document
 from .features.batch import Batch
 from .features.both import BothModes
+from .features.chosen import SettingsForMany
 from .features.commands import Commands
 from .features.compare import Compare
 from .features.errand import Errand
@@ -115,13 +116,14 @@ class Editor(QObject):
         self.exporting = Exporting(context, self.files)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
-        self.strip = Strip(context, self.files)
+        self.strip = Strip(context, self.files, self.projects)
+        self.chosen = SettingsForMany(context, self.strip, self.faces, self.projects)
         self.errand = Errand(context, self.files, self.strip, self.faces)
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)
         self.manual = Manual(context, self.points, self.protect)
         self.modes = Modes(context, self.faces, self.manual)
-        self.batch = Batch(context, self.landmarks, self.save_options)
+        self.batch = Batch(context, self.landmarks, self.save_options, self.strip)
         self.exchange = Exchange(context)
         methods = self._add_experiments(context) if has_laboratory() else None
         self.both = BothModes(context, self.faces, self.manual, self.modes, methods)

@@ -86,6 +86,10 @@ class Faces(Feature):
         self._source = source
         self.find()
 
+    def search(self) -> FaceSearch:
+        """Return a search for the faces of another photo."""
+        return FaceSearch(self._source)
+
     def find(self) -> None:
         """Look for faces again."""
         self.window.bar.clear()

@@ -82,7 +82,7 @@ class Projects(Feature):
         if then is None and not replace and (held_up or (self.document.saved and not anyway)):
             return
         self.document.commit()
-        steps, places, state = self.document.steps, self._places(path), self.document.committed
+        steps, places, state = self.document.steps, self.places(path), self.document.committed
 
         def write(photo: Photo, to_keep: State) -> str:
             return str(self._put(photo, to_keep, steps, places, replace))
@@ -103,7 +103,8 @@ class Projects(Feature):
         self._keeping = True
         self._saver.save(places[0], write, kept, failed, then, holds="all", quiet=True)
 
-    def _places(self, path: Path) -> list[Path]:
+    def places(self, path: Path) -> list[Path]:
+        """Return where the edits of a photo may be kept, the user's own folder last."""
         own = sidecar.own_place(path, self.storage.edits)
         apart = is_sample(path) or preferences.preferred(self.settings, preferences.EDITS)
         return [own] if apart else [sidecar.sidecar_of(path), own]
@@ -145,7 +146,7 @@ class Projects(Feature):
         raise _ChangedSince(place)
 
     def _tell_where(self, path: Path, file: Path) -> None:
-        wanted = self._places(path)[0]
+        wanted = self.places(path)[0]
         if file != wanted and path.parent != self._told:
             self._told = path.parent
             text = tr("Edits of {name} are kept in a folder of your own", name=path.name)
@@ -246,7 +247,7 @@ class Projects(Feature):
 
     def _take_up(self, work: EarlierWork, note: str) -> None:
         path = self.document.path
-        places = [] if path is None else self._places(path)
+        places = [] if path is None else self.places(path)
         elsewhere = work.file is not None and work.file not in places
         for place in [work.file] if work.file is not None and elsewhere else places:
             self._stamps[place] = _stamp(place)

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 from kogao_app.features.batch.dialog import BatchDialog
 from kogao_app.features.batch.order import Order, carry_out
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from test_saver import step
 
+from kogao_core.projects import sidecar
+from kogao_core.projects.project import load
 from kogao_core.recipe.recipe import Recipe
 
 
@@ -54,3 +59,106 @@ def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, sto
     dialog = opened.dialog(BatchDialog)
     opened.editor.batch.dialog.show_bad(went[1])
     assert dialog.bad.item(0).text().endswith("own result of portrait.png")
+
+
+def marks(driver):
+    strip = driver.panel("strip")
+    return {
+        item.text(): (item.data(Qt.ItemDataRole.AccessibleTextRole) or "").partition(", ")[2]
+        for item in map(strip.item, range(strip.count()))
+    }
+
+
+@pytest.fixture
+def strip(start, encoded, tmp_path):
+    """A film strip of four photos, a damaged one and a result."""
+    driver = start()
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a.png", "a_kogao.png", "b.png", "c.png", "d.png"):
+        (folder / name).write_bytes(encoded)
+    (folder / "e.png").write_bytes(encoded[:100])
+    driver.editor.strip.show_places([folder])
+    driver.settle()
+    return driver
+
+
+def at(driver, row):
+    panel = driver.panel("strip")
+    panel.scrollToItem(panel.item(row))
+    return panel.visualItemRect(panel.item(row)).center()
+
+
+def click_on(driver, row, held=Qt.KeyboardModifier.NoModifier):
+    QTest.mouseClick(
+        driver.panel("strip").viewport(), Qt.MouseButton.LeftButton, held, pos=at(driver, row)
+    )
+    driver.settle()
+
+
+def test_the_strip_tells_what_was_done_to_each_photo(strip, tmp_path):
+    step(strip, 6.0)
+    strip.settle()
+    assert marks(strip)["a.png"] == "edited"
+    strip.editor.files.save(tmp_path / "copy.png")
+    strip.settle()
+    assert marks(strip)["a.png"] == "copy saved"
+    step(strip, 7.0)
+    strip.settle()
+    assert marks(strip)["a.png"] == "edited", "the copy is of other edits"
+    strip.editor.history.undo()
+    strip.settle()
+    click_on(strip, 5)
+    wanted = {"a.png": "copy saved", "a_kogao.png": "result", "e.png": "not done"}
+    assert marks(strip) == {**dict.fromkeys(["b.png", "c.png", "d.png"], ""), **wanted}
+    strip.editor.strip.show_places([tmp_path / "in"])
+    strip.settle()
+    assert marks(strip)["a.png"] == "copy saved"
+
+
+def test_keys_pass_results_over(strip):
+    assert strip.editor.document.path.name == "a.png"
+    for name in ("b.png", "a.png"):
+        strip.panel("strip").step(1 if name == "b.png" else -1)
+        strip.settle()
+        assert strip.editor.document.path.name == name
+
+
+def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage):
+    click_on(strip, 3)
+    step(strip, 3.0)
+    strip.settle()
+    click_on(strip, 0)
+    step(strip, 8.0)
+    click_on(strip, 1, Qt.KeyboardModifier.ControlModifier)
+    click_on(strip, 3, Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier)
+    assert strip.editor.document.path.name == "a.png", "choosing opens nothing"
+    strip.window.actions_by_name["give-settings"].trigger()
+    strip.settle()
+    folder = strip.editor.document.path.parent
+    kept = {name: sidecar.kept(folder / f"{name}.png", storage.edits) for name in "abcd"}
+    kept["result"] = sidecar.kept(folder / "a_kogao.png", storage.edits)
+    held = {name: load(file).automatic for name, file in kept.items() if file}
+    assert {name: sheet.recipe.percent for name, sheet in held.items()} == dict.fromkeys("abc", 8.0)
+    assert all(len(sheet.faces) == 1 for sheet in held.values())
+    assert marks(strip)["b.png"] == "edited"
+    click_on(strip, 2)
+    assert strip.state.recipe.percent == 8.0
+
+
+def test_who_has_chosen_nothing_is_told_so(strip):
+    strip.window.actions_by_name["give-settings"].trigger()
+    assert "Choose other photos" in strip.say()
+
+
+@pytest.mark.parametrize(("chosen", "wanted"), [((), "abcde"), ((2, 3), "abc")])
+def test_these_are_batched_with_what_each_has(strip, chosen, wanted):
+    for row in chosen:
+        click_on(strip, row, Qt.KeyboardModifier.ControlModifier)
+    strip.window.actions_by_name["batch-chosen"].trigger()
+    form = strip.dialog(BatchDialog).form
+    assert [path.stem for path in form.paths] == list(wanted)
+    assert form.order().projects
+    assert not form.order().doubtful
+    form.doubtful.click()
+    assert form.order().doubtful

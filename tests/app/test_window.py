@@ -289,11 +289,11 @@ def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, fold
 def test_a_thumbnail_that_fails_keeps_none_from_the_others(empty, folder, monkeypatch):
     drawn = []
 
-    def draw(path):
+    def draw(path, *_):
         if path.name == "0.png":
             raise MemoryError
         drawn.append(path.name)
-        return thumbnail(path)
+        return thumbnail(path, 72)
 
     monkeypatch.setattr("kogao_app.features.strip.thumbnail", draw)
     drop(empty, folder)

@@ -6,6 +6,7 @@ import dataclasses
 import threading
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 
 from PySide6.QtCore import QThreadPool, Signal
 from PySide6.QtWidgets import QMessageBox
@@ -19,6 +20,7 @@ from .. import export, presets
 from ..feature import Context, Feature
 from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
+from ..strip import Strip
 from .dialog import BatchDialog
 from .order import BatchProgress, Order, carry_out
 
@@ -29,9 +31,11 @@ class Batch(Feature):
     _planned = Signal(int)
     _went = Signal(object)
 
-    def __init__(self, context: Context, landmarks: LandmarkSources, options: SaveOptions) -> None:
+    def __init__(
+        self, context: Context, landmarks: LandmarkSources, options: SaveOptions, strip: Strip
+    ) -> None:
         super().__init__(context)
-        self._landmarks, self._options = landmarks, options
+        self._landmarks, self._options, self._strip = landmarks, options, strip
         self._progress = BatchProgress(0)
         self._enough = threading.Event()
         self._then: Callable[[], object] | None = None
@@ -42,6 +46,16 @@ class Batch(Feature):
         self._went.connect(self._take)
         self.add_action(
             "batch", tr("&Batch…"), "Ctrl+B", tr("The same settings for many photos"), self.show
+        )
+
+        strip.panel.addAction(
+            self.add_action(
+                "batch-chosen",
+                tr("Batch &these…"),
+                "Ctrl+Alt+B",
+                tr("The photos chosen on the film strip, or all of it, with what each has"),
+                self.show_chosen,
+            )
         )
 
     @cached_property
@@ -69,6 +83,13 @@ class Batch(Feature):
             disclosure = words(self._options.current)
             self.dialog.form.offer(recipes, export.presets(self.settings), disclosure)
         self.dialog.present()
+
+    def show_chosen(self) -> None:
+        """Show the dialog with the photos chosen on the strip; of one alone, with all of them."""
+        if not self.busy:
+            chosen = self._strip.chosen()
+            self.dialog.form.replace(chosen if len(chosen) > 1 else self._strip.photos())
+        self.show()
 
     def guard(self, then: Callable[[], object]) -> None:
         """Do `then` at once, or after a running batch was stopped with the user's consent."""
@@ -112,6 +133,7 @@ class Batch(Feature):
         self._progress.counts[outcome.status] += 1
         if outcome.status in ("failed", "no face", "result"):
             self.dialog.show_bad(outcome)
+        self._strip.look_again(Path(outcome.source), failed=outcome.status in ("failed", "no face"))
         self._advance()
 
     def _advance(self) -> None:

@@ -112,6 +112,11 @@ class OrderForm(QWidget):
             self.folder.setText(str(home / "kogao"))
         self.changed.emit()
 
+    def replace(self, paths: Sequence[Path]) -> None:
+        """Put these photos in place of those that are listed."""
+        self.inputs.clear()
+        self.add(paths)
+
     @property
     def paths(self) -> list[Path]:
         """What is to be worked on."""
