@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -34,6 +35,10 @@ class Ahead:
         self._thread.shutdown(wait=False)
 
 
+# Sources that have searched: their networks are loaded.
+_warm: weakref.WeakSet[LandmarkSource] = weakref.WeakSet()
+
+
 class FaceSearch:
     """A search for the faces of a photo: its thread adds to it, the window looks on."""
 
@@ -42,6 +47,7 @@ class FaceSearch:
         self.found: list[Face] = []
         self.shown: tuple[Face, ...] = ()
         self.took_s = 0.0
+        self.cold = False  # whether networks were loaded in that time
         self.came: Callable[[], object] = lambda: None
         self._faces: list[Face] | None = None
         self._one_at_a_time, self._unwanted = threading.Lock(), threading.Event()
@@ -53,6 +59,8 @@ class FaceSearch:
         """
         with self._one_at_a_time:
             if self._faces is None:
+                self.cold = self._source not in _warm
+                _warm.add(self._source)
                 start = time.perf_counter()
                 with stoppable(self._unwanted.is_set):
                     self._faces = self._source.find(photo.pixels, self._add)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from kogao_core.base.geometry import Box, Line
@@ -156,6 +156,15 @@ def _same_place(one: Face, other: Face) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
+class Steps:
+    """The state below the first undo step and after each, their words, and which is at hand."""
+
+    states: tuple[State, ...]
+    texts: tuple[str, ...]
+    index: int
+
+
+@dataclass(frozen=True, eq=False)
 class Saving:
     """A save on its way: what its file will hold, and what lay below the first undo step."""
 
@@ -252,10 +261,27 @@ class Document(QObject):
         self._state = more(self._state)
         self.changed.emit()
 
-    def begin_with(self, state: State) -> None:
-        """Take a state that counts as saved, below the first undo step."""
-        self._begin(state)
+    def begin_with(self, state: State, steps: Steps | None = None) -> None:
+        """Take a state that counts as saved, and the undo steps that once led to it."""
+        self._begin(state if steps is None else steps.states[0])
+        if steps is not None:
+            with QSignalBlocker(self), QSignalBlocker(self.undo):  # nothing is shown on the way
+                for before, after, text in zip(
+                    steps.states, steps.states[1:], steps.texts, strict=False
+                ):
+                    self.undo.push(ReplaceState(self, before, after, text))
+                self.undo.setIndex(steps.index)
+            self._state = self._committed = steps.states[steps.index]
+            self._saved = self._begun = self._committed.work
+            self.undo.indexChanged.emit(steps.index)
         self.changed.emit()
+
+    @property
+    def steps(self) -> Steps:
+        """What undo and redo lead to."""
+        steps = [self.undo.command(index) for index in range(self.undo.count())]
+        states = [step.after for step in steps if isinstance(step, ReplaceState)]
+        return Steps((self._base, *states), tuple(it.text() for it in steps), self.undo.index())
 
     def begin_saving(self, state: State, modes: Collection[Mode]) -> Saving:
         """Note that a file is being written that will hold these modes of a state."""

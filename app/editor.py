@@ -111,8 +111,7 @@ class Editor(QObject):
         self.saver = Saver(context)
         self.preferences = Preferences(context, self.recipe)
         self.files = Files(context, self.saver, self.faces, self.save_options)
-        self.projects = Projects(context, self.saver, self.files)
-        self.saver.offer(self.files.keep, self.projects.save)
+        self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files)
         self.errand = Errand(context, self.files, self.strip, self.faces)
@@ -138,9 +137,12 @@ class Editor(QObject):
     def _add_experiments(self, context: Context) -> QAction:
         """Add what the laboratory has for the menus, and return what compares methods."""
         # The door to the laboratory: where its folder isn't, these can't be loaded.
-        from .features.experiments import Experiments, rating
+        from .features.experiments import Experiments, rating, session
 
-        self.experiments = Experiments(context, self.landmarks, self.manual)
+        self.experiments = Experiments(context, self.landmarks)
+        self.session = session.TimingSession(
+            context, self.files, self.saver, self.faces, self.manual, self.experiments
+        )
         self.rating = rating.Rating(context)
         return self.experiments.starts["methods"]
 

@@ -72,8 +72,17 @@ LANGUAGE: Final = Preference(
     Text("Of all words and numbers; holds from the next start on"),
     choices=lambda: {"": tr("As the system"), **language_names()},
 )
+EDITS: Final = Preference(
+    "edits",
+    Text("&Edits are kept"),
+    Text("By themselves, and never in the photo; where its folder can't be written, in your own"),
+    choices=lambda: {
+        "": tr("Beside the photo, as PHOTO.kogao.json"),
+        "own": tr("In a folder of your own, with nothing beside the photo"),
+    },
+)
 # In the order of the dialog, which is made of them.
-PREFERENCES: Final = (LANGUAGE, THEME, SCALE, RECIPE, OPEN_FOLDER, SAVE_FOLDER)
+PREFERENCES: Final = (LANGUAGE, THEME, SCALE, RECIPE, EDITS, OPEN_FOLDER, SAVE_FOLDER)
 
 
 def preferred(settings: QSettings, what: Preference) -> str:

@@ -44,7 +44,7 @@ def start(
         _hear_signals(app)
     speak(app, options.language or preferred(storage.settings(), LANGUAGE))
     faults = Faults(storage.log)
-    store = Originals.for_now() if options.temporary else nullcontext()
+    store = Originals(storage.originals).for_now() if options.temporary else nullcontext()
     with faults.heard(), store as originals:
         return _edit(app, options, source, storage, faults, ahead, originals)
 

@@ -42,6 +42,11 @@ class Storage:
         return self.data / "recovery"
 
     @property
+    def edits(self) -> Path:
+        """The folder of edits that don't lie beside their photos, and of undo steps."""
+        return self.data / "edits"
+
+    @property
     def originals(self) -> Path:
         """The folder of photos as they were before they were written over."""
         return self.data / "originals"

@@ -90,7 +90,10 @@ def _palette(theme: Theme) -> QPalette:
 
 def _sheet(theme: Theme) -> str:
     return f"""
-    QMainWindow::separator {{ background: {theme.line}; width: 1px; height: 1px; }}
+    QMainWindow::separator {{ background: {theme.window}; width: 3px; height: 3px; }}
+    QMainWindow::separator:vertical {{ border-left: 1px solid {theme.line}; }}
+    QMainWindow::separator:horizontal {{ border-top: 1px solid {theme.line}; }}
+    QMainWindow::separator:hover {{ background: {theme.accent}; }}
     QToolBar {{ border: none; border-bottom: 1px solid {theme.line}; padding: 4px; spacing: 4px; }}
     QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 4px; }}
     QToolButton, QPushButton {{
@@ -159,6 +162,7 @@ def _sheet(theme: Theme) -> str:
         height: 4px; border: 1px solid {theme.muted}; border-radius: 3px;
     }}
     QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 3px; }}
+    QSlider[signed="true"]::sub-page:horizontal {{ background: transparent; }}
     QSlider::handle:horizontal {{
         background: {theme.text}; width: 12px; height: 12px; margin: -4px 0; border-radius: 6px;
     }}

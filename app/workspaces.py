@@ -26,6 +26,7 @@ class Workspace:
     # paper's terms and figures.
     plain: bool = False
     quiet: bool = False  # whether the marks of faces step back while nobody points at them
+    unfolded: tuple[str, ...] = ()  # groups of the panels that are open at first
 
 
 RETOUCH: Final = Workspace(
@@ -42,6 +43,7 @@ RETOUCH: Final = Workspace(
     ),
     plain=True,
     quiet=True,
+    unfolded=("shape",),
 )
 COMPARE: Final = Workspace(
     name="compare",

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kogao_core.faces.landmarks.sources import find, source
     from kogao_core.faces.landmarks.template import template_face
     from kogao_core.photo.errors import CannotWrite, UnreadablePhoto
+    from kogao_core.photo.formats.companions import accompanied
     from kogao_core.photo.model import Photo
     from kogao_core.photo.reading import read
     from kogao_core.photo.writing import write
@@ -48,6 +49,7 @@ __all__ = [
     "Recipe",
     "Rendering",
     "UnreadablePhoto",
+    "accompanied",
     "apply_project",
     "find",
     "load_project",
@@ -65,6 +67,7 @@ _HOMES = {
     "faces.face": {"Face": "Face"},
     "faces.landmarks.sources": {"find": "find", "source": "source"},
     "faces.landmarks.template": {"template_face": "template_face"},
+    "photo.formats.companions": {"accompanied": "accompanied"},
     "photo.errors": {"CannotWrite": "CannotWrite", "UnreadablePhoto": "UnreadablePhoto"},
     "photo.model": {"Photo": "Photo"},
     "photo.reading": {"read": "read"},

@@ -17,7 +17,7 @@ from kogao_core.faces.targets import Pairs, aim
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
-from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.canvas import Canvas, flag_of, warp_smaller
 from kogao_core.warp.counts import pixel_counts
 from kogao_core.warp.dose import achieved_percent
 from kogao_core.warp.falloff import falloff_of
@@ -28,6 +28,7 @@ from kogao_core.warp.guard import hold_back
 from kogao_core.warp.limits import check_corners
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
+from kogao_core.warp.reduction import reduced, size_of
 from kogao_core.warp.surround import surrounds_of
 
 
@@ -38,7 +39,8 @@ class Rendering:
     Parameters
     ----------
     pixels : array
-        The result, same shape and depth as the photo. With a `Canvas`, its buffer.
+        The result, same depth as the photo, and the same shape unless it was to be reduced. With a
+        `Canvas`, its buffer.
     pairs : tuple of Pairs
         Landmarks, targets and centre of each face.
     field : Field
@@ -85,15 +87,41 @@ class Rendering:
 
     @cached_property
     def one_to_one(self) -> OneToOne:
-        """Smallest det J and folded cells, measured on first use."""
+        """Smallest det J of the samples, and folded cells, measured on first use."""
         with one_blas_thread():
             return check_one_to_one(self.field)
 
     @cached_property
     def residual(self) -> Residual:
-        """How far landmarks end from their targets."""
+        """How far the field at the targets is from what they ask for."""
         with one_blas_thread():
             return residual(self.field, self.pairs)
+
+    def warped(self, picture: Image) -> Image:
+        """Warp another picture of the whole photo by the same field, such as a gain map for HDR.
+
+        Parameters
+        ----------
+        picture : array of shape (h, w) or (h, w, C)
+            As `render` takes them, of any size, upright.
+
+        Returns
+        -------
+        array
+            Of its shape and depth, resampled once; where nothing moves it has the same bytes.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo = kogao.read(kogao.sample())
+        >>> face = kogao.template_face((450, 480), 400)
+        >>> rendering = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5))
+        >>> half = photo.pixels[::2, ::2]
+        >>> rendering.warped(half).shape, bool((rendering.warped(half) == half).all())
+        ((450, 450, 3), False)
+        """
+        with one_blas_thread():
+            return warp_smaller(picture, self.field, self.domain, self.recipe.interpolation)
 
     @property
     def threshold_px(self) -> float:
@@ -127,6 +155,7 @@ def render(
     canvas: Canvas | None = None,
     threads: int | None = None,
     whole: Box | None = None,
+    longest_px: int = 0,
 ) -> Rendering:
     """Warp the faces of a photo.
 
@@ -151,6 +180,9 @@ def render(
     whole : Box, optional
         The rectangle of the whole photo, px of `photo`, where that is a part of one: a head that
         follows its face stops at the photo's edge.
+    longest_px : int
+        Reduce the result to this longer side, in the same resampling; 0, or more than the photo
+        has, leaves its size. Nothing of `canvas` is used then.
 
     Returns
     -------
@@ -203,12 +235,19 @@ def render(
                 field = hold(field, problems, faces, held)
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
-        with watch.lap("copy"):
-            canvas = canvas or Canvas(photo)
-        with watch.lap("warp"):
-            changed = canvas.warp(field, area, recipe.interpolation, threads)
+        size = size_of(Box.of(photo), longest_px)
+        if size != (photo.shape[1], photo.shape[0]):
+            with watch.lap("warp"):
+                flag = flag_of(recipe.interpolation)
+                pixels, changed = reduced(photo, field, area.bounds, size, flag, threads), []
+        else:
+            with watch.lap("copy"):
+                canvas = canvas or Canvas(photo)
+            with watch.lap("warp"):
+                changed = canvas.warp(field, area, recipe.interpolation, threads)
+            pixels = canvas.pixels
     return Rendering(
-        *(canvas.pixels, pairs, field, shares, unheld, area, changed, recipe),
+        *(pixels, pairs, field, shares, unheld, area, changed, recipe),
         cut_note(pairs, asked),
         watch.laps_ms,
     )

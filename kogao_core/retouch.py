@@ -9,8 +9,10 @@ from pathlib import Path
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Image
 from kogao_core.base.originals import Originals
-from kogao_core.photo import Photo, write, write_in_place
+from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo.export import AS_IT_IS, Export
+from kogao_core.photo.model import is_same
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.sidecar import Applied
@@ -19,13 +21,17 @@ Write = Callable[[Photo, Image, Sign | None], str]
 """Writes a photo's new pixels and returns what is worth knowing of the file."""
 
 
-def to_file(path: Path, *, force: bool) -> Write:
+def to_file(path: Path, *, force: bool, export: Export = AS_IT_IS) -> Write:
     """Return what writes a file; its folder is made by whoever calls."""
-    return lambda photo, pixels, sign: write(photo, pixels, path, force=force, sign=sign)
+
+    def writes(photo: Photo, pixels: Image, sign: Sign | None) -> str:
+        return write(photo, pixels, path, force=force, sign=sign, quality=export.coding)
+
+    return writes
 
 
-def over_itself(originals: Originals) -> Write:
-    """Return what writes over a photo's own file, which is kept in a store before."""
+def over_itself(originals: Originals | None) -> Write:
+    """Return what writes over a photo's own file, which is kept in a store before, if any."""
     return lambda photo, pixels, sign: write_in_place(photo, pixels, originals, sign)
 
 
@@ -52,21 +58,32 @@ def retouch(
     drawn: Image | None = None,
     look: Callable[[Rendering], object] = lambda _: None,
     threads: int | None = None,
+    export: Export = AS_IT_IS,
 ) -> Retouched:
     """Do to a photo what is done to it: hold its background, render, disclose, sign and write.
 
+    `drawn` is the result in full size, where it is there already; `to` writes as `export` says.
+
     Raises CannotWrite, RefusedOutput.
     """
-    rendering = None
-    if drawn is None:
+    rendering, is_changed = None, False
+    goes_along = export.coding is None and any(extra.data for extra in photo.extras)
+    if drawn is None or export.reduces(photo) or goes_along:
         held = held_of(photo.pixels, done, finder)
         rendering = render(
             photo.pixels, done.faces, done.recipe, protection=done.protection, held=held,
-            threads=threads,
+            threads=threads, longest_px=export.longest_px,
         )  # fmt: skip
         look(rendering)
         drawn = rendering.pixels
-    left_out = undisclosed(photo, drawn, disclosure)
-    told, pixels = disclose(photo, drawn, disclosure, what=done.what)
+        is_changed = any(lattice.phi.any() for lattice in rendering.field.lattices)
+    if not export.reduces(photo):
+        is_changed = not is_same(photo.pixels, drawn)
+    left_out = undisclosed(photo, drawn if is_changed else photo.pixels, disclosure)
+    told, pixels = export.applied(photo, drawn)
+    if is_changed:
+        told, pixels = disclose(told, pixels, disclosure, what=done.what)
+    if rendering is not None and goes_along:
+        told = accompanied(told, rendering.warped, film=disclosure.film)
     written = to(told, pixels, signing(disclosure, done.what))
     return Retouched(rendering, written, left_out)

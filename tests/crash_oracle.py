@@ -6,7 +6,7 @@ import contextlib
 import json
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -126,9 +126,9 @@ class Books:
         """What there is now."""
         return sign_of(self.states[self.at])
 
-    def begin(self, name: str, *states: object) -> None:
-        """Note that another photo is open; the last of its states is shown."""
-        self.name, self.states, self.at = name, list(states), len(states) - 1
+    def begin(self, name: str, states: Sequence[object], at: int) -> None:
+        """Note that another photo is open, with what undo and redo lead to."""
+        self.name, self.states, self.at = name, list(states), at
         self.discarded = None
 
     def push(self, state: object) -> None:

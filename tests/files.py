@@ -196,6 +196,19 @@ def webp(pixels, orientation=1, **options):
         return out.getvalue()
 
 
+def avif(pixels, orientation=1, **options):
+    """Return an AVIF file with everything that an AVIF file may hold, nearly lossless."""
+    height, width = pixels.shape[:2]
+    with io.BytesIO() as out:
+        Image.fromarray(pixels).save(
+            out, "AVIF", icc_profile=profile_for(pixels),
+            exif=exif_block(orientation, width, height),
+            xmp=XMP.format(orientation).encode(),
+            **({"quality": 100, "subsampling": "4:4:4", "speed": 8} | options),
+        )  # fmt: skip
+        return out.getvalue()
+
+
 def heic(pixels, **options):
     """Return a HEIC file; 16-bit pixels are stored with 10 bits."""
     import pillow_heif
@@ -225,4 +238,4 @@ def dng(orientation=1, width=64, height=48):
     return b"II*\0" + struct.pack("<I", start) + mosaic.tobytes() + directory(tags, start)
 
 
-MAKERS = {".jpg": jpeg, ".png": png, ".tif": tiff, ".webp": webp}
+MAKERS = {".jpg": jpeg, ".png": png, ".tif": tiff, ".webp": webp, ".avif": avif}

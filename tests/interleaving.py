@@ -19,7 +19,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 from crash_oracle import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
-from kogao_app.document import State
 from kogao_app.editor import Editor
 from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
@@ -35,9 +34,7 @@ from PySide6.QtWidgets import (
 from scenes import KnownFaces, oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.background.find import BackgroundFinder, held_of
-from kogao_core.pipeline import render
-from kogao_core.projects.sidecar import Applied
+from kogao_core.projects.sidecar import kept
 
 _SIZE = (240, 180)
 LOST_S = LONGEST_S  # an edit that is on no disk by then counts as lost, s
@@ -66,10 +63,12 @@ class Interleaving:
         self._broken.write_bytes(b"\x89PNG not a photo")
         self._books, self._known = Books(), set()
         self._asked: dict[str, Path] = {}
+        # What was last made of each photo that was left, by its name.
+        self._left: dict[str, Sign] = {}
         self._saved: set[Path] = set()
         self._disks: list[Disk] = []
         self._homes = self._copies = 0
-        self._gesture = False
+        self._gesture = self._afresh = False
         self.counts: Counter[str] = Counter()
         self.kept_s: list[float] = []
         self._problem = ""
@@ -115,7 +114,7 @@ class Interleaving:
         editor.document.undo.indexChanged.connect(self._note_step)
         editor.window.resize(800, 500)
         editor.window.show()
-        self._books.begin("", editor.document.committed)
+        self._books.begin("", [editor.document.committed], 0)
         editor.recovery.look()
         self._until(lambda: not editor.busy)
 
@@ -130,8 +129,11 @@ class Interleaving:
     def _crash(self) -> None:
         if self._needs_recovery() and self._disk.mode["recovery"] != "quick":
             return
-        if self._books.name and self._needs_recovery():
+        if self._needs_recovery():
             self._books.owed.append((self._books.name, self._books.work))
+            self._left.pop(self._books.name, None)
+        elif self._books.name:
+            self._leave("the program was killed")
         home = self._home()
         storage = Storage.in_folder(home)
         storage.recovery.mkdir(parents=True)
@@ -139,6 +141,8 @@ class Interleaving:
         for path in self._storage.recovery.glob("*.json"):
             with contextlib.suppress(FileNotFoundError):  # being removed at this moment
                 shutil.copy2(path, storage.recovery)
+        if self._storage.edits.exists():
+            shutil.copytree(self._storage.edits, storage.edits)
         self._end()
         self._gesture = False
         self._start(home)
@@ -191,7 +195,15 @@ class Interleaving:
     def _leave(self, why: str) -> None:
         """The photo at hand goes: its work must be somewhere else, or not wanted any more."""
         books = self._books
-        if books.name and not self._is_safe() and books.discarded != books.work:
+        if not books.name:
+            return
+        if books.discarded == books.work:
+            self._left.pop(books.name, None)
+        elif self._is_kept():
+            self._left[books.name] = books.work
+        elif self._is_safe():
+            self._left.pop(books.name, None)
+        else:
             # Raised by `_follow`: Qt swallows what a slot raises.
             self._problem = f"{why}, and {books.work} of {books.name} is nowhere"
 
@@ -220,16 +232,19 @@ class Interleaving:
     def _begin(self) -> None:
         document, books = self._editor.document, self._books
         self._opened = self._gesture = False
-        now = document.committed
+        steps = document.steps
+        books.begin(document.path.name, steps.states, steps.index)
         if self._restored:
-            books.begin(document.path.name, State(), now)
             if (books.name, books.work) in books.owed:
                 books.owed.remove((books.name, books.work))
             self.counts["restored"] += 1
-        else:
-            books.begin(document.path.name, now)
-        held = sign_in(self._sidecar())
-        books.afresh = held is None or held[1] != sign_of(books.states[0])
+        elif not self._afresh:
+            last = self._left.get(books.name)
+            if last is not None and books.work != last and (books.name, last) not in books.owed:
+                raise Lost(f"{last} of {books.name} isn't there when it is opened again")
+            self.counts["reopened"] += last is not None
+        books.afresh = self._afresh or self._newest() is None
+        self._afresh = False
         self._known |= {sign_of(state) for state in books.states}
 
     def _push(self) -> None:
@@ -245,24 +260,18 @@ class Interleaving:
     def _is_safe(self) -> bool:
         """Tell whether the work at hand can be had again without the editor and its recovery."""
         books = self._books
-        held = books.afresh or sign_in(self._sidecar()) == (books.name, books.work)
-        if held and books.work == sign_of(books.states[0]):
+        if self._is_kept() or (books.afresh and books.work == sign_of(books.states[0])):
             return True
-        return any(self._holds(path) for path in self._saved)
+        wanted = (books.name, books.work)
+        return any(sign_in(path) == wanted for path in self._saved if path.suffix == ".json")
 
-    def _holds(self, path: Path) -> bool:
-        if path.suffix == ".json":
-            return sign_in(path) == (self._books.name, self._books.work)
-        state, original = self._books.states[self._books.at], self._folder / self._books.name
-        pixels = np.ascontiguousarray(cv2.imread(str(original))[..., ::-1])
-        # All edits are made to the faces found; manual mode is only looked at.
-        sheet = state.sheet("automatic")
-        done = Applied(sheet.active, sheet.recipe, state.protection)
-        held = held_of(pixels, done, BackgroundFinder())
-        wanted = render(
-            pixels, done.faces, done.recipe, protection=done.protection, held=held
-        ).pixels
-        return np.array_equal(cv2.imread(str(path))[..., ::-1], wanted)
+    def _is_kept(self) -> bool:
+        """Tell whether opening the photo brings the work at hand."""
+        newest = self._newest()
+        return newest is not None and sign_in(newest) == (self._books.name, self._books.work)
+
+    def _newest(self) -> Path | None:
+        return kept(self._folder / self._books.name, self._storage.edits)
 
     def _needs_recovery(self) -> bool:
         return bool(self._books.name) and not self._is_safe()
@@ -304,8 +313,8 @@ class Interleaving:
             acts, shares = zip(
                 *((self._slide, 6), (self._drag, 3), (self._protect, 2), (self._hold, 2)),
                 *((self._undo, 4), (self._redo, 3), (self._look, 1), (self._press_bar, 3)),
-                *((self._save_copy, 3), (self._save_project, 3), (self._open_another, 2)),
-                *((self._close, 2), (self._crash, 2)),
+                *((self._save_copy, 3), (self._save_project, 2), (self._open_another, 3)),
+                *((self._move_along, 3), (self._close, 2), (self._crash, 3)),
                 strict=True,
             )
             act = acts[self._rng.choice(len(acts), p=np.divide(shares, sum(shares)))]
@@ -389,6 +398,13 @@ class Interleaving:
     def _open_another(self) -> None:
         self._open(self._one_of([*self._photos, self._broken]))
 
+    def _move_along(self) -> None:
+        strip = self._editor.strip
+        if not strip.panel.count():
+            strip.show_places([*self._photos, self._broken])
+            self._until(lambda: bool(strip.panel.count()))
+        strip.panel.step(int(self._rng.choice([-1, 1])))
+
     def _open(self, path: Path) -> None:
         self._editor.files.open(path)
         if not self._books.name:
@@ -408,6 +424,9 @@ class Interleaving:
 
     def _press(self, button: QPushButton) -> None:
         self.log.append(f"  {button.text()}")
+        if button.text() == "Take theirs":
+            self._books.discarded = self._books.work
+        self._afresh |= button.text() == "Start afresh"
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def _answer(self, dialog: QDialog) -> None:
@@ -418,8 +437,6 @@ class Interleaving:
                 return
             if "Discard" in button.text():
                 self._books.discarded = self._books.work
-            elif "project" in button.text():
-                self._asked[self._sidecar().name] = self._sidecar()
             self._press(button)
         elif isinstance(dialog, QFileDialog):
             self._name(dialog)

@@ -35,6 +35,7 @@ SPACES = {
     "Item": f"{GOOGLE}container/item/",
     "dcterms": "http://purl.org/dc/terms/",
     "xmpNote": "http://ns.adobe.com/xmp/note/",
+    "crs": "http://ns.adobe.com/camera-raw-settings/1.0/",
     "dc": "http://purl.org/dc/elements/1.1/",
 }
 
@@ -171,6 +172,11 @@ def with_note():
     return jpeg(exif=files.exif_block(1, WIDTH, HEIGHT))
 
 
+def turned(orientation):
+    tags = {0x0112: (3, orientation)}
+    return b"Exif\0\0II*\0" + struct.pack("<I", 8) + files.directory(tags, 8)
+
+
 def rare_exif():
     tags = {0xC765: (7, MARK)}
     return jpeg(exif=b"Exif\0\0II*\0" + struct.pack("<I", 8) + files.directory(tags, 8))
@@ -245,7 +251,7 @@ CASES = [
          (MARK, b"hdrgm:Version", b"21496", b"MPF\0", b"Container:Directory")),
     Case("Apple's HDR", ".jpg", apple_hdr(), kinds.GAIN_MAP, (MARK, b"MPF\0")),
     Case("ISO 21496-1", ".jpg", jpeg(ISO_GAIN_MAP), kinds.GAIN_MAP, (b"21496",)),
-    Case("JPEG-HDR", ".jpg", jpeg(files.segment(0xEB, b"HDR_RI ver=11" + MARK)), kinds.GAIN_MAP),
+    Case("JPEG-HDR", ".jpg", jpeg(files.segment(0xEB, b"HDR_RI ver=11" + MARK)), kinds.JPEG_HDR),
     Case("motion photo", ".jpg", motion_photo(), kinds.VIDEO,
          (MARK, b"GCamera:MotionPhoto", b"Container:Directory")),
     Case("micro video", ".jpg", micro_video(), kinds.VIDEO, (MARK, b"GCamera:MicroVideo")),
@@ -306,6 +312,12 @@ CASES = [
     Case("maker's note of a TIFF", ".tif", tiff({0x8769: (4, {0x927C: (7, files.MAKER_NOTE)})}),
          kinds.MOVED_NOTE, (files.MAKER_NOTE,)),
     Case("rare EXIF tag", ".jpg", rare_exif(), kinds.EXIF_TAGS, name="EXIF tags 51045"),
+    Case("Lightroom's crop, turned", ".jpg",
+         jpeg(exif=turned(6), xmp=packet(f'crs:CropTop="{MARK.decode()}"')),
+         kinds.PLACES),
+    Case("path, turned", ".jpg",
+         jpeg(files.segment(0xED, b"Photoshop 3.0\x008BIM\x07\xd0\0\0\0\0\0\x14" + MARK),
+              exif=turned(8)), kinds.PLACES),
     Case("text", ".png", png((b"tEXt", b"Title\0" + MARK)), kinds.TEXTS),
     Case("ImageMagick's text", ".png", png((b"tEXt", b"Raw profile type xmp\0" + MARK)),
          kinds.TEXTS),

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from kogao_core.lab.study.session import Answer, Display, Record, Session
 
-DISPLAY = Display((960, 720), (1280, 960), 1.25)
+DISPLAY = Display((960, 720), (1280, 960), 1.25, 19.5, 600.0)
 
 
-def answered(session: Session, answer: Answer, took_ms: int = 5) -> Record:
+def answered(session: Session, answer: Answer, took_ms: int = 900) -> Record:
     """An answer about the current picture; `take` or a log makes it count."""
-    return Record(_next(session), session.current, answer=answer, took_ms=took_ms, display=DISPLAY)
+    return Record(
+        _next(session), session.current, answer, took_ms=took_ms, away_ms=0, display=DISPLAY
+    )
 
 
-def graded(session: Session, grade: int | None, took_ms: int = 5) -> Record:
+def graded(session: Session, grade: int | None, took_ms: int = 900) -> Record:
     """A grade of the current picture, None skips it."""
-    return Record(_next(session), session.current, grade=grade, took_ms=took_ms, display=DISPLAY)
+    return Record(
+        _next(session), session.current, None, grade, took_ms=took_ms, away_ms=0, display=DISPLAY
+    )
 
 
 def judged(session: Session, answer: Answer = "natural", grade: int = 50) -> Record:

@@ -67,9 +67,15 @@ class ComparisonPanel(QWidget):
         beside.addWidget(times)
         beside.addWidget(points, 1)
 
-    def show_times(self, mode: Mode, setting_s: float | None, computing_s: float | None) -> None:
+    def show_times(
+        self,
+        mode: Mode,
+        setting_s: float | None,
+        computing_s: float | None,
+        cold: bool | None = None,
+    ) -> None:
         """Show what a mode took, s; None where nothing was set or computed."""
-        texts = seconds(setting_s, computing_s)
+        texts = seconds(setting_s, computing_s, cold)
         for cell, text in zip(self.times[mode], texts, strict=True):
             cell.setText(text)
 
@@ -192,7 +198,8 @@ class BothModes(Feature):
         for mode in MODES:
             there = bool(self.document.state.sheet(mode).active)
             times = setting_s[mode], self._computing_s.get(mode)
-            self.panel.show_times(mode, *(times if there else (None, None)))
+            cold = self._faces.finding_was_cold if mode == "automatic" else None
+            self.panel.show_times(mode, *(times if there else (None, None)), cold)
 
     def _not_drawn(self, problem: Exception) -> None:
         text = tr("The two modes can't be compared ({why}).", why=reason(problem))
@@ -206,7 +213,7 @@ def next_step(state: State, applied: bool) -> str:
     if state.mode == "automatic" and not by_hand.faces:
         return tr(
             "1 of 3: The machine has set its points. Press Manual (F3) and set yours; the clock "
-            "starts with the first one."
+            "runs from there."
         )
     if state.mode == "manual" and not state.faces:
         return tr("2 of 3: {what}", what=marking.next_hint(state))

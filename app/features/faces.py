@@ -45,8 +45,10 @@ class Faces(Feature):
     def __init__(self, context: Context, recipe: RecipeEditing, source: LandmarkSource) -> None:
         super().__init__(context)
         self._source = source
-        # What table 2 calls the setting time of the automatic method.
+        # What table 2 calls the setting time of the automatic method, and whether the networks were
+        # loaded in it.
         self.finding_s: float | None = None
+        self.finding_was_cold = False
         self._finding = self.lane(self._take, self._not_found)
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
@@ -127,7 +129,7 @@ class Faces(Feature):
         return bool(self.document.undo.count()) or self.document.in_gesture
 
     def _take(self, faces: list[Face]) -> None:
-        self.finding_s = self._search.took_s
+        self.finding_s, self.finding_was_cold = self._search.took_s, self._search.cold
         in_hand = self._touched or self.view.face is not None or self.view.selected is not None
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))

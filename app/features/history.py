@@ -21,7 +21,7 @@ class History(Feature):
         super().__init__(context)
         self.add_action("undo", tr("&Undo"), "Ctrl+Z", tr("Take the last gesture back"), self.undo)
         self.add_action("redo", tr("&Redo"), "Ctrl+Shift+Z", tr("Do it again"), self.redo)
-        self.panel: Steps = Steps(self.document.undo)
+        self.panel: StepList = StepList(self.document.undo)
         self.panel.left.connect(self._tell)
         self.panel.setEmptyLabel(tr("As it was opened"))
         self.panel.setAccessibleName(tr("History"))
@@ -79,7 +79,7 @@ class History(Feature):
         named["redo"].setIconText(tr("Redo"))
 
 
-class Steps(QUndoView):
+class StepList(QUndoView):
     """The list of steps; a click or an arrow key goes to another one."""
 
     left = Signal(int)

@@ -58,6 +58,7 @@ class Side:
     pixels: Rgb8
     setting_s: float | None
     computing_s: float | None
+    cold: bool | None = None  # whether networks were loaded in the setting time; None for people
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +94,8 @@ class Modes(Feature):
         # Time spent without marking anything sets nothing.
         by_hand = self._clock.elapsed_s if state.sheet("manual").faces else None
         held = partial(held_of, photo.pixels, finder=self.live.finder)
-        times = by_hand, self._faces.finding_s
-        self._lane.submit(lambda: compared(pyramid, held, state, times))
+        times, cold = (by_hand, self._faces.finding_s), self._faces.finding_was_cold
+        self._lane.submit(lambda: compared(pyramid, held, state, times, cold))
 
     def _show(self, both: ModesCompared) -> None:
         ModesDialog(both, self.window).open()
@@ -109,14 +110,16 @@ def compared(
     held: Callable[[Applied], Held],
     state: State,
     times: tuple[float | None, float | None],
+    cold: bool,
 ) -> ModesCompared:
     """Render both modes of `state`; `times` are the setting times, manual first, s.
 
-    `held` tells what is held of the background.
+    `held` tells what is held of the background, `cold` whether networks were loaded meanwhile.
     """
     manual, automatic = state.sheet("manual"), state.sheet("automatic")
     box = _round_faces(manual, automatic, Box.of(photo.levels[0]))
-    sides = [_side(*one, state, held, photo, box) for one in zip(MODES, times, strict=True)]
+    given = zip(MODES, times, (None, cold), strict=True)
+    sides = [_side(*one, state, held, photo, box) for one in given]
     return ModesCompared(sides, faces_compared(state))
 
 
@@ -136,6 +139,7 @@ def faces_compared(state: State) -> tuple[FaceCompared, ...]:
 def _side(
     mode: Mode,
     setting_s: float | None,
+    cold: bool | None,
     state: State,
     held: Callable[[Applied], Held],
     photo: PicturePyramid,
@@ -150,7 +154,7 @@ def _side(
     small = reduced(rendering.pixels[rows, columns], _LONGEST_SIDE_PX)
     seen = PicturePyramid(small, photo.show).shown[0]
     computing_s = computing_s_of(rendering) if done.faces else None
-    return Side(mode, len(done.faces), seen, setting_s, computing_s)
+    return Side(mode, len(done.faces), seen, setting_s, computing_s, cold)
 
 
 def computing_s_of(rendering: Rendering) -> float:
@@ -215,12 +219,22 @@ def summary(faces: Sequence[FaceCompared]) -> str:
     )
 
 
-def seconds(setting_s: float | None, computing_s: float | None) -> list[str]:
-    """Return the two times of table 2 and their sum in words; a dash for what there isn't."""
+def seconds(
+    setting_s: float | None, computing_s: float | None, cold: bool | None = None
+) -> list[str]:
+    """Return the two times of table 2 and their sum in words; a dash for what there isn't.
+
+    `cold` tells of automatic setting whether the networks were loaded in it.
+    """
     known = setting_s is not None and computing_s is not None
     total = (setting_s or 0.0) + (computing_s or 0.0) if known else None
     times = (setting_s, computing_s, total)
-    return [_NONE if s is None else tr("{s:.2f} s", s=s) for s in times]
+    texts = [_NONE if s is None else tr("{s:.2f} s", s=s) for s in times]
+    if setting_s is not None and cold is not None:
+        texts[0] = (
+            tr("{s:.2f} s, cold", s=setting_s) if cold else tr("{s:.2f} s, warm", s=setting_s)
+        )
+    return texts
 
 
 def title_of(mode: Mode) -> str:
@@ -243,7 +257,8 @@ def _times_table(sides: list[Side]) -> QTableWidget:
     head = [tr("Time"), tr("Setting"), tr("Computing"), tr("Total")]
     rows = []
     for side in sides:
-        rows.append([title_of(side.mode), *seconds(side.setting_s, side.computing_s)])
+        times = seconds(side.setting_s, side.computing_s, side.cold)
+        rows.append([title_of(side.mode), *times])
     made = table(tr("Times"), head, rows)
     made.setFixedHeight(
         made.horizontalHeader().sizeHint().height() + len(rows) * made.rowHeight(0) + 4

@@ -220,7 +220,7 @@ class ProtectPanel(QWidget):
         super().__init__()
         tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
         self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), tip, 0)
-        self.hard = QCheckBox(tr("Hard ed&ge: not a pixel of it moves"))
+        self.hard = QCheckBox(tr("Hard edge: not a pixel of it moves"))
         self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
         self.hard.toggled.connect(hard.setChecked)
         hard.toggled.connect(self.hard.setChecked)

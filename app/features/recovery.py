@@ -21,7 +21,8 @@ from ..widgets.dialogs import confirm
 from ..widgets.messages import BarAction
 from .feature import Context, Feature
 from .files import Files
-from .files.opening import EarlierWork, digest_of, hash_of, project_of
+from .files.history import project_of
+from .files.opening import EarlierWork, digest_of, hash_of
 from .files.saver import Saver
 
 _AGAIN_MS: Final = 1000

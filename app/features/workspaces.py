@@ -49,7 +49,7 @@ class Workspaces(Feature):
         self._arrange(
             one,
             self._kept_names(_place(one, "overlays"), one.overlays),
-            self._kept_names(_place(one, "unfolded")),
+            self._kept_names(_place(one, "unfolded"), one.unfolded),
             docks if isinstance(docks, QByteArray) else None,
         )
 
@@ -57,7 +57,7 @@ class Workspaces(Feature):
         """Show the workspace as it first was."""
         if self._shown is not None:
             self._bring_back()
-            self._arrange(self._shown, self._shown.overlays)
+            self._arrange(self._shown, self._shown.overlays, self._shown.unfolded)
 
     def stop(self) -> None:
         """Remember what is shown, and how."""
@@ -69,7 +69,7 @@ class Workspaces(Feature):
         self,
         one: Workspace,
         overlays: Collection[str],
-        unfolded: Collection[str] = (),
+        unfolded: Collection[str],
         docks: QByteArray | None = None,
     ) -> None:
         self._shown = one
@@ -92,7 +92,7 @@ class Workspaces(Feature):
         self.settings.setValue(_place(one, "unfolded"), ",".join(unfolded))
         self.settings.setValue(_place(one, "docks"), self.window.docks.state())
 
-    def _kept_names(self, place: str, first: Collection[str] = ()) -> Collection[str]:
+    def _kept_names(self, place: str, first: Collection[str]) -> Collection[str]:
         kept = self.settings.value(place)
         return first if kept is None else str(kept).split(",")
 

@@ -148,7 +148,7 @@ def _follow_place(widget: QWidget) -> None:
 
 
 class ColumnArea(QScrollArea):
-    """A column that scrolls up and down and is as wide as its content asks."""
+    """A column that scrolls up and down, at least as wide as its content asks."""
 
     def __init__(self, content: QWidget, least_px: int) -> None:
         super().__init__()
@@ -156,14 +156,18 @@ class ColumnArea(QScrollArea):
         _bare(self, content)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         content.installEventFilter(self)
-        self.setFixedWidth(least_px)
+        self.setMinimumWidth(least_px)
+
+    def sizeHint(self) -> QSize:
+        """Begin as narrow as can be: whoever wants it wider drags its edge."""
+        return QSize(self.minimumWidth(), super().sizeHint().height())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the content's width."""
         if watched is self._content and event.type() == QEvent.Type.LayoutRequest:
             room = self.verticalScrollBar().sizeHint().width()
             asked = self._content.minimumSizeHint().width() + room
-            self.setFixedWidth(max(self._least_px, asked))
+            self.setMinimumWidth(max(self._least_px, asked))
         return super().eventFilter(watched, event)
 
 

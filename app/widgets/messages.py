@@ -9,7 +9,8 @@ from typing import Final
 from PySide6.QtCore import QElapsedTimer, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusBar
 
-from kogao_core.photo import Photo, formats
+from kogao_core.photo import Photo, formats, has_gain_map
+from kogao_core.photo.metadata import kinds
 
 from ..i18n import tr, translated
 from ..render.colour import screen_colours
@@ -244,7 +245,12 @@ class StatusLine(QStatusBar):
         if photo.icc_profile is not None:
             unusable = tr("colour profile can't be used")
             parts.append((colours.name or tr("colour profile")) if colours.usable else unusable)
-        notes = [*photo.notes, *filter(None, [_copied_as(photo).not_kept(photo.extras)])]
+        has_map = has_gain_map(photo)
+        if has_map:
+            parts.append(tr("HDR"))
+        along = (kinds.GAIN_MAP,) if has_map else ()
+        lost = _copied_as(photo).not_kept(photo, photo.extras, along)
+        notes = [*photo.notes, *filter(None, [lost])]
         if notes:
             parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from PySide6.QtCore import QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QRect, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleActionInterface,
@@ -12,6 +12,8 @@ from PySide6.QtGui import (
     QFocusEvent,
     QKeyEvent,
     QMouseEvent,
+    QPainter,
+    QPaintEvent,
     QWheelEvent,
 )
 from PySide6.QtWidgets import (
@@ -31,8 +33,9 @@ from .typed import SliderScale, ValueField
 
 # Notches of a wheel that follow each other faster are one gesture, and so is a double click.
 _REST_MS = 400
-# What name, slider and value take of their one line, so that lines below each other are aligned.
-_COMPACT = (5, 4, 3)
+# A drag with Ctrl or Shift goes so much slower.
+_FINE = 0.1
+_FINELY = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
 class GestureSlider(QSlider):
@@ -55,6 +58,9 @@ class GestureSlider(QSlider):
         self._rest = QTimer(self, singleShot=True, interval=pause)
         self._rest.timeout.connect(self.rested)
         self._dragged = False
+        self._x = self._place = 0.0
+        self._is_signed = self.minimum() < 0.0 == scale.value(0)
+        self.setProperty("signed", self._is_signed)
 
     def abort(self) -> None:
         """Ignore the mouse until its button is let go."""
@@ -92,29 +98,56 @@ class GestureSlider(QSlider):
         if event.button() == Qt.MouseButton.LeftButton:
             self._jump(event.position().x())
         super().mousePressEvent(event)
+        self._x, self._place = event.position().x(), float(self.value())
 
-    def _jump(self, x: float) -> None:
+    def _parts(self) -> tuple[QRect, QRect, bool]:
+        """Return groove and handle, px, and whether the values grow to the left."""
         option = QStyleOptionSlider()
         self.initStyleOption(option)
         groove, handle = (
             self.style().subControlRect(QStyle.ComplexControl.CC_Slider, option, part, self)
             for part in (QStyle.SubControl.SC_SliderGroove, QStyle.SubControl.SC_SliderHandle)
         )
+        return groove, handle, bool(option.upsideDown)
+
+    def _jump(self, x: float) -> None:
+        groove, handle, mirrored = self._parts()
         if handle.left() <= x <= handle.right():
             return
-        # The style's rectangles are mirrored where the text runs from right to left.
         place = round(x - groove.left() - handle.width() / 2)
         room = groove.width() - handle.width()
-        value = QStyle.sliderValueFromPosition(
-            self.minimum(), self.maximum(), place, room, option.upsideDown
+        self.setValue(
+            QStyle.sliderValueFromPosition(self.minimum(), self.maximum(), place, room, mirrored)
         )
-        self.setValue(value)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow the mouse unless the gesture was aborted."""
+        """Follow the mouse, slowly with Ctrl or Shift, unless the gesture was aborted."""
         self._dragged = self.isSliderDown()
-        if not self._aborted:
-            super().mouseMoveEvent(event)
+        if self._aborted or not self._dragged:
+            return
+        groove, handle, mirrored = self._parts()
+        steps = (self.maximum() - self.minimum()) / max(1, groove.width() - handle.width())
+        by = (event.position().x() - self._x) * (-steps if mirrored else steps)
+        self._x = event.position().x()
+        self._place += by * _FINE if event.modifiers() & _FINELY else by
+        self.setValue(round(self._place))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Fill the groove from 0 to the handle where values go either way."""
+        super().paintEvent(event)
+        if not self._is_signed:
+            return
+        groove, handle, mirrored = self._parts()
+        share = -self.minimum() / (self.maximum() - self.minimum())
+        room = groove.width() - handle.width()
+        zero = groove.left() + handle.width() // 2
+        zero += round(room * (1.0 - share if mirrored else share))
+        painter, middle = QPainter(self), groove.center().y()
+        colour = self.palette().accent() if self.isEnabled() else self.palette().placeholderText()
+        near = handle.left() if handle.center().x() > zero else handle.right() + 1
+        if not handle.left() <= zero <= handle.right():
+            painter.fillRect(QRect(min(zero, near), middle - 1, abs(near - zero), 3), colour)
+        painter.fillRect(QRect(zero, groove.bottom() + 2, 1, 3), self.palette().placeholderText())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the gesture; that of a click may still become a double click."""
@@ -181,8 +214,6 @@ class ValueSlider(QWidget):
         scale: SliderScale,
         tip: str,
         note_lines: int = 0,
-        *,
-        compact: bool = False,
     ) -> None:
         super().__init__()
         self._first: float | None = None
@@ -195,16 +226,7 @@ class ValueSlider(QWidget):
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
-        column = column_of(self)
-        if compact:
-            row = row_of(self.title, self.slider, self.field)
-            for place, share in enumerate(_COMPACT):
-                row.setStretch(place, share)
-            column.addLayout(row)
-        else:
-            column.addLayout(row_of(self.title, None, self.field))
-            column.addWidget(self.slider)
-        column.addWidget(self.note)
+        column_of(self, row_of(self.title, None, self.field), self.slider, self.note)
         self.slider.valueChanged.connect(self._tell)
         self.slider.rested.connect(self.rested)
         for doubled in (self.slider.reset, self.title.doubled):

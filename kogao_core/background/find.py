@@ -39,7 +39,7 @@ _HALF: Final = 0.5
 # Lines come and go with noise, the shorter the more: from the shortest to so many lengths more they
 # count from nothing to all, the weight of a row being felt over several powers of ten.
 _LONGER: Final = 4.0
-_SLOWLY: Final = 4
+_SLOWLY: Final = 6
 _HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
 # Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
 # shortest line that counts.

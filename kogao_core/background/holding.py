@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Affine, Array
+from kogao_core.base.geometry import Affine, Array, ramp
 from kogao_core.faces.face import Face
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import STILL_STEP, Problem, on_quanta, summed
@@ -42,18 +42,22 @@ _BEHIND: Final = 0.5
 # The face goes on above the ends of its outline, by this share of their distance: brows, glasses.
 _ABOVE: Final = 0.25
 _LINE: Final = 3e4  # weight of a line's row, 1 being that of a control point's
+_LEAST: Final = 1e-2  # rows of less weight are left out
 _NEIGHBOUR: Final = 3e4
-_WITHIN: Final = 30.0  # of a place within the face, which is to go where it went
+_WITHIN: Final = 60.0  # of a place within the face, which is to go where it went
+_INSIDE: Final = 1.5  # lattice spacings between those
 _CORNER: Final = 1e6  # of eyes and mouth
 _HARD: Final = 1e8  # of a landmark, a protected place, and the photo's edge
 _RIGID: Final = (
     30.0  # of a line's shift and turn, for the square of its samples: free, but not for nothing
 )
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change dies out over four spacings
-_PINNED: Final = 4.0  # a line is followed so far beyond the lattice's reach, in spacings
+_PINNED: Final = 3.5  # a line is followed so far beyond what the fit moves, in spacings
+_MARGIN: Final = 1.0  # so far beyond that control points change, in spacings
+_SOFT: Final = 2.0  # the last of them less and less
 _MOST_NODES: Final = 4000  # of a change; of more it takes a lattice twice as coarse
 # For lines, and for each other purpose; of more, samples stand farther apart.
-_MOST_ROWS: Final = 500
+_MOST_ROWS: Final = 350
 # A change leaves det J at least so large, and at least this share of what it was without.
 _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
@@ -91,16 +95,17 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     """
     if not len(held.lines) and not any(len(points) for points in held.neighbours):
         return field
-    lattices = list(field.lattices)
-    for group in groups([problem.support.empty for problem in problems]):
+    lattices, rooms = list(field.lattices), [_Room.of(problem) for problem in problems]
+    for group in groups([room.empty for room in rooms]):
         among = [problems[k] for k in group]
         landmarks = np.vstack([problem.target_px[: problem.movers] for problem in among])
         changed = []
         for k in group:
             near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
             if field.lattices[k].phi.any():
-                rows = _rows(problems[k], faces[k], landmarks, field.lattices[k], held, near)
-                alone = _changed(field.lattices[k], problems[k], rows)
+                before = field.lattices[k]
+                rows = _rows(problems[k], rooms[k].empty, faces[k], landmarks, before, held, near)
+                alone = _changed(before, problems[k], rooms[k], rows)
                 lattices[k] = _allowed(field, [k], [alone])[0]
                 changed.append(k)
         if len(changed) > 1:
@@ -188,26 +193,39 @@ class _Rows:
     @property
     def rigid(self) -> Array:
         """What each line's shift and turn do to the rows, shape (S, two for each line)."""
-        columns = []
-        for line in np.unique(self.line[self.line >= 0]):
-            own = self.line == line
-            places, across = self.places_px[own], self.across[own]
-            along = np.array([across[0, 1], -across[0, 0]])
-            t = (places - places.mean(axis=0)) @ along
-            same_side = across @ across[0]
-            for share in (np.ones_like(t), t / max(1e-12, float(np.abs(t).max()))):
-                column = np.zeros(len(self.line))
-                column[own] = same_side * share / len(t)  # the longer, the less it moves
-                columns.append(column)
-        return np.array(columns).reshape(-1, len(self.line)).T
+        own = np.flatnonzero(self.line >= 0)
+        _, first, which = np.unique(self.line[own], return_index=True, return_inverse=True)
+        count = np.bincount(which)
+        places, across = self.places_px[own], self.across[own]
+        middles = np.stack([np.bincount(which, one) for one in places.T], axis=-1) / count[:, None]
+        way = across[first][which]
+        apart = places - middles[which]
+        t = apart[:, 0] * way[:, 1] - apart[:, 1] * way[:, 0]
+        most = np.zeros(len(count))
+        np.maximum.at(most, which, np.abs(t))
+        # The longer a line, the less it moves.
+        share = (across * way).sum(axis=1) / count[which]
+        columns = np.zeros((len(self.line), 2 * len(count)))
+        columns[own, 2 * which] = share
+        columns[own, 2 * which + 1] = share * t / np.maximum(most, 1e-12)[which]
+        return columns
 
 
 def _rows(
-    problem: Problem, face: Face, landmarks: Array, lattice: Lattice, held: Held, near: Array
+    problem: Problem,
+    room: Lattice,
+    face: Face,
+    landmarks: Array,
+    lattice: Lattice,
+    held: Held,
+    near: Array,
 ) -> _Rows:
-    """Return what lines and neighbours ask of a face's lattice, and what must not feel it."""
-    step, reaches = STILL_STEP * problem.grid.spacing_px, problem.support.empty.reaches
-    parts = list(_line_rows(problem, landmarks, lattice, held))
+    """Return what lines and neighbours ask of a face's lattice, and what must not feel it.
+
+    `room` is where the lattice can change.
+    """
+    step, reaches = STILL_STEP * problem.grid.spacing_px, room.reaches
+    parts = [_line_rows(problem, landmarks, lattice, held)]
     near = near[reaches(near)]
     apart = _away(problem, landmarks, near)
     near = _thinned(near[apart > _TOUCHING], step)
@@ -225,59 +243,75 @@ def _rows(
     parts.append(_Rows.both_ways(still, np.zeros_like(still), _HARD))
     parts.append(_Rows.both_ways(inside, np.zeros_like(inside), _WITHIN))
     parts.append(_Rows.both_ways(corners, np.zeros_like(corners), _CORNER))
-    parts.extend(_edge_rows(problem))
+    parts.extend(_edge_rows(problem, room))
     return _Rows.joined(parts)
 
 
-def _changed(lattice: Lattice, problem: Problem, rows: _Rows) -> Lattice:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Room:
+    """The control points that a change may move, and each column's and row's share of that.
+
+    At its edge nothing changes: a control point more or less makes no difference.
+    """
+
+    empty: Lattice
+    columns: Array
+    rows: Array
+
+    @classmethod
+    def of(cls, problem: Problem) -> _Room:
+        origin, spacing = np.array(problem.grid.origin_px), problem.grid.spacing_px
+        low, high = problem.near_px + np.array([[-_MARGIN], [_MARGIN]]) * spacing
+        while np.prod((high - low) / spacing) > _MOST_NODES:
+            spacing *= 2.0
+        low, high = (low - origin) / spacing, (high - origin) / spacing
+        first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
+        axes = [np.arange(a, b + 1) for a, b in zip(first, last, strict=True)]
+        columns, rows = (
+            ramp(np.minimum(nodes - a, b - nodes) / _SOFT)
+            for nodes, a, b in zip(axes, low, high, strict=True)
+        )
+        grid, zeros = Grid(problem.grid.origin_px, spacing), np.zeros((len(rows), len(columns), 2))
+        return cls(Lattice(grid, (int(first[0]), int(first[1])), zeros), columns, rows)
+
+
+def _changed(lattice: Lattice, problem: Problem, room: _Room, rows: _Rows) -> Lattice:
     """Return a lattice with the change that rows ask for."""
     if not rows.wanted_px.any():
         return lattice
-    grid, first, shape = _nodes_of(problem)
-    empty = Lattice(grid, first, np.zeros((*shape, 2)))
-    (((bx, by),),) = matrices([empty.window_at(*rows.places_px.T)])
-    waves_x, waves_y = _waves(shape[1]), _waves(shape[0])
-    costs = waves_y[1][:, None] + waves_x[1] + _SCREEN
-    x, y = bx @ waves_x[0], by @ waves_y[0]
+    (((bx, by),),) = matrices([room.empty.window_at(*rows.places_px.T)])
+    waves_x, costs_x = _waves(room.columns)
+    waves_y, costs_y = _waves(room.rows)
+    costs = costs_y[:, None] + costs_x + _SCREEN
+    x, y = bx @ waves_x, by @ waves_y
     felt = (y[:, :, None] * x[:, None, :] / np.sqrt(costs)).reshape(len(x), -1)
     gram = (felt @ felt.T) * (rows.across @ rows.across.T)
     rigid = rows.rigid
     gram += _RIGID * rigid @ rigid.T + np.diag(1.0 / np.maximum(rows.weight, 1e-9))
     strength = np.linalg.solve(gram, rows.wanted_px)[:, None] * rows.across
     phi = np.stack(
-        [waves_y[0] @ ((y.T @ (one[:, None] * x)) / costs) @ waves_x[0] for one in strength.T], -1
+        [waves_y @ ((y.T @ (one[:, None] * x)) / costs) @ waves_x.T for one in strength.T], -1
     )
-    change = Lattice(grid, first, phi)
-    whole = summed(lattice, change)
+    whole = summed(lattice, dataclasses.replace(room.empty, phi=phi))
     return on_quanta(whole if problem.photo is None else kept_inside(whole, problem.photo))
 
 
-def _waves(count: int) -> tuple[Array, Array]:
-    """Return the eigenvectors of the second difference of `count` values, and its eigenvalues."""
-    turns = np.pi * np.arange(1, count + 1) / (count + 1)
-    waves = np.sqrt(2.0 / (count + 1)) * np.sin(np.outer(turns, np.arange(1, count + 1)))
-    return waves, 2.0 - 2.0 * np.cos(turns)
+def _waves(shares: Array) -> tuple[Array, Array]:
+    """Return the eigenvectors of the second difference of values, as far as those may change.
+
+    In columns, and their eigenvalues.
+    """
+    numbers = np.arange(1, len(shares) + 1)
+    turns = np.pi * numbers / (len(shares) + 1)
+    waves = np.sqrt(2.0 / (len(shares) + 1)) * np.sin(np.outer(numbers, turns))
+    return shares[:, None] * waves, 2.0 - 2.0 * np.cos(turns)
 
 
-def _nodes_of(problem: Problem) -> tuple[Grid, tuple[int, int], tuple[int, int]]:
-    """Return the control points of a change: the fit's, or fewer on a coarser lattice."""
-    support = problem.support
-    if support.size <= _MOST_NODES:
-        return support.grid, support.first, support.shape
-    spacing, reach = support.grid.spacing_px, np.array(support.empty.reach_px).reshape(2, 2)
-    while np.prod((reach[1] - reach[0]) / spacing) > _MOST_NODES:
-        spacing *= 2.0
-    low, high = (reach - support.grid.origin_px) / spacing
-    first, last = np.ceil(low).astype(int) + 2, np.floor(high).astype(int) - 2
-    columns, rows = np.maximum(last - first + 1, 1).tolist()
-    return Grid(support.grid.origin_px, spacing), (int(first[0]), int(first[1])), (rows, columns)
-
-
-def _edge_rows(problem: Problem) -> Iterator[_Rows]:
+def _edge_rows(problem: Problem, room: Lattice) -> Iterator[_Rows]:
     """Yield rows along the photo's edges, across which nothing moves."""
     if problem.photo is None:
         return
-    reach = np.array(problem.support.empty.reach_px).reshape(2, 2)
+    reach = np.array(room.reach_px).reshape(2, 2)
     edges = edges_px(problem.photo)
     for axis, way in enumerate(np.eye(2)):
         other = 1 - axis
@@ -291,59 +325,63 @@ def _edge_rows(problem: Problem) -> Iterator[_Rows]:
                 yield _Rows.of(places, ways, np.zeros(len(along)), _HARD)
 
 
-def _line_rows(problem: Problem, landmarks: Array, lattice: Lattice, held: Held) -> Iterator[_Rows]:
-    """Yield the rows of each line that comes near: samples all along it.
+def _line_rows(problem: Problem, landmarks: Array, lattice: Lattice, held: Held) -> _Rows:
+    """Return the rows of the lines that come near: samples all along them.
 
     Beyond the lattice's reach nothing can change: what lies there pins a line's shift and turn.
     """
-    box = np.array(problem.support.empty.reach_px).reshape(2, 2)
-    box = box + np.array([[-1.0], [1.0]]) * _PINNED * problem.grid.spacing_px
+    box = problem.near_px + np.array([[-1.0], [1.0]]) * _PINNED * problem.grid.spacing_px
     lines, weights = held.lines, np.ones(len(held.lines)) if held.weights is None else held.weights
     along = lines[:, 1] - lines[:, 0]
     lengths = np.hypot(along[:, 0], along[:, 1])
-    low, high = lines.min(axis=1), lines.max(axis=1)
-    kept = ((low < box[1]) & (high > box[0])).all(axis=1) & (lengths > 0.0) & (weights > 0.0)
-    lines, lengths, weights = lines[kept], lengths[kept], weights[kept]
-    if not len(lines):
-        return
-    units = along[kept] / lengths[:, None]
+    units = along / np.maximum(lengths, 1e-12)[:, None]
+    start, end = _spans_in(lines[:, 0], units, lengths, box)
+    kept = (end > start) & (weights > 0.0)
+    lines, units, lengths, weights = lines[kept], units[kept], lengths[kept], weights[kept]
+    start, spans = start[kept], (end - start)[kept]
+    length_px = STILL_STEP * problem.grid.spacing_px
+    dense = spans * weights ** (1.0 / 6.0)  # what hardly counts needs few samples
+    step = max(length_px, float(dense.sum()) / _MOST_ROWS)
+    counts = np.ceil(dense / step).astype(int) + 1
+    line = np.repeat(np.arange(len(lines)), counts)
+    sample = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
+    far = start[line] + sample / (counts - 1.0)[line] * spans[line]
+    places, ways = lines[line, 0] + far[:, None] * units[line], _normals(units)[line]
+    apart = (_away(problem, landmarks, places) - _FREE) / (_ALL - _FREE)
+    share = (spans / (length_px * counts))[line]
+    weight = _LINE * weights[line] * share * np.clip(apart, 0.0, 1.0) ** 2
+    felt = weight > _LEAST
+    line, places, ways, weight = line[felt], places[felt], ways[felt], weight[felt]
+    rows = _Rows.of(places, ways, -(lattice.at(places) * ways).sum(axis=1), weight)
     aside_px = _ASIDE * problem.grid.spacing_px
     most_px = _BEHIND * float(np.ptp(problem.target_px[: problem.movers], axis=0).max())
     wholes = _wholes(lines, units, lengths, aside_px, most_px)
-    spans = [_span_in(*one, box) for one in zip(lines[:, 0], units, lengths, strict=True)]
-    total = sum(max(0.0, end - start) for start, end in spans)
-    step = max(STILL_STEP * problem.grid.spacing_px, total / _MOST_ROWS)
-    for (start, end), line, unit, weight, whole in zip(
-        spans, lines, units, weights, wholes, strict=True
-    ):
-        if end <= start:
-            continue
-        count = int(np.ceil((end - start) / step)) + 1
-        places = line[0] + np.linspace(start, end, count)[:, None] * unit
-        ways = np.tile([-unit[1], unit[0]], (count, 1))
-        apart = (_away(problem, landmarks, places) - _FREE) / (_ALL - _FREE)
-        near = np.clip(apart, 0.0, 1.0) ** 2
-        share = (end - start) / (step * count)  # of the weight of a sample of full length
-        wanted = -(lattice.at(places) * ways).sum(axis=1)
-        rows = _Rows.of(places, ways, wanted, _LINE * weight * share * near)
-        yield dataclasses.replace(rows, line=np.full(count, whole))
+    return dataclasses.replace(rows, line=wholes[line])
 
 
-def _span_in(start: Array, unit: Array, length: float, box: Array) -> tuple[float, float]:
-    """Return from where to where along a line it lies in a box, px; empty where it doesn't."""
-    low, high = 0.0, length
-    for axis in (0, 1):
-        if abs(unit[axis]) > 1e-9:
-            ends = np.sort((box[:, axis] - start[axis]) / unit[axis])
-            low, high = max(low, float(ends[0])), min(high, float(ends[1]))
-    return low, high
+def _spans_in(starts: Array, units: Array, lengths: Array, box: Array) -> tuple[Array, Array]:
+    """Return from where to where along each line it lies in a box, px; empty where it doesn't."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort((box - starts[:, None]) / units[:, None], axis=1)
+    along = np.abs(units) > 1e-9
+    inside = along | ((starts >= box[0]) & (starts <= box[1]))
+    low = np.where(along, ends[:, 0], np.where(inside, 0.0, np.inf)).max(axis=1)
+    high = np.where(along, ends[:, 1], np.inf).min(axis=1)
+    return np.maximum(low, 0.0), np.minimum(high, lengths)
+
+
+def _normals(units: Array) -> Array:
+    """Return what is across directions of shape (N, 2)."""
+    return np.stack([-units[:, 1], units[:, 0]], axis=-1)
 
 
 def _wholes(
     lines: Array, units: Array, lengths: Array, aside_px: float, most_px: float
 ) -> npt.NDArray[np.int64]:
     """Return the longest line that each is a piece of: a shelf is found between what is on it."""
-    normals = np.stack([-units[:, 1], units[:, 0]], axis=-1)
+    if not len(lines):
+        return np.zeros(0, np.int64)
+    normals = _normals(units)
     mine = np.einsum("knec,kc->kne", lines - lines[:, None, :1], normals)
     others = np.einsum("knec,nc->kne", lines[:, None] - lines[:, :1], normals)
     ahead = np.einsum("knec,kc->kne", lines - lines[:, None, :1], units)
@@ -369,7 +407,7 @@ def _face_places(problem: Problem) -> Array:
     up = up if (outline.mean(axis=0) - first) @ up < 0.0 else -up
     hull = cv2.convexHull(np.vstack([outline, last + up, first + up]).astype(np.float32))[:, 0]
     low, high = hull.min(axis=0).astype(np.float64), hull.max(axis=0).astype(np.float64)
-    step = max(problem.grid.spacing_px, float(np.sqrt(np.prod(high - low) / _MOST_ROWS)))
+    step = max(_INSIDE * problem.grid.spacing_px, float(np.sqrt(np.prod(high - low) / _MOST_ROWS)))
     x, y = np.meshgrid(np.arange(low[0], high[0], step), np.arange(low[1], high[1], step))
     places = np.column_stack([x.ravel(), y.ravel()])
     within = [cv2.pointPolygonTest(hull, place, measureDist=False) > 0 for place in places.tolist()]

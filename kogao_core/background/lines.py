@@ -189,6 +189,8 @@ def _edges(photo: Image, along: Array) -> Array:
     shape = places.shape[:3]
     x, y = (places[..., axis].reshape(len(along), -1) for axis in (0, 1))
     light = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    if light.dtype == np.float32:  # may be any numbers, and none; seen as `rgb8` shows them
+        light = np.clip(np.nan_to_num(light), 0.0, 1.0)
     light = light.reshape(*shape, -1)[..., :3].mean(axis=-1, dtype=np.float32)
     change = np.abs(light[:, :, 2:] - light[:, :, :-2])
     change = np.stack([cv2.blur(one, (_STEPS, _SMOOTH)) for one in change])

@@ -26,7 +26,7 @@ def rgb8(image: Image) -> Rgb8:
     """
     if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
         raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
-    return _three_channels(_eight_bits(image))
+    return _three_channels(eight_bits(image))
 
 
 def rgba8(image: Image) -> Rgb8:
@@ -37,11 +37,12 @@ def rgba8(image: Image) -> Rgb8:
     colours = rgb8(image)
     if image.ndim == 2 or image.shape[2] not in (2, 4):
         return colours
-    alpha = _eight_bits(np.ascontiguousarray(image[..., -1:]))
+    alpha = eight_bits(np.ascontiguousarray(image[..., -1:]))
     return colours if (alpha == _OPAQUE).all() else np.concatenate([colours, alpha], axis=2)
 
 
-def _eight_bits(image: Image) -> Rgb8:
+def eight_bits(image: Image) -> Rgb8:
+    """Return an image of any depth in 8 bits, shape and channels as they are."""
     if image.dtype == np.uint8:
         return np.asarray(image, np.uint8)
     if image.dtype == np.uint16:

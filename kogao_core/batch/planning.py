@@ -8,11 +8,14 @@ from pathlib import Path
 
 from kogao_core.base.atomic import is_aside
 from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
 from kogao_core.batch.report import keys_of
 from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.formats import READ_ONLY, READABLE
-from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.photo.export import AS_IT_IS, Export
+from kogao_core.photo.formats import READABLE
+from kogao_core.projects.project import load
+from kogao_core.projects.sidecar import sheet_of, sidecar_of
 from kogao_core.recipe.recipe import Recipe
 
 
@@ -33,6 +36,7 @@ def plan(
     disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
     doubtful: bool = False,
+    export: Export = AS_IT_IS,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
@@ -41,7 +45,8 @@ def plan(
     found: dict[Path, Path] = {}
     for path in inputs:
         for photo, place in _photos(path, folder):
-            output = folder / _named(place, suffix)
+            percent = _percent(photo, recipe, projects)
+            output = folder / export.place(place, len(found) + 1, percent, suffix)
             if found.setdefault(output, photo) != photo:
                 raise NothingToDo(
                     Text(
@@ -66,6 +71,7 @@ def plan(
             disclosure=disclosure,
             done=keys.get(str(output), ""),
             doubtful=doubtful,
+            export=export,
         )
         for output, photo in found.items()
     ]
@@ -121,9 +127,13 @@ def _project_beside(photo: Path) -> str:
     return str(beside) if beside.is_file() else ""
 
 
-def _named(place: Path, suffix: str) -> Path:
-    # The whole name stays: a raw photo often lies beside its JPEG.
-    return place.with_name(place.name + suffix) if place.suffix.lower() in READ_ONLY else place
+def _percent(photo: Path, recipe: Recipe, projects: bool) -> float:
+    """Return the amount that a name tells: that of a photo's project, if that is done."""
+    project = _project_beside(photo) if projects else ""
+    try:
+        return sheet_of(load(project)).recipe.percent if project else recipe.percent
+    except BadFile:  # it fails by name once it is to be done
+        return recipe.percent
 
 
 def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:

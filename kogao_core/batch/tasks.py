@@ -18,14 +18,15 @@ from kogao_core.base.strict import BadFile
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import CHOICES, source
-from kogao_core.photo import Photo, bits_of, read, write
+from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import retouch
+from kogao_core.retouch import retouch, to_file
 from kogao_core.warp.protection import NOTHING
 
 Status = Literal["done", "skipped", "no face", "failed"]
@@ -52,6 +53,7 @@ class Task:
     # What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     done: str = ""
     doubtful: bool = False  # whether doubtful faces are worked on, too
+    export: Export = AS_IT_IS  # size, quality, colours and the like of results
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
@@ -121,12 +123,14 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
 
     def written(photo: Photo, pixels: Image, sign: Sign | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
-        return write(photo, pixels, output, force=True, sign=sign)
+        return to_file(output, force=True, export=task.export)(photo, pixels, sign)
 
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    finder, told = _background(), task.disclosure
-    made = retouch(photo, done, told, written, finder, look=seen.append, threads=1)
+    made = retouch(
+        photo, done, task.disclosure, written, _background(),
+        look=seen.append, threads=1, export=task.export,
+    )  # fmt: skip
     (rendering,) = seen
     notes = [done.note, rendering.note, made.written, made.undisclosed]
     return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
@@ -163,7 +167,8 @@ def _background() -> BackgroundFinder:
 def _key(task: Task) -> str:
     """Return the hash of files and choices; empty while one of the files can't be read."""
     choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
-    chosen = json.dumps([*choices, asdict(task.disclosure)], sort_keys=True)
+    told = asdict(task.disclosure), asdict(task.export)
+    chosen = json.dumps([*choices, *told], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     label = task.disclosure.picture
     files = task.source, task.project, task.output, label.file if label else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import sys
 import time
@@ -18,6 +19,7 @@ from kogao_core.base.language import Text, tr, translated
 from kogao_core.batch import NoWorkers, Outcome, Task, Workers
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.export import Export
 
 
 @words.command("batch")
@@ -40,12 +42,21 @@ from kogao_core.photo.disclosure.disclosing import Disclosure
     help="Do what PHOTO.kogao.json beside a photo says; the options above are for the others.",
 )  # fmt: skip
 @options.discloses
+@options.exports
+@words.option(
+    "--to", "form", type=click.Choice(reading.NAMED_ENDINGS),
+    help="Format of all results [that of each photo].",
+)  # fmt: skip
+@words.option(
+    "--names", "name", metavar="PATTERN", default="{name}",
+    help="Names of results, with {name}, {n} (001, 002, …) and {amount} [{name}].",
+)  # fmt: skip
 @words.option(
     "--force", is_flag=True, help="Start in a folder that holds files of the results' names."
 )
 @words.option(
     "--as", "suffix", default="jpg",
-    type=click.Choice([suffix.removeprefix(".") for suffix in reading.ENDINGS]),
+    type=click.Choice(reading.NAMED_ENDINGS),
     help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
 )  # fmt: skip
 @words.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
@@ -66,6 +77,9 @@ def command(
     report: Path | None,
     projects: bool,
     disclosure: Disclosure,
+    export: Export,
+    form: str | None,
+    name: str,
     force: bool,
     suffix: str,
     again: bool,
@@ -77,12 +91,14 @@ def command(
     """Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."""
     recipe = options.recipe_of(recipe_file, choices)
     report = report or folder / batch.REPORT
+    with ending.stopping(ValueError, ending.USAGE):
+        export = dataclasses.replace(export, ending=f".{form}" if form else "", name=name)
     with ending.stopping(batch.NothingToDo, ending.USAGE):
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
             which=which, max_megapixels=max_megapixels, landmarks=landmarks,
             projects=projects, suffix=f".{suffix}", disclosure=disclosure,
-            report=None if again else report, doubtful=doubtful,
+            report=None if again else report, doubtful=doubtful, export=export,
         )  # fmt: skip
         if not force and not report.exists():
             _check_free(tasks)

@@ -61,6 +61,12 @@ _LATER = {
         "kogao_core.cli.restore",
         Text("Bring back, byte for byte, a photo that was changed in place."),
     ),
+    "verify": (
+        "kogao_core.cli.verify",
+        Text(
+            "Tell which blocks and which metadata of two JPEGs differ, and that nothing else does."
+        ),
+    ),
     "batch": (
         "kogao_core.cli.batch",
         Text("Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."),

@@ -19,6 +19,7 @@ from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
+from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import (
@@ -175,8 +176,17 @@ _DISCLOSING: Final = (
         metavar="FILE",
         help="The certificate's private key, as PEM; its password from KOGAO_SIGN_PASSWORD.",
     ),
+    words.option(
+        "--motion",
+        type=click.Choice(("keep", "drop")),
+        default="drop",
+        show_default=True,
+        help="The video of a motion photo, which shows the face as it was: JPEG only.",
+    ),
 )
-_TOLD: Final = ("record", "label", "font", "picture", "corner", "share", "certificate", "key")
+_TOLD: Final = (
+    *("record", "label", "font", "picture", "corner", "share", "certificate", "key", "motion"),
+)
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -199,6 +209,7 @@ def _disclosure(
     share: float,
     certificate: str | None,
     key: str | None,
+    motion: str,
 ) -> Disclosure:
     """Return what results disclose, after checking that they can."""
     laid, signer = None, None
@@ -215,7 +226,43 @@ def _disclosure(
             if certificate is not None and key is not None:
                 signer = Signer(certificate, key)
                 check_signer(signer)
-    return Disclosure(record, label or "", font, laid, signer)
+    return Disclosure(record, label or "", font, laid, signer, film=motion == "keep")
+
+
+_EXPORTING: Final = (
+    words.option(
+        "--longest-side", "longest_px", type=click.IntRange(1, LONGEST_PX), metavar="PX",
+        help="Reduce results to this longer side, in the same resampling as the warp.",
+    ),
+    words.option(
+        "--quality", type=click.IntRange(1, 100),
+        help="Of JPEG and WebP, 1..100 [the source's]; all is encoded anew.",
+    ),
+    words.option(
+        "--srgb", is_flag=True, help="Convert results to sRGB, 8 bits; else they keep the profile."
+    ),
+    words.option(
+        "--sharpen", type=common.Number(0.0, 200.0), metavar="PERCENT", needs="--longest-side",
+        help="Sharpen what is reduced, for its size, 0..200 % [0].",
+    ),
+    words.option(
+        "--no-metadata", "bare", is_flag=True,
+        help="Leave EXIF, XMP, IPTC and the like out; the colour profile stays.",
+    ),
+)  # fmt: skip
+_EXPORTED: Final = ("longest_px", "quality", "srgb", "sharpen")
+
+
+def exports(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of size, quality and colours; the command gets an ``export``."""
+
+    @wraps(command)
+    def exporting(**given: Any) -> Any:
+        chosen: dict[str, Any] = {name: given.pop(name) or 0 for name in _EXPORTED}
+        export = Export(**chosen, metadata=not given.pop("bare"))
+        return command(**given, export=export)
+
+    return words.together(*_EXPORTING)(exporting)
 
 
 chooses_percent = words.option(

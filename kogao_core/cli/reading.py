@@ -21,6 +21,7 @@ from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats,
 
 # The usual endings of the formats that can be written.
 ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
+NAMED_ENDINGS: Final = [ending.removeprefix(".") for ending in ENDINGS]
 OUTPUT_HELP: Final = Text("Where to write; {endings}.", endings=formats.either(ENDINGS))
 
 

@@ -88,7 +88,7 @@ def as_text(
         _line(
             RESIDUAL,
             Text(
-                "{px:.2f} px at most; min det J {det:.2f}",
+                "{px:.2f} px at most at the targets; smallest det J of the samples {det:.2f}",
                 px=rendering.residual.max_px,
                 det=sound.min_det,
             ),

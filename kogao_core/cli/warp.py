@@ -27,9 +27,10 @@ from kogao_core.photo import (
     check_output,
 )
 from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.export import Export
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
-from kogao_core.retouch import Write, over_itself, retouch, to_file
+from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
 from kogao_core.warp.protection import NOTHING, Protection
 
@@ -89,6 +90,7 @@ def _corners(value: str) -> list[list[float]]:
     help="Keep what was done as IN.kogao.json beside the photo, for the editor and for batches.",
 )  # fmt: skip
 @options.discloses
+@options.exports
 @to_json.writes_json
 @words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
@@ -110,6 +112,7 @@ def command(
     project_file: Path | None,
     save_project: bool,
     disclosure: Disclosure,
+    export: Export,
     json_file: Path | None,
     force: bool,
     **choices: Any,
@@ -121,12 +124,12 @@ def command(
     path = reading.input_path(source, sample)
     is_searched = project_file is None and points_file is None
     known = reading.landmark_source(landmarks) if is_searched else None
-    to = _checked_output(path, sample, output, in_place, save_project, force)
+    to = _checked_output(path, sample, output, in_place, save_project, force, export)
     to_json.check(json_file, force)
     if save_project:
         projects.check_free(path, sample, force)
     photo = reading.read_photo(path, max_megapixels, to)
-    _check_photo(photo, to, in_place)
+    _check_photo(photo, to, in_place, export)
     sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
     found: list[Face] = []
     if project_file is not None:
@@ -143,8 +146,10 @@ def command(
         nonlocal bends, note
         bends, note = _measured(photo, rendering, done, finder), rendering.note
 
-    with _writing(), _write(to, force, in_place, temporary) as write:
-        made = retouch(photo, done, disclosure, write, finder, look=look)
+    originals = None if temporary else Originals.of_user()
+    write = over_itself(originals) if in_place else to_file(to, force=force, export=export)
+    with _writing():
+        made = retouch(photo, done, disclosure, write, finder, look=look, export=export)
     written = Text.joined("; ", [made.written, made.undisclosed])
     notes = list(filter(None, [done.note, note, written, bends.note]))
     if save_project:
@@ -162,10 +167,16 @@ def _checked_output(
     in_place: bool,
     save_project: bool,
     force: bool,
+    export: Export,
 ) -> Path:
     """Return where the result goes, or stop where it may not go there."""
     if in_place:
         _check_in_place(sample, output, save_project)
+        if export.coding is not None:
+            raise ending.Stop(
+                Text("size, quality and colours are those of copies; leave out --in-place"),
+                ending.USAGE,
+            )
         return path
     if output is None:
         raise ending.Stop(Text("name an output with -o, or use --in-place"), ending.USAGE)
@@ -204,11 +215,11 @@ def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> No
         )
 
 
-def _check_photo(photo: Photo, output: Path, in_place: bool) -> None:
+def _check_photo(photo: Photo, output: Path, in_place: bool, export: Export) -> None:
     with _writing():
         if in_place:
             check_in_place(photo)
-        else:
+        elif export.coding is None:  # else its depth follows the format
             check_holds(output, photo.pixels)
 
 
@@ -229,18 +240,6 @@ def _protection(photo: Photo, lines: list[Any], width_px: float, feather_px: flo
     with ending.stopping(OutOfBounds, ending.USAGE):
         check_protection(protection, Box.of(photo.pixels))
     return protection
-
-
-@contextmanager
-def _write(to: Path, force: bool, in_place: bool, temporary: bool) -> Iterator[Write]:
-    """Lend what writes the result."""
-    if not in_place:
-        yield to_file(to, force=force)
-    elif temporary:
-        with Originals.for_now() as originals:
-            yield over_itself(originals)
-    else:
-        yield over_itself(Originals.of_user())
 
 
 @contextmanager

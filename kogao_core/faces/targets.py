@@ -8,6 +8,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
+from kogao_core.faces.shape import Shape
 from kogao_core.faces.symmetry import evened
 from kogao_core.faces.zones import gains
 from kogao_core.recipe.recipe import Recipe
@@ -47,7 +48,8 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
 
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
     of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
-    evened out first (`symmetry`), and each zone then goes its own share of ``percent`` (`zones`).
+    evened out first (`symmetry`), and each zone then goes its own share of ``percent`` (`zones`);
+    width, length and the like come on top (`shape`).
     Result: one pair for each point of the outline.
     """
     recipe = recipe.of_face(face.recipe)
@@ -57,6 +59,8 @@ def aim(face: Face, recipe: Recipe) -> Pairs:
         start = evened(face, recipe.even_out)
         share = share * gains(face, recipe)[:, None]
     target = start + share * (center - start)
+    if (shape := Shape.of(face, recipe)) is not None:
+        target = target - shape.inwards(start - center)
     if face.targets is not None:
         target = np.where(np.isnan(face.targets), target, face.targets)
     return Pairs(face.outline, target, center)

@@ -42,17 +42,21 @@ def gains(face: Face, recipe: Recipe) -> Array:
 
     Result (N,): 0 to 4; 1 to the bit where every zone is at 100 %.
     """
+    chin, jaw, cheeks, left, right = weights(face)
+    zones = (
+        chin * _excess(recipe.chin) + jaw * _excess(recipe.jaw) + cheeks * _excess(recipe.cheeks)
+    )
+    sides = left * _excess(recipe.left) + right * _excess(recipe.right)
+    return np.asarray((1.0 + zones) * (1.0 + sides))
+
+
+def weights(face: Face) -> tuple[Array, Array, Array, Array, Array]:
+    """Return how far each landmark belongs to a zone: chin, jaw, cheeks; left, right; (N,) each."""
     degrees, _ = directions(face.outline, face.middle, across(face))
     beyond_chin = _rise(np.abs(degrees), 0.0, _JAW)
     cheeks = _rise(np.abs(degrees), _JAW, _CHEEKS)
     right = _rise(degrees, -_MIXED, _MIXED)
-    zones = (
-        (1.0 - beyond_chin) * _excess(recipe.chin)
-        + (beyond_chin - cheeks) * _excess(recipe.jaw)
-        + cheeks * _excess(recipe.cheeks)
-    )
-    sides = (1.0 - right) * _excess(recipe.left) + right * _excess(recipe.right)
-    return np.asarray((1.0 + zones) * (1.0 + sides))
+    return 1.0 - beyond_chin, beyond_chin - cheeks, cheeks, 1.0 - right, right
 
 
 def _excess(percent: float) -> float:

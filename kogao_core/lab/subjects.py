@@ -6,6 +6,7 @@ import dataclasses
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import cv2
@@ -34,6 +35,8 @@ class Subject:
     pixels: Image
     faces: tuple[Face, ...]  # at least one, px of the photo
     sha256: str = ""  # of its file; empty where there is none
+    by_hand: tuple[Face, ...] = ()  # the same faces as a person set them, with targets
+    file: Path | None = None  # where it was read from
 
     @property
     def stem(self) -> str:
@@ -69,8 +72,10 @@ def at_paper_size(subject: Subject) -> Subject:
     pixels = np.asarray(cv2.resize(part, goal.tolist(), interpolation=kernel))
     resize = Affine.resize(*(goal / cut).tolist())
     onto = resize.after(Affine(np.eye(2), -corner.astype(np.float64)))
-    faces = tuple(face.mapped(onto) for face in subject.faces)
-    return dataclasses.replace(subject, pixels=pixels, faces=faces)
+    faces, by_hand = (
+        tuple(face.mapped(onto) for face in mode) for mode in (subject.faces, subject.by_hand)
+    )
+    return dataclasses.replace(subject, pixels=pixels, faces=faces, by_hand=by_hand)
 
 
 def set_by_hand(faces: Sequence[Face], recipe: Recipe) -> tuple[Face, ...]:

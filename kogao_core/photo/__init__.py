@@ -5,6 +5,7 @@ It may use `base` and `recipe`, and knows nothing of faces.
 
 from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, UnreadablePhoto
 from kogao_core.photo.formats import FORMATS, READABLE
+from kogao_core.photo.formats.companions import accompanied, has_gain_map
 from kogao_core.photo.in_place import check_in_place, write_in_place
 from kogao_core.photo.model import Format, Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
@@ -20,10 +21,12 @@ __all__ = [
     "Photo",
     "RefusedOutput",
     "UnreadablePhoto",
+    "accompanied",
     "bits_of",
     "check_holds",
     "check_in_place",
     "check_output",
+    "has_gain_map",
     "read",
     "write",
     "write_in_place",

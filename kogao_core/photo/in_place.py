@@ -84,13 +84,14 @@ def check_in_place(photo: Photo) -> None:
 def write_in_place(
     photo: Photo,
     pixels: Image,
-    originals: Originals,
+    originals: Originals | None,
     sign: Sign | None = None,
 ) -> str:
     """Write new pixels over the photo's own file; see `write` for what stays as it was.
 
-    A photo may be written several times: what is kept of its file comes from the original. Result:
-    what is worth knowing, in one line. Raises RefusedOutput, CannotWrite.
+    A photo may be written several times: what is kept of its file comes from the original. Without
+    a store no original is kept, and it may be written once. Result: what is worth knowing, in one
+    line. Raises RefusedOutput, CannotWrite.
     """
     check_in_place(photo)
     source = _source(photo, _file_of(photo, originals))
@@ -101,6 +102,8 @@ def write_in_place(
     def keep(pieces: Pieces) -> None:
         nonlocal replaced_a_result
         _file_of(photo, originals)
+        if originals is None:
+            return
         try:
             replaced_a_result = originals.keep(photo.path, pieces, _known_by(photo))
         except OSError as error:
@@ -115,6 +118,10 @@ def write_in_place(
             ) from error
 
     note = write(source, pixels, photo.path, force=True, before=keep, sign=sign)
+    with suppress(OSError):  # the photo is written; its original lies there whole
+        lost = 0 if originals is None else originals.settle(photo.path)
+        if lost:
+            note = Text.joined("; ", [note, _gone(lost)])
     if source is photo and replaced_a_result:
         again = Text(
             "this photo was changed in place before, so its pixels are resampled twice; "
@@ -124,7 +131,15 @@ def write_in_place(
     return note
 
 
-def _file_of(photo: Photo, originals: Originals) -> Path:
+def _gone(count: int) -> Text:
+    return Text.counted(
+        count,
+        "the store of originals is full: the oldest one that it held has gone for good",
+        "the store of originals is full: the {n} oldest ones that it held have gone for good",
+    )
+
+
+def _file_of(photo: Photo, originals: Originals | None) -> Path:
     """Return the file that has the photo's metadata and blocks.
 
     That is its own, as it was read or as it was written last, or the original where that was read.
@@ -132,7 +147,7 @@ def _file_of(photo: Photo, originals: Originals) -> Path:
     if photo.is_as_read:
         return photo.path
     with suppress(OSError):
-        found = originals.behind(photo.path)
+        found = None if originals is None else originals.behind(photo.path)
         if found is not None:
             kept, known_by = found
             if photo.stamp == Stamp.of(kept.stat()):
@@ -149,7 +164,8 @@ def _source(photo: Photo, file: Path) -> Photo:
     if photo.is_as_read:
         return photo
     try:
-        return read(file, max_megapixels=math.inf)
+        there = read(file, max_megapixels=math.inf)
+        return dataclasses.replace(there, companions=photo.companions)
     except UnreadablePhoto as error:
         raise CannotWrite(_changed(photo)) from error
 

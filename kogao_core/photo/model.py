@@ -11,9 +11,9 @@ import numpy as np
 
 from kogao_core.base.display import preview
 from kogao_core.base.geometry import Image
-from kogao_core.photo.metadata.kinds import Extra
+from kogao_core.photo.metadata.kinds import Extra, Kind
 
-Format = Literal["JPEG", "PNG", "TIFF", "WEBP"]
+Format = Literal["JPEG", "PNG", "TIFF", "WEBP", "AVIF"]
 SourceFormat = Literal[Format, "HEIF", "RAW"]
 _ROWS: Final = 64
 
@@ -43,6 +43,15 @@ class Stamp:
         return Stamp(state.st_size, state.st_mtime_ns)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Companion:
+    """What goes along behind the picture of a JPEG: a gain map for HDR, or a film."""
+
+    kind: Kind
+    data: bytes  # its own file, as it was read
+    pixels: Image | None = None  # what a gain map is to hold now, upright
+
+
 @dataclass(frozen=True, eq=False)
 class Photo:
     r"""A photograph as it was read.
@@ -53,7 +62,7 @@ class Photo:
         Grey, grey + alpha (C = 2), RGB or RGBA; uint8, uint16 or float32; upright; read-only.
     path : Path
         Where it was read.
-    format : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
+    format : {"JPEG", "PNG", "TIFF", "WEBP", "AVIF", "HEIF", "RAW"}
         What the file is, whatever its name says; but raw files go by their names.
     icc_profile, exif, xmp : bytes, optional
         Metadata as stored; `exif` starts with ``Exif\0\0`` and still tells the file's own
@@ -67,7 +76,7 @@ class Photo:
     aspect : tuple of int, optional
         Pixels along x and y in the same length, where that is given without a resolution.
     orientation : int
-        EXIF orientation 1 to 8 of the file; `pixels` are already turned by it.
+        EXIF orientation 1 to 8 of the file; `pixels` are already turned by it, the metadata aren't.
     jpeg : JpegCoding, optional
         Compression of a JPEG source, for writing another like it.
     tiff_compression : int, optional
@@ -80,6 +89,8 @@ class Photo:
         What reading changed.
     extras : tuple of Extra
         What else is in the file; see `kinds`.
+    companions : tuple of Companion
+        What of it goes along into a changed JPEG; see `accompanied`.
 
     Examples
     --------
@@ -108,6 +119,7 @@ class Photo:
     aspect: tuple[int, int] | None = None
     extras: tuple[Extra, ...] = ()
     tiff_compression: int | None = None
+    companions: tuple[Companion, ...] = ()
 
     @property
     def width(self) -> int:

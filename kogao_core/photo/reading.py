@@ -19,7 +19,7 @@ from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import Source, common
-from kogao_core.photo.metadata import kinds, stale, tiff_extras
+from kogao_core.photo.metadata import kinds, photoshop, stale, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
 
@@ -38,7 +38,7 @@ def read(
     max_megapixels: float = MAX_MEGAPIXELS,
     bits: Literal[8, 16] = 16,
 ) -> Photo:
-    """Read a JPEG, PNG, TIFF or WebP file; HEIC and raw files where their extras are installed.
+    """Read a JPEG, PNG, TIFF, WebP or AVIF file; HEIC and raw files where there are extras.
 
     Parameters
     ----------
@@ -199,7 +199,10 @@ def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
 
 def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
     """Yield the extras that the metadata blocks name."""
-    yield from map(Extra, stale.found(photo.xmp) if photo.xmp else ())
+    is_turned = photo.orientation != 1
+    yield from map(Extra, stale.found(photo.xmp, is_turned=is_turned) if photo.xmp else ())
+    if is_turned and photo.photoshop and photoshop.has_places(photo.photoshop):
+        yield Extra(kinds.PLACES)
     if photo.exif is None:
         return
     tags = Pillow.Exif()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import os
 import shutil
@@ -13,12 +14,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from kogao_core.base.atomic import NotAFile, Pieces, check_target, put
+from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import encoding, formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS, FileFormat, Format
+from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of, is_same
@@ -34,12 +37,14 @@ def write(
     force: bool = False,
     before: Callable[[Pieces], object] | None = None,
     sign: Sign | None = None,
+    quality: int | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
-    The file appears whole or not at all. ICC profile, EXIF (set upright, thumbnail dropped), XMP,
-    IPTC and resolution are kept; JPEG to JPEG keeps the tables, the subsampling and, bit for bit,
-    every block in which no pixel changed; other sources get quality 95 and 4:4:4. If nothing
+    The file appears whole or not at all. ICC profile, EXIF (thumbnail dropped), XMP, IPTC and
+    resolution are kept; JPEG to JPEG keeps the orientation, the tables, the subsampling and, bit
+    for bit, every block in which no pixel changed; all else is upright, and what isn't from a JPEG
+    gets quality 95 and 4:4:4. If nothing
     changed and the format is the source's, its bytes are copied.
 
     Parameters
@@ -49,7 +54,7 @@ def write(
     pixels : array of shape (H, W) or (H, W, C)
         uint8; uint16 for PNG and TIFF; float32 for TIFF.
     path : path
-        ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff`` or ``.webp``.
+        ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff``, ``.webp`` or ``.avif``.
     force : bool
         Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
     before : callable, optional
@@ -58,6 +63,9 @@ def write(
     sign : callable, optional
         Given the photo, a changed one's file and its format; returns that file with content
         credentials (`disclosure.signing`).
+    quality : int, optional
+        Encode everything anew, JPEG and WebP in this quality, 1 to 100, of 16 bits the upper 8;
+        0 is the source's quality.
 
     Returns
     -------
@@ -90,19 +98,29 @@ def write(
     """
     path = Path(path)
     name = check_output(path, force=force)
+    if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
+        pixels = eight_bits(pixels)
     check_holds(path, pixels)
-    form, is_same_format = formats.BY_NAME[name], name == photo.format
+    form, is_same_format = formats.BY_NAME[name], name == photo.format and quality is None
+    if not is_same_format:
+        photo = dataclasses.replace(photo, companions=())
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
             pieces: Pieces = [photo.path.read_bytes()]
             note = ""
         else:
-            encode = partial(_encoded, photo, pixels, path, form)
+            encode = partial(_encoded, pixels=pixels, path=path, form=form, quality=quality)
             keep = form.keep if is_same_format else None
-            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(None), "")
+            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(photo, None), "")
             if sign is not None:
-                pieces = sign(photo, pieces, name)
-            note = _worth_knowing(photo, pixels, form, kept, is_signed=sign is not None)
+                signed = sign(photo, pieces, name)
+                if photo.companions:
+                    more = sum(map(len, signed)) - sum(map(len, pieces))
+                    signed = sign(photo, grown(pieces, more), name)
+                pieces = signed
+            note = _worth_knowing(
+                photo, pixels, form, kept, is_signed=sign is not None, is_export=quality is not None
+            )
         if before is not None:
             before(pieces)
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
@@ -218,7 +236,7 @@ def _shows_through(pixels: Image) -> bool:
 
 
 def _worth_knowing(
-    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool
+    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool, is_export: bool
 ) -> str:
     """Return the notes on a changed photo: what it lost, and what of its file was kept."""
     blocks = {
@@ -235,8 +253,12 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(extras), form.lacks(photo)
-    notes = [*photo.notes, lost, lacks, grey, spread, kept, signed]
+    along = {one.kind for one in photo.companions}
+    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), form.lacks(photo)
+    film = ""
+    if kinds.VIDEO in along:
+        film = Text("the motion photo's video still shows the face as it was")
+    notes = [*photo.notes, lost, film, lacks, grey, spread, kept, signed]
     return Text.joined("; ", notes)
 
 
@@ -257,9 +279,17 @@ def _spread(photo: Photo, pixels: Image) -> str:
     )
 
 
-def _encoded(photo: Photo, pixels: Image, path: Path, form: FileFormat, part: Box | None) -> Pieces:
+def _encoded(
+    photo: Photo,
+    part: Box | None,
+    *,
+    pixels: Image,
+    path: Path,
+    form: FileFormat,
+    quality: int | None,
+) -> Pieces:
     try:
-        return encoding.encode(photo, pixels, form, part)
+        return encoding.encode(photo, pixels, form, part, quality)
     except ValueError as error:
         raise CannotWrite(
             Text(

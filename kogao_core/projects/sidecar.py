@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,19 @@ def sidecar_of(photo: str | os.PathLike[str]) -> Path:
     """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it."""
     path = Path(photo)
     return path.with_name(path.name + SUFFIX)
+
+
+def own_place(photo: str | os.PathLike[str], folder: Path) -> Path:
+    """Return where the project of a photo lies in a folder of the user's own."""
+    known = hashlib.sha256(os.fsencode(os.path.realpath(photo))).hexdigest()
+    return folder / f"{known[:32]}{SUFFIX}"
+
+
+def kept(photo: str | os.PathLike[str], folder: Path | None = None) -> Path | None:
+    """Return the newest project of a photo, beside it or in the user's own folder, if any."""
+    places = [sidecar_of(photo), *([own_place(photo, folder)] if folder else [])]
+    there = {place: place.stat().st_mtime_ns for place in places if place.is_file()}
+    return max(there, key=lambda place: there[place], default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +100,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
     """
     at_hand, note = match(project, pixels, sha256)
-    sheet = _sheet_of(at_hand)
+    sheet = sheet_of(at_hand)
     return Applied(
         sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive
     )
@@ -112,7 +126,7 @@ def _check_places(project: Project, image: Box) -> None:
         raise BadFile(str(error)) from None
 
 
-def _sheet_of(project: Project) -> Sheet:
+def sheet_of(project: Project) -> Sheet:
     """Return the sheet of the mode that makes the result."""
     if project.mode == "manual" and project.manual is not None:
         return project.manual

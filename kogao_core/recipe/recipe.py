@@ -77,6 +77,13 @@ class Recipe:
         The same for the sides of the face, as one sees them in the picture of an upright head.
     even_out : float
         How far the two sides go towards each other's mirror image, 0 to 100 % (`symmetry`).
+    width, length : float
+        The face narrower or shorter (below 0), wider or longer, in % of D, -15 to 15; these and
+        those below count beside the warp distance, whatever it is (`shape`).
+    jaw_width, chin_length, cheeks_width, left_width, right_width : float
+        The same for a zone of the outline, towards the centre or away from it.
+    forehead_height : float
+        The same for the hairline, down or up.
 
     Raises
     ------
@@ -112,6 +119,14 @@ class Recipe:
     left: float = 100.0
     right: float = 100.0
     even_out: float = 0.0
+    width: float = 0.0
+    length: float = 0.0
+    jaw_width: float = 0.0
+    chin_length: float = 0.0
+    cheeks_width: float = 0.0
+    forehead_height: float = 0.0
+    left_width: float = 0.0
+    right_width: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges; numpy's numbers become Python's."""

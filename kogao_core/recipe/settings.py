@@ -276,6 +276,7 @@ PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0,
 CENTERS: Final = PAPER_CENTERS
 
 _GAIN: Final = (0.0, 200.0)
+_SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
 
 # In the order of the recipe's fields.
 _ALL: Final = (
@@ -402,25 +403,25 @@ _ALL: Final = (
         for name, title, word, what in (
             (
                 "cheeks",
-                Text("Cheeks"),
+                Text("Share of the cheeks"),
                 Text("cheeks"),
                 Text("How far the cheeks move, in % of the warp distance"),
             ),
             (
                 "jaw",
-                Text("Jaw"),
+                Text("Share of the jaw"),
                 Text("jaw"),
                 Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
             ),
             (
                 "chin",
-                Text("Chin"),
+                Text("Share of the chin"),
                 Text("chin"),
                 Text("How far the chin moves, in % of the warp distance"),
             ),
             (
                 "left",
-                Text("Picture's left"),
+                Text("Share of the left"),
                 Text("picture's left"),
                 Text(
                     "How far the side moves that is on the left in the picture, in % of the warp "
@@ -429,7 +430,7 @@ _ALL: Final = (
             ),
             (
                 "right",
-                Text("Picture's right"),
+                Text("Share of the right"),
                 Text("picture's right"),
                 Text(
                     "How far the side moves that is on the right in the picture, in % of the warp "
@@ -450,12 +451,82 @@ _ALL: Final = (
         word=Text("even out"),
         needs="zones",
     ),
+    *(
+        Setting(
+            name,
+            title,
+            what,
+            within=_SIGNED,
+            unit=Text("%"),
+            per_face=True,
+            option=f"face-{name}" if name in ("width", "length") else "",
+            word=word,
+        )
+        for name, title, word, what in (
+            (
+                "width",
+                Text("Width"),
+                Text("face width"),
+                Text("The face narrower (below 0) or wider, in % of its distance to the centre"),
+            ),
+            (
+                "length",
+                Text("Length"),
+                Text("face length"),
+                Text("The face shorter (below 0) or longer, in % of its distance to the centre"),
+            ),
+            (
+                "jaw_width",
+                Text("Jaw"),
+                Text("jaw width"),
+                Text("The jaw slimmer (below 0) or wider, in % of its distance to the centre"),
+            ),
+            (
+                "chin_length",
+                Text("Chin"),
+                Text("chin length"),
+                Text("The chin shorter (below 0) or longer, in % of its distance to the centre"),
+            ),
+            (
+                "cheeks_width",
+                Text("Cheeks"),
+                Text("cheeks' width"),
+                Text("The cheeks slimmer (below 0) or wider, in % of their distance to the centre"),
+            ),
+            (
+                "forehead_height",
+                Text("Forehead"),
+                Text("forehead height"),
+                Text("The hairline lower (below 0) or higher, in % of its distance to the centre"),
+            ),
+            (
+                "left_width",
+                Text("Picture's left"),
+                Text("width on the left"),
+                Text(
+                    "The side on the left in the picture slimmer (below 0) or wider, in % of its "
+                    "distance to the centre"
+                ),
+            ),
+            (
+                "right_width",
+                Text("Picture's right"),
+                Text("width on the right"),
+                Text(
+                    "The side on the right in the picture slimmer (below 0) or wider, in % of its "
+                    "distance to the centre"
+                ),
+            ),
+        )
+    ),
 )
 SETTINGS: Final = {setting.name: setting for setting in _ALL}
 # What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
 ZONES: Final = {
     setting.name: setting.word or setting.title for setting in _ALL if setting.needs == "zones"
 }
+# What reshapes the face directly, whatever the warp distance.
+SHAPE: Final = tuple(setting.name for setting in _ALL if setting.within == _SIGNED)
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
 

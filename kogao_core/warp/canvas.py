@@ -25,6 +25,7 @@ BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 # Where the displacement changes by less, few pixels are read elsewhere, and only those are
 # resampled. To find them costs as much as to resample all of them bilinearly.
 _FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
+_STRIP_ROWS: Final = 256  # of a smaller picture: bounds the memory
 _COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another thread
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
@@ -52,7 +53,7 @@ class Canvas:
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
         active = self._blocks(domain)
-        before, flag = self._job, _flag(interpolation)
+        before, flag = self._job, flag_of(interpolation)
         job = Job(self.source, self.pixels, field, flag, before)
         todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
         if before is not None and job.resembles(before):
@@ -110,6 +111,32 @@ class Canvas:
         return [Box(*edge) for edge in np.stack([left, top, right, bottom], axis=1).tolist()]
 
 
+def warp_smaller(picture: Image, field: Field, domain: Domain, kind: Interpolation) -> Image:
+    """Return a picture of all that the domain's image shows, of another size, warped as that one.
+
+    The field is asked where the picture's own pixels lie, so they are resampled once.
+    """
+    _check(picture)
+    size, bounds = Box.of(picture), domain.bounds
+    scale = np.array([domain.image.width / size.width, domain.image.height / size.height])
+    left, top = (np.array([bounds.left, bounds.top]) // scale).astype(int)
+    right, bottom = np.ceil(np.array([bounds.right, bounds.bottom]) / scale).astype(int)
+    warped = picture.copy()
+    columns = np.arange(left, min(right, size.right))
+    for start in range(top, min(bottom, size.bottom), _STRIP_ROWS):
+        rows = np.arange(start, min(start + _STRIP_ROWS, bottom, size.bottom))
+        xs, ys = ((at + 0.5) * by - 0.5 for at, by in zip((columns, rows), scale, strict=True))
+        along_x, along_y = field.on_grid(xs, ys) / scale[:, None, None]
+        warped[rows[0] : rows[-1] + 1, left : columns[-1] + 1] = cv2.remap(
+            picture,
+            (along_x + columns).astype(np.float32),
+            (along_y + rows[:, None]).astype(np.float32),
+            flag_of(kind),
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+    return warped
+
+
 def _copied(source: Image) -> Image:
     """Return a copy in the order of its rows; fresh memory is what takes time, so threads share."""
     copy = np.empty(source.shape, source.dtype)
@@ -122,7 +149,8 @@ def _copied(source: Image) -> Image:
     return copy
 
 
-def _flag(interpolation: Interpolation) -> int:
+def flag_of(interpolation: Interpolation) -> int:
+    """Return OpenCV's name of an interpolation."""
     match interpolation:
         case "bilinear":
             return cv2.INTER_LINEAR

@@ -59,7 +59,8 @@ class Problem:
     are protected places, which ask for no displacement and bring no control points of their own:
     protecting a place moves no other. Points give way as far as their `slack` says; those without
     any are met. A lattice finer than `least_px` isn't tried. Control points have what `surround`
-    holds before the points are fitted, and move nothing across the edges of `photo`.
+    holds before the points are fitted, and move nothing across the edges of `photo`; `around_px`
+    is the box of places, (2, 2), that it moves.
     """
 
     grid: Grid
@@ -71,12 +72,23 @@ class Problem:
     slack: Array | None = None
     surround: Lattice | None = None
     photo: Box | None = None
+    around_px: Array | None = None
     effort: float | None = None
 
     @cached_property
     def support(self) -> _Support:
         """The control points that its points reach."""
         return _Support(self)
+
+    @property
+    def near_px(self) -> Array:
+        """Least and greatest (x, y) of what is moved, (2, 2), px; the photo's edge is no end."""
+        ends = self.target_px[: self.movers]
+        near = np.array([ends.min(axis=0), ends.max(axis=0)])
+        near += np.array([[-1.0], [1.0]]) * self.grid.spacing_px
+        if self.around_px is None:
+            return near
+        return np.array([np.minimum(near, self.around_px)[0], np.maximum(near, self.around_px)[1]])
 
     @cached_property
     def asked_effort(self) -> float:
@@ -304,6 +316,7 @@ def _problem(
         np.concatenate([np.zeros(len(pairs.target_px)), slack, np.zeros(len(still))]),
         None if surround is None else _sampled(surround, grid),
         photo,
+        None if surround is None else surround.around_px,
     )
 
 

@@ -49,6 +49,19 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     return _in_cells(field, lattice, open_)
 
 
+def largest_det(field: Field) -> float:
+    """Return the largest det J at the samples in each cell of all lattices, or 1 without one.
+
+    The map goes backward: above 1 the picture is compressed, below 1 it is stretched.
+    """
+    most = 1.0
+    for lattice in field.lattices:
+        h = lattice.grid.spacing_px
+        xs, ys = ((span[0][:, None] + h * _PLACES).ravel() for span in lattice.cell_spans_px)
+        most = max(most, float(field.det_jacobian(xs, ys).max()))
+    return most
+
+
 class Shrinking:
     """Samples near a lattice at which det J may be small while some displacements shrink.
 

@@ -27,6 +27,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, Box, ramp, smoothstep
 from kogao_core.faces.face import FOREHEAD_POINTS, Face
 from kogao_core.faces.reshape import across
+from kogao_core.faces.shape import Shape
 from kogao_core.faces.targets import Pairs
 from kogao_core.faces.zones import directions
 from kogao_core.recipe.recipe import Recipe
@@ -62,7 +63,7 @@ NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
 WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
 # In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
 # things move. So a small warp reaches no farther than it must, and a large one is no steeper.
-_FADE: Final = (0.2, 4.0)
+_FADE: Final = (0.1, 5.0)
 NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it grows to `WHOLE`
 # Without anything outside, what the features need fades out so far beside the face.
 _SHORT: Final = 0.35
@@ -83,7 +84,9 @@ _SHRINK: Final = 0.4
 # How little a feature gives way to the outline, and from which rho on it does so more and more.
 _SLACK: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
-_STEPS: Final = 5  # of a fixed point that comes ten times nearer with each
+_DIRECTIONS: Final = 73  # in which the ends of what moves are sought
+_TURN: Final = 2.0 * np.pi
+_STEPS: Final = 3  # of a fixed point that comes ten times nearer with each
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,16 +101,22 @@ class Surround:
     protection: Protection  # places that must not move
     neighbours_px: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
     hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
+    shape: Shape | None = None  # what is asked of the face beside its warp distance
 
     @cached_property
+    def around_px(self) -> Array:
+        """Least and greatest (x, y) of places that move, (2, 2), px; the photo's edge is no end."""
+        angles = np.linspace(-np.pi, np.pi, _DIRECTIONS)
+        keep, fade = self._keep_and_fade(angles)
+        rho = np.maximum(keep + fade, 1.0 + _SHORT)
+        far = rho * self._rim.radius_px(angles)
+        edge = self.pairs.center_px + far[:, None] * _ways(angles, across(self.face))
+        return np.array([edge.min(axis=0), edge.max(axis=0)])
+
+    @property
     def corners_px(self) -> Array:
-        """Corners of a box, as far as it lies in the photo, outside which all is 0; (2, 2)."""
-        reach = self._reach
-        fade = max(reach.fade, reach.fade_up, reach.fade_down) * self._softness
-        keep = max(reach.keep, reach.keep_up, reach.keep_down)
-        far = (keep + fade) * float(self._rim.radii_px.max())
-        center = self.pairs.center_px
-        return np.asarray(np.clip([center - far, center + far], *edges_px(self.photo)))
+        """The same, as far as it lies in the photo; (2, 2)."""
+        return np.clip(self.around_px, *edges_px(self.photo))
 
     def at(self, points: npt.ArrayLike) -> Array:
         """Return the backward displacement at points of shape (N, 2), px, same shape."""
@@ -137,7 +146,7 @@ class Surround:
         source = np.vstack(rings)
         middles = np.array([ring.mean(axis=0) for ring in rings])
         shown = self._shown(middles)
-        scale = 1.0 - _SHRINK * float(np.abs(_end_shares(self.pairs)).mean())
+        scale = 1.0 - _SHRINK * float(np.abs(_end_shares(self.pairs, self.shape)).mean())
         target = np.vstack(
             [
                 there + scale * (ring - middle)
@@ -164,23 +173,30 @@ class Surround:
     def _softness(self) -> float:
         """Width of a fade in mean radii of the face."""
         rim = self._rim
-        moved = np.hypot(*rim.moves_px.T).max() / float(rim.radii_px.mean())
+        moved = np.hypot(*(rim.moves_px + rim.hairline_px).T).max() / float(rim.radii_px.mean())
         return float(_FADE[0] + _FADE[1] * moved)
 
     @cached_property
     def _rim(self) -> _Rim:
-        return _Rim.of(self.face, self.pairs, self._reach.top)
+        return _Rim.of(self.face, self.pairs, self._reach.top, self.shape)
+
+    def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
+        """Return in directions of shape (N,) where a fade begins, and how wide it is, rho."""
+        reach, up = self._reach, _rise(self._rim.up(angles))
+        down = np.clip(np.cos(angles), 0.0, 1.0) ** 2
+        keep = reach.keep + (reach.keep_up - reach.keep) * up
+        fade = reach.fade + (reach.fade_up - reach.fade) * up
+        keep = keep + (reach.keep_down - reach.keep) * down
+        fade = fade + (reach.fade_down - reach.fade) * down
+        return keep, fade * self._softness
 
     def _polar(self, points: Array) -> Array:
-        rim, reach = self._rim, self._reach
+        rim = self._rim
         rho, angles = rim.at(points)
-        up, down = _rise(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
-        keep = reach.keep + (reach.keep_up - reach.keep) * up
-        keep = keep + (reach.keep_down - reach.keep) * down
-        fade = reach.fade + (reach.fade_up - reach.fade) * up
-        fade = (fade + (reach.fade_down - reach.fade) * down) * self._softness
+        keep, fade = self._keep_and_fade(angles)
         amount = min(1.0, 100.0 * self.follows / NATURAL_PERCENT)
-        outside = amount * (1.0 - ramp((rho - keep) / fade))
+        beside = 1.0 - ramp((rho - keep) / fade)
+        outside = amount * beside
         inner = _rise((rho - _INNER) / (1.0 - _INNER))
         if self.keeps_features:
             outside = outside + (1.0 - amount) * (1.0 - ramp((rho - 1.0) / _SHORT))
@@ -193,7 +209,12 @@ class Surround:
         is_inside = rho < 1.0
         aside = (moved @ right) * np.where(is_inside, wide, outside)
         downwards = (moved @ below) * np.where(is_inside, high, outside)
-        return np.outer(aside, right) + np.outer(downwards, below)
+        whole = np.outer(aside, right) + np.outer(downwards, below)
+        if not rim.hairline_px.any():
+            return whole
+        # The hairline takes what is above it along, whatever else follows.
+        hairline = rim.hairline(angles) * (rho * np.where(is_inside, inner, beside))[:, None]
+        return np.asarray(whole + hairline)
 
     def _free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it."""
@@ -219,38 +240,58 @@ class _Rim:
     angles: Array
     radii_px: Array
     moves_px: Array
+    hairline_px: Array  # what the top of the forehead moves by itself
     upwards: Array
 
     @classmethod
-    def of(cls, face: Face, pairs: Pairs, top: float) -> _Rim:
+    def of(cls, face: Face, pairs: Pairs, top: float, shape: Shape | None) -> _Rim:
         center, right = pairs.center_px, across(face)
         forehead = _forehead(face, center)
         ahead = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
-        share = _end_shares(pairs) * (1.0 - (1.0 - top) * _rise(ahead))
-        moves = share[:, None] * (forehead - center)
-        rim = np.vstack([pairs.target_px, forehead - moves])
+        less = 1.0 - (1.0 - top) * _rise(ahead)
+        share, away = _end_shares(pairs, shape) * less, forehead - center
+        moves, hairline = share[:, None] * away, np.zeros_like(away)
+        if shape is not None:
+            # Of parts of the outline the forehead follows in width alone.
+            moves = moves + less[:, None] * shape.scaled(
+                away, aside=_between(*shape.zones[[0, -1]])
+            )
+            below = shape.axes[1]
+            hairline = np.outer(shape.hairline * _rise(ahead) * (away @ below), below)
+        rim = np.vstack([pairs.target_px, forehead - moves - hairline])
         angles, radii = _seen_from(rim, center, right)
         order = np.argsort(angles, kind="stable")
+        order = np.concatenate([order[-1:], order, order[:1]])  # once round, and a step on
+        angles = angles[order] + np.concatenate([[-_TURN], np.zeros(len(rim)), [_TURN]])
         moves = np.vstack([pairs.displacement_px, moves])[order]
+        hairline = np.vstack([np.zeros_like(pairs.target_px), hairline])[order]
         upwards = np.concatenate([np.zeros(len(pairs.target_px)), ahead])[order]
         radii = np.maximum(radii[order], 1e-3 * max(1e-9, float(radii.max())))
-        return cls(center, right, angles[order], radii, moves, upwards)
+        return cls(center, right, angles, radii, moves, hairline, upwards)
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Return rho and direction, radians, of points of shape (N, 2)."""
         angles, far = _seen_from(points, self.center_px, self.across)
-        return far / self._round(angles, self.radii_px), angles
+        return far / self.radius_px(angles), angles
+
+    def radius_px(self, angles: Array) -> Array:
+        """Return how far the rim is from the centre in directions of shape (N,)."""
+        return self._round(angles, self.radii_px)
 
     def displacement_px(self, angles: Array) -> Array:
         """Return the backward displacement of the rim in directions of shape (N,); (N, 2), px."""
         return np.stack([self._round(angles, move) for move in self.moves_px.T], axis=-1)
+
+    def hairline(self, angles: Array) -> Array:
+        """Return what the hairline adds to that."""
+        return np.stack([self._round(angles, move) for move in self.hairline_px.T], axis=-1)
 
     def up(self, angles: Array) -> Array:
         """Return `upwards` in directions of shape (N,)."""
         return self._round(angles, self.upwards)
 
     def _round(self, angles: Array, values: Array) -> Array:
-        return np.interp(angles, self.angles, values, period=2.0 * np.pi)
+        return np.interp(angles, self.angles, values)
 
 
 def surrounds_of(
@@ -269,11 +310,14 @@ def surrounds_of(
     found: list[Surround | None] = []
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         follows, keeps = recipe.head_follows / 100.0, recipe.keep_features
-        if not (follows or keeps) or not pair.displacement_px.any():
+        shape = Shape.of(face, recipe)
+        hairline = shape is not None and shape.hairline != 0.0
+        if not hairline and (not (follows or keeps) or not pair.displacement_px.any()):
             found.append(None)
             continue
         beside = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
-        surround = Surround(face, pair, follows, keeps, photo, protection, beside)
+        around = photo, protection, beside
+        surround = Surround(face, pair, follows, keeps, *around, shape=shape)
         others = (hull for other, hull in enumerate(hulls) if other != k)
         near = tuple(hull for hull in others if surround.is_near(hull))
         found.append(dataclasses.replace(surround, hulls=near))
@@ -285,20 +329,31 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Arr
 
     Of shape (0, 2) where nothing follows, or nobody saw the forehead.
     """
-    if face.forehead is None or recipe.head_follows <= 0.0:
+    follows, shape = recipe.head_follows / 100.0, Shape.of(face, recipe)
+    if face.forehead is None or (follows <= 0.0 and not recipe.forehead_height):
         return np.zeros((0, 2)), np.zeros((0, 2))
     photo = Box(-(2**30), -(2**30), 2**30, 2**30)
-    surround = Surround(face, pairs, recipe.head_follows / 100.0, False, photo, Protection())
+    surround = Surround(face, pairs, follows, False, photo, Protection(), shape=shape)
     return face.forehead, surround._shown(face.forehead)
 
 
-def _end_shares(pairs: Pairs) -> Array:
-    """Return which share of the way to the centre points of the forehead go, from end to end."""
-    away = pairs.source_px[[0, -1]] - pairs.center_px
-    moves = pairs.displacement_px[[0, -1]]
-    first, last = (moves * away).sum(axis=1) / np.maximum((away**2).sum(axis=1), 1e-12)
-    between = _rise(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
-    return np.asarray(first + (last - first) * between)
+def _end_shares(pairs: Pairs, shape: Shape | None) -> Array:
+    """Return which share of the way to the centre points of the forehead go, from end to end.
+
+    Without what `shape` asks for.
+    """
+    away = pairs.source_px - pairs.center_px
+    moves = pairs.displacement_px
+    if shape is not None:
+        moves = moves - shape.inwards(away)
+    away, moves = away[[0, -1]], moves[[0, -1]]
+    return _between(*(moves * away).sum(axis=1) / np.maximum((away**2).sum(axis=1), 1e-12))
+
+
+def _between(first: float, last: float) -> Array:
+    """Return values for the points of the forehead that pass from one end to the other."""
+    along = _rise(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
+    return np.asarray(first + (last - first) * along)
 
 
 def _forehead(face: Face, center: Array) -> Array:
@@ -313,9 +368,13 @@ def _forehead(face: Face, center: Array) -> Array:
     turn = first + along * (last - first)
     far = radii[0] + along * (radii[1] - radii[0])
     far = far + _rise(1.0 - np.abs(2.0 * along - 1.0)) * (_CROWN * float(radii.mean()) - far)
+    return np.asarray(center + far[:, None] * _ways(turn, right))
+
+
+def _ways(angles: Array, right: Array) -> Array:
+    """Return unit vectors, (N, 2), in directions from straight down, radians."""
     below = np.array([-right[1], right[0]])
-    way = np.outer(np.sin(turn), right) + np.outer(np.cos(turn), below)
-    return np.asarray(center + far[:, None] * way)
+    return np.asarray(np.outer(np.sin(angles), right) + np.outer(np.cos(angles), below))
 
 
 def _ring(corners: Array, shape: Array) -> Array:

@@ -18,6 +18,7 @@ import pytest
 from kogao_app.canvas.handles import position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
+from kogao_app.features.files.saver import Saver
 from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
 from kogao_app.widgets import messages
@@ -281,6 +282,12 @@ def empty(start: Callable[[], Driver]) -> Driver:
 def read(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever acts has read what stands in the bar."""
     monkeypatch.setattr(messages, "UNREAD_MS", 0)
+
+
+@pytest.fixture
+def unkept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Edits aren't kept by themselves, as those of another program's photo."""
+    monkeypatch.setattr(Saver, "keeps", False)
 
 
 @pytest.fixture

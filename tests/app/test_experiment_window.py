@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import pytest
-from kogao_app.features.experiments import SETTING_TIMES
+from kogao_app.features.experiments import TRIALS, session
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 from scenes import oval_face
-from test_manual import manual, mark_face  # noqa: F401
+from test_manual import manual, mark, mark_face  # noqa: F401
 
 from kogao_core.cli.commands import program
 from kogao_core.faces.face import ignored
-from kogao_core.lab.experiments import setting_times
+from kogao_core.lab.experiments import trials
 from kogao_core.lab.methods import METHODS
 
 
@@ -76,7 +76,7 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     opened.choose_path(tmp_path / "times.csv")
     head, *rows = (tmp_path / "times.csv").read_text(encoding="utf-8").splitlines()
     assert head.startswith("photo,")
-    assert len(rows) == 8, "four ways at two sizes"
+    assert len(rows) == 10, "four ways at two sizes, and one of them again"
 
 
 def test_closing_the_window_stops_the_experiment(opened):
@@ -104,7 +104,7 @@ def test_methods_hang_side_by_side(opened):
 
 def test_a_failure_is_told_in_its_window(opened, storage):
     storage.data.mkdir(parents=True, exist_ok=True)
-    (storage.data / SETTING_TIMES).write_text('{"version": 9}\n')
+    (storage.data / TRIALS).write_text('{"version": 9}\n')
     opened.key(KEYS.Key_1, CONTROL)
     shown = window_of(opened)
     finish(opened)
@@ -112,11 +112,131 @@ def test_a_failure_is_told_in_its_window(opened, storage):
     assert not shown.to_file.isEnabled()
 
 
-def test_applied_work_is_a_session_once(manual, storage):  # noqa: F811
+@pytest.fixture
+def wait_ms(monkeypatch):
+    """Let time pass on the setting clock when the test says so, and only then."""
+    now = [0]
+
+    class Timer:
+        def __init__(self):
+            self.start_ms = None
+
+        def start(self):
+            self.start_ms = now[0]
+
+        def elapsed(self):
+            return now[0] - self.start_ms
+
+        def isValid(self):  # noqa: N802
+            return self.start_ms is not None
+
+        def invalidate(self):
+            self.start_ms = None
+
+    monkeypatch.setattr("kogao_app.features.manual.QElapsedTimer", Timer)
+
+    def wait(ms):
+        now[0] += ms
+
+    return wait
+
+
+def test_one_photo_is_one_trial_from_when_it_is_seen_with_its_corrections(
+    wait_ms, start, photo, storage
+):
+    driver = start(photo)
+    driver.key(KEYS.Key_F3)
+    driver.settle()
+    wait_ms(6200)  # looking
+    mark_face(driver)
+    wait_ms(16_600)
+    driver.key(KEYS.Key_Return, CONTROL)
+    driver.key(KEYS.Key_Return, CONTROL)
+    for seconds in (2.2, 1.2):
+        wait_ms(60_000)  # looking at what came of it
+        index = len(driver.state.faces[0].outline) - 1
+        face = driver.state.faces[0].with_outline_point(index, (100.0 + seconds, 100.0))
+        driver.editor.document.step(driver.state.with_face(0, face), "Drag")
+        wait_ms(round(1000 * seconds))
+        driver.key(KEYS.Key_Return, CONTROL)
+    by_hand, automatic = trials.read(storage.data / TRIALS)
+    assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 11)
+    assert (by_hand.person, by_hand.order, by_hand.practice) == ("", 0, False)
+    assert by_hand.looking_s == pytest.approx(6.2)
+    assert by_hand.setting_s == pytest.approx(22.8)
+    assert by_hand.corrections_s == pytest.approx((2.2, 1.2))
+    assert (automatic.mode, automatic.landmarks, automatic.cold) == ("automatic", 21, True)
+    assert automatic.setting_s == driver.editor.faces.finding_s
+
+
+def test_points_of_an_earlier_day_are_no_trial(manual, storage):  # noqa: F811
     mark_face(manual)
+    manual.editor.projects.save()
+    manual.settle()
+    manual.open(manual.editor.document.path)
+    manual.key(KEYS.Key_F3)
+    assert manual.state.faces
+    mark(manual, (90, 90), (95, 95))
     manual.key(KEYS.Key_Return, CONTROL)
-    manual.key(KEYS.Key_Return, CONTROL)
-    (session,) = setting_times.read(storage.data / SETTING_TIMES)
-    assert session.photo == "portrait.png"
-    assert (session.faces, session.landmarks) == (1, 11)
-    assert session.setting_s == pytest.approx(manual.editor.manual.clock.elapsed_s)
+    assert not (storage.data / TRIALS).exists()
+
+
+def test_a_session_leads_one_person_through_all_photos_practice_first(
+    empty, tmp_path, encoded, storage, monkeypatch
+):
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    names = [f"{letter}.png" for letter in "abc"]
+    for name in names:
+        (folder / name).write_bytes(encoded)
+    (folder / "notes.txt").write_text("no photo")
+    (folder / "broken.png").write_bytes(b"no photo")
+    order = ["c.png", "broken.png", "a.png", "b.png"]
+    monkeypatch.setattr(
+        session.random, "shuffle", lambda photos: photos.sort(key=lambda p: order.index(p.name))
+    )
+    empty.key(KEYS.Key_5, CONTROL)
+    dialog = empty.dialog(session.SessionDialog)
+    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    assert "Say who" in dialog.wrong.text()
+    dialog.person.setText("anna")
+    dialog.folder.line.setText(str(folder))
+    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    empty.window.activateWindow()
+    empty.qtbot.waitUntil(empty.window.isActiveWindow)
+    for place, name in enumerate(["c.png", "a.png", "b.png"]):
+        empty.settle()
+        assert empty.editor.document.path.name == name
+        assert (empty.state.mode, empty.state.faces) == ("manual", ())
+        assert ("Practice" in empty.say()) == (place == 0)
+        mark_face(empty)
+        empty.key(KEYS.Key_Return, CONTROL)
+        empty.take_step("Next photo" if place < 2 else "End the session")
+    assert "The session is over" in empty.say()
+    found = trials.read(storage.data / TRIALS)
+    by_hand = [one for one in found if one.mode == "manual"]
+    assert [(one.photo, one.order, one.practice) for one in by_hand] == [
+        ("c.png", 1, True),
+        ("a.png", 3, False),
+        ("b.png", 4, False),
+    ]
+    assert {one.person for one in found} == {"anna"}
+    assert len(found) == 6, "both modes of each photo"
+    assert [one.cold for one in found if one.mode == "automatic"] == [True, False, False]
+    empty.take_step("Table 2")
+    finish(empty)
+    captions = [one.accessibleName() for one in window_of(empty).tables]
+    assert "Setting, person by person" in captions
+
+
+def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
+    (tmp_path / "two").mkdir()
+    for name in "ab":
+        (tmp_path / "two" / f"{name}.png").write_bytes(encoded)
+    assert empty.editor.session.begin("anna", tmp_path / "two", 2)
+    assert not empty.editor.session.begin("anna", tmp_path / "two", 0)
+    empty.settle()
+    empty.editor.files.read(photo)
+    empty.settle()
+    assert "ends the session" in empty.say()
+    assert empty.editor.session.places == []

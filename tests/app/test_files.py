@@ -123,6 +123,7 @@ def test_find_again_undoes_corrections_as_a_step(opened):
     assert len(opened.state.faces) == 2
 
 
+@pytest.mark.usefixtures("unkept")
 def test_closing_with_changes_asks(opened):
     opened.change_something()
     opened.window.close()
@@ -134,6 +135,7 @@ def test_closing_with_changes_asks(opened):
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
 
 
+@pytest.mark.usefixtures("unkept")
 def test_closing_can_save_first(opened, tmp_path):
     opened.change_something()
     opened.window.close()
@@ -205,6 +207,7 @@ def test_a_missing_sample_is_said(empty, lack):
     assert empty.editor.document.photo is None
 
 
+@pytest.mark.usefixtures("unkept")
 def test_a_save_after_one_that_failed_on_closing_does_not_close(opened, tmp_path):
     opened.change_something()
     opened.window.close()
@@ -246,6 +249,7 @@ def test_a_photo_named_from_here_is_remembered_from_anywhere(empty, photo, monke
     assert empty.editor.document.path == photo
 
 
+@pytest.mark.usefixtures("unkept")
 def test_changes_made_while_the_next_photo_is_read_are_asked_about(opened, tmp_path):
     other = tmp_path / "other.png"
     assert cv2.imwrite(str(other), textured_photo(seed=9)[..., ::-1])

@@ -67,6 +67,8 @@ def test_tab_goes_round_through_what_is_seen(opened):
     for name in ("compare", "inspect"):
         opened.window.actions_by_name[f"workspace-{name}"].trigger()
         opened.settle()
+    laid_out = opened.panel("recipe").centre.group.button(2)
+    opened.qtbot.waitUntil(lambda: is_seen(laid_out))
     opened.canvas.setFocus()
     reached, unseen = [], []
     while opened.canvas not in reached:

@@ -31,6 +31,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from kogao_core.recipe.settings import SHAPE
+
 LEAST = (1024, 700)
 TWICE = (800, 500)
 # A theme has colours of its own, not sizes: each is seen with some of these.
@@ -243,11 +245,14 @@ def test_retouch_has_few_controls(start, photo):
     driver = start(workspace="retouch")
     driver.window.resize(1280, 800)
     driver.open(photo)
-    shown = controls(driver.window)
+    fold = driver.panel("recipe").shape
+    shape = {one for one in controls(driver.window) if fold.isAncestorOf(one)}
+    assert len(shape) <= 1 + 2 * len(SHAPE), "its title; a slider and a figure each"
+    shown = controls(driver.window) - shape
     assert len(shown) <= 16, sorted(one.accessibleName() or one.text() for one in shown)
     driver.key(Qt.Key.Key_F3)
     driver.settle()
-    more = {one.text() for one in controls(driver.window) - shown}
+    more = {one.text() for one in controls(driver.window) - shown - shape}
     assert more == {"Tools", "Back to automatic"}, "points by hand add no more than they need"
 
 

@@ -5,7 +5,6 @@ from gettext import NullTranslations
 from types import SimpleNamespace
 
 import pytest
-from kogao_app.features import recipe as choices
 from kogao_app.features.recipe import fields
 from kogao_app.features.recipe.panel import RecipePanel
 from kogao_app.i18n import bare
@@ -49,13 +48,13 @@ def panel(qtbot):
 def test_every_field_has_a_control_and_a_name_for_undo(panel):
     controls = [*panel.sliders, *panel.choices, *panel.switches, "center"]
     assert sorted(controls) == sorted(SETTINGS)
-    assert all(choices.gesture_name(field) for field in SETTINGS)
+    assert all(fields.title(field) for field in SETTINGS)
 
 
 def test_every_control_has_a_key_of_its_own_and_tells_what_it_does(panel):
-    # Parts of the face share the key of their fold: there aren't letters enough for each.
+    # Parts of the face share a key that leads into their fold: there aren't letters for each.
     labels = [fields.label(field) for field in SETTINGS if field not in fields.FOLDED_PARTS]
-    labels.append(panel.zones.button.text())
+    labels += [panel.zones.button.text(), panel.sliders["jaw_width"].title.text()]
     assert all(label.count("&") == 1 for label in labels)
     keys = [label[label.index("&") + 1].lower() for label in labels]
     assert len(set(keys)) == len(keys)
@@ -78,7 +77,7 @@ def test_declared_words_are_translated(start):
     language.use_catalogue("xx", Marked())
     driver = start()
     for field, setting in SETTINGS.items():
-        assert choices.gesture_name(field) == f"«{setting.title}»"
+        assert fields.title(field) == f"«{setting.title}»"
         assert f"«{setting.help}»" in fields.tip(field)
     for field, box in driver.panel("recipe").choices.items():
         for place, one in enumerate(SETTINGS[field].alternatives):

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.document import State
-from kogao_app.features.files.opening import project_of
+from kogao_app.features.files.history import project_of
 from kogao_app.features.recovery import leftovers
 from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
@@ -31,6 +31,7 @@ from kogao_core.photo import read
 from kogao_core.projects.project import load, save, sha256_of
 from kogao_core.recipe.recipe import Recipe
 
+pytestmark = pytest.mark.usefixtures("unkept")
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 # A program of its own: opens the photo, drags the slider, switches on, waits to be killed.
@@ -41,10 +42,12 @@ VICTIM = """
     from PySide6.QtTest import QTest
     from PySide6.QtWidgets import QApplication
     from kogao_app.editor import Editor
+    from kogao_app.features.files.saver import Saver
     from kogao_app.view_state import Handle
     from kogao_app.storage import Storage
     from scenes import KnownFaces, oval_face
 
+    Saver.keeps = False
     app = QApplication([])
     editor = Editor(app, KnownFaces(oval_face()), Storage.of_user())
     editor.window.show()

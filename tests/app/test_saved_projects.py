@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 
 import cv2
 import numpy as np
 import pytest
+from kogao_app import preferences
 from kogao_app.__main__ import main
-from kogao_app.features.files import opening
+from kogao_app.features.files import history, opening
 from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
+from test_saver import step
 from test_window import drop
+from timeouts import LONGEST_S
 
 from kogao_core.projects.project import load, sha256_of
-from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.projects.sidecar import own_place, sidecar_of
 
 KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 
@@ -57,10 +61,8 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     other = start(photo)
     assert "back" in other.say()
     assert not other.window.isWindowModified()
-    assert not other.editor.document.undo.canUndo()
     np.testing.assert_array_equal(other.shown, worked.shown)
     other.change_something()
-    assert other.window.isWindowModified()
     save_project(other)
     assert load(file).automatic.recipe.percent == other.state.recipe.percent
     assert not other.window.isWindowModified()
@@ -70,7 +72,7 @@ def test_zones_are_set_by_key_and_come_back_with_the_project(two, start, photo):
     two.editor.recipe.choose(1)
     panel = two.panel("recipe")
     before = two.shown.copy()
-    two.key(KEYS.Key_J, ALT)
+    two.key(KEYS.Key_G, ALT)
     two.qtbot.waitUntil(panel.zones.button.isChecked)
     for field, typed in (("cheeks", "40"), ("left", "150 %"), ("even_out", "75")):
         QTest.keyClick(panel.sliders[field].slider, KEYS.Key_Return)
@@ -119,7 +121,7 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
 
 
 @pytest.mark.usefixtures("worked")
-def test_one_can_start_afresh_and_the_project_stays(start, photo):
+def test_one_can_start_afresh_and_the_first_change_takes_the_place_of_what_was_kept(start, photo):
     file = sidecar_of(photo)
     before = file.read_bytes()
     other = start(photo)
@@ -127,32 +129,34 @@ def test_one_can_start_afresh_and_the_project_stays(start, photo):
     other.settle()
     assert other.state.recipe.percent == 4.0
     assert other.state.protection.strokes == ()
-    save_project(other)
-    assert "another project" in other.say()
     assert file.read_bytes() == before
-    other.take_step("Replace it")
+    other.change_something()
     other.settle()
-    assert load(file).automatic.recipe.percent == 4.0
+    assert load(file).automatic.recipe.percent == 5.0
+    assert not load(file).protection.strokes
 
 
-def test_what_another_window_has_saved_since_is_replaced_only_if_told_to(worked, start, photo):
+@pytest.mark.parametrize("answer", ["Keep mine", "Take theirs"])
+def test_what_another_window_has_kept_since_is_told_and_chosen_between(
+    worked, start, photo, answer
+):
     file = sidecar_of(photo)
     other = start(photo)
-    other.change_something()
-    save_project(other)
-    save_project(other)
-    assert other.say() == "", "its own it writes over"
+    step(other, 9.0)
+    other.settle()
     theirs = file.read_bytes()
-    worked.change_something()
-    worked.change_something()
-    worked.editor.projects.save()  # its key is the other window's now
+    step(worked, 11.0)
     worked.settle()
     assert "changed elsewhere" in worked.say()
     assert file.read_bytes() == theirs
     assert worked.window.isWindowModified()
-    worked.take_step("Replace it")
+    worked.window.close()
+    assert "changed elsewhere" in worked.dialog(QMessageBox).informativeText()
+    worked.answer("Cancel")
+    worked.take_step(answer)
     worked.settle()
-    assert load(file).automatic.recipe.percent == worked.state.recipe.percent
+    wanted = 11.0 if answer == "Keep mine" else 9.0
+    assert worked.state.recipe.percent == load(file).automatic.recipe.percent == wanted
     assert not worked.window.isWindowModified()
 
 
@@ -201,12 +205,12 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
     empty.settle()
     assert empty.editor.document.path == secret
     np.testing.assert_array_equal(empty.shown, seen)
-    # It goes back where it came from, although that isn't beside the photo.
+    # It goes back where it came from when asked for; edits are kept with the photo.
     empty.change_something()
     empty.window.actions_by_name["save-project"].trigger()
     empty.settle()
-    assert load(alone).automatic.recipe.percent == empty.state.recipe.percent
-    assert not sidecar_of(secret).exists()
+    for file in (alone, sidecar_of(secret)):
+        assert load(file).automatic.recipe.percent == empty.state.recipe.percent
 
 
 @pytest.mark.parametrize(
@@ -220,7 +224,8 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
     assert driver.say().count("\n") == 0
     assert driver.say().startswith("The photo starts afresh")
     assert len(driver.state.faces) == 1
-    driver.change_something()
+    step(driver, 7.0)
+    driver.settle()
     save_project(driver)
     assert "another project" in driver.say()
     assert file.read_text() == text
@@ -228,39 +233,196 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
     driver.settle()
     assert driver.say()
     assert driver.editor.document.path == photo
-    assert driver.window.isWindowModified(), "the open photo and its changes are still here"
+    other = start(photo)
+    assert other.state.recipe.percent == 7.0, "it was kept elsewhere meanwhile"
 
 
-def test_closing_can_save_the_project_first(opened, photo):
-    opened.change_something()
-    opened.window.close()
-    opened.answer("Save project")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
-    assert load(sidecar_of(photo)).automatic.recipe.percent == 5.0
-
-
-def test_where_nothing_can_be_written_another_place_is_asked_for(opened, tmp_path, monkeypatch):
+@pytest.fixture
+def read_only(monkeypatch, tmp_path):
+    """The photo's folder can't be written; nor can any other while `full` is among them."""
     from kogao_app.features import projects
 
-    write = projects.save
+    write, bad = projects.save, {tmp_path}
 
-    def read_only(project, path):
-        if path.parent == tmp_path:
+    def refuse(project, path):
+        if path.parent in bad or None in bad:
             raise PermissionError(13, "Permission denied", str(path) + ".partial")
         write(project, path)
 
-    monkeypatch.setattr(projects, "save", read_only)
-    opened.change_something()
-    save_project(opened)
-    assert opened.say() == "The project can't be saved there: Permission denied."
+    monkeypatch.setattr(projects, "save", refuse)
+    return bad
+
+
+def test_where_the_folder_cant_be_written_edits_are_kept_in_the_users_own(
+    opened, start, photo, storage, read_only
+):
+    step(opened, 9.0)
+    opened.settle()
+    assert "in a folder of your own" in opened.window.status.hint_text
+    assert not opened.window.isWindowModified()
+    assert not sidecar_of(photo).exists()
+    assert own_place(photo, storage.edits).exists()
+    other = start(photo)
+    assert other.state.recipe.percent == 9.0
+    read_only.clear()
+    step(other, 8.0)
+    other.settle()
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 8.0
+    assert start(photo).state.recipe.percent == 8.0, "the newest one counts"
+
+
+def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo):
+    preferences.prefer(opened.editor.projects.settings, preferences.EDITS, "own")
+    step(opened, 9.0)
+    opened.settle()
+    assert not sidecar_of(photo).exists()
+    assert start(photo).state.recipe.percent == 9.0
+    preferences.prefer(opened.editor.projects.settings, preferences.EDITS, "")
+    step(opened, 8.0)
+    opened.settle()
+    assert start(photo).state.recipe.percent == 8.0
+
+
+def test_where_nothing_at_all_can_be_written_it_is_asked(opened, photo, read_only):
+    read_only.add(None)
+    step(opened, 9.0)
+    opened.settle()
+    assert opened.say() == "The edits can't be kept: Permission denied."
     assert opened.window.isWindowModified()
+    opened.window.close()
+    opened.answer("Cancel")
+    assert opened.window.isVisible()
+    read_only.clear()
+    opened.window.close()
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 9.0
+
+
+def test_another_place_can_be_chosen(opened, tmp_path, read_only):
+    read_only.add(None)
+    step(opened, 9.0)
+    opened.settle()
     opened.take_step("another place")
+    read_only.clear()
     (tmp_path / "mine").mkdir()
     # A name without the ending gets it, so that no photo can be written over.
     opened.choose_path(tmp_path / "mine" / "portrait.png")
     opened.settle()
     assert [one.name for one in (tmp_path / "mine").iterdir()] == ["portrait.png.kogao.json"]
     assert not opened.window.isWindowModified()
+
+
+def test_a_photo_that_is_opened_again_while_it_is_changed_has_the_change(opened, photo):
+    opened.editor.files.open(photo)
+    step(opened, 9.0)
+    opened.settle()
+    assert opened.state.recipe.percent == 9.0
+
+
+def test_undo_and_history_come_back(opened, start, photo):
+    opened.drag(opened.on_screen(Handle("outline", 0, 10)), QPoint(6, 9))
+    for percent in (6.0, 7.0, 8.0):
+        step(opened, percent)
+    opened.key(KEYS.Key_Z, CONTROL)
+    opened.settle()
+    opened.window.close()
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    other = start(photo)
+    assert other.state.recipe.percent == 7.0
+    assert not other.window.isWindowModified()
+    stack, before = other.editor.document.undo, opened.editor.document.undo
+    assert stack.count() == 4
+    assert [stack.text(n) for n in range(4)] == [before.text(n) for n in range(4)]
+    other.key(KEYS.Key_Z, CONTROL, Qt.KeyboardModifier.ShiftModifier)
+    assert other.state.recipe.percent == 8.0
+    for _ in range(4):
+        other.key(KEYS.Key_Z, CONTROL)
+    assert other.state.recipe.percent == 4.0
+    moved = opened.editor.document.base.faces[0].outline
+    np.testing.assert_array_equal(other.state.faces[0].outline, moved)
+    other.settle()
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 4.0
+
+
+def test_steps_that_lead_elsewhere_are_left_out_and_old_ones_go_first(
+    opened, start, photo, monkeypatch
+):
+    monkeypatch.setattr(history, "MOST_BYTES", 12_000)
+    for number in range(30):
+        step(opened, 5.0 + number / 10)
+    opened.settle()
+    other = start(photo)
+    count = other.editor.document.undo.count()
+    assert 1 < count < 30
+    assert other.editor.document.undo.text(count - 1).endswith("7.9 % of D")
+    values = json.loads(sidecar_of(photo).read_text())
+    values["automatic"]["recipe"]["percent"] = 3.0
+    sidecar_of(photo).write_text(json.dumps(values))
+    third = start(photo)
+    assert third.state.recipe.percent == 3.0
+    assert not third.editor.document.undo.count()
+
+
+def test_moving_along_and_closing_ask_nothing_and_lose_nothing(opened, start, photo, tmp_path):
+    other = tmp_path / "other.png"
+    assert cv2.imwrite(str(other), textured_photo(seed=5))
+    opened.editor.strip.show_places([photo, other])
+    opened.settle()
+    for path, percent in ((other, 7.0), (photo, 8.0), (other, 9.0), (photo, 8.0)):
+        opened.editor.recipe.set_field("percent", percent)  # a gesture in hand
+        opened.editor.strip.open(path)
+        opened.settle()
+        assert opened.editor.document.path == path
+        assert not opened.window.findChildren(QMessageBox)
+    assert opened.state.recipe.percent == 9.0 if opened.editor.document.path == other else 8.0
+    step(opened, 3.0)
+    opened.window.close()
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 3.0
+    assert load(sidecar_of(other)).automatic.recipe.percent == 8.0
+    assert start(photo).state.recipe.percent == 3.0
+
+
+def test_a_copy_is_not_the_edit_and_the_edit_is_there_again(opened, start, photo, tmp_path):
+    step(opened, 7.0)
+    opened.editor.files.save(tmp_path / "copy.png")
+    opened.settle()
+    opened.window.close()
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    assert start(photo).state.recipe.percent == 7.0
+
+
+def test_a_photo_left_while_its_faces_were_sought_has_them_when_it_comes_back(start, photo, source):
+    gate, find = threading.Event(), source.find
+
+    def slow(*asked):
+        assert gate.wait(LONGEST_S)
+        return find(*asked)
+
+    source.find = slow
+    driver = start()
+    driver.editor.files.read(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    step(driver, 7.0)
+    driver.window.close()
+    gate.set()
+    driver.qtbot.waitUntil(lambda: not driver.window.isVisible())
+    other = start(photo)
+    assert len(other.state.faces) == 1
+    assert other.state.recipe.percent == 7.0
+
+
+def test_points_of_a_face_begun_can_not_be_kept_and_that_is_asked(opened, photo):
+    opened.editor.manual.switch("manual")
+    opened.editor.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
+    opened.editor.manual.release()
+    opened.settle()
+    assert sidecar_of(photo).exists()
+    assert opened.window.isWindowModified()
+    opened.window.close()
+    assert "isn't complete" in opened.dialog(QMessageBox).informativeText()
+    opened.answer("Discard")
+    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
 
 
 def test_the_built_in_sample_is_never_written_beside(empty):

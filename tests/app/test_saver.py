@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.features import files
-from kogao_app.view_state import Handle
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
@@ -17,9 +16,8 @@ from timeouts import LONGEST_S
 
 from kogao_core.photo import read
 from kogao_core.pipeline import render
-from kogao_core.projects.project import load, save
-from kogao_core.projects.sidecar import sidecar_of
 
+pytestmark = pytest.mark.usefixtures("unkept")
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
@@ -108,26 +106,6 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
     opened.choose_path(tmp_path / "second.png")
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     assert (tmp_path / "second.png").exists()
-
-
-def test_an_edit_while_the_project_before_closing_is_written_is_asked_about(
-    opened, photo, monkeypatch
-):
-    gate = threading.Event()
-
-    def slow(*args):
-        assert gate.wait(LONGEST_S)
-        save(*args)
-
-    monkeypatch.setattr("kogao_app.features.projects.save", slow)
-    step(opened, 8.0)
-    opened.window.close()
-    opened.answer("Save project")
-    step(opened, 11.0)
-    gate.set()
-    opened.answer("Save project")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
-    assert load(sidecar_of(photo)).automatic.recipe.percent == 11.0
 
 
 def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
@@ -292,18 +270,6 @@ def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, searc
     search.set()
     driver.settle()
     assert len(driver.state.faces) == 1
-
-
-def test_marks_of_a_face_begun_are_in_no_file_and_stay_unsaved(opened, photo):
-    opened.editor.manual.switch("manual")
-    opened.editor.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
-    opened.editor.manual.release()
-    opened.editor.projects.save()
-    opened.settle()
-    assert sidecar_of(photo).exists()
-    assert opened.window.isWindowModified()
-    opened.window.close()
-    assert "isn't complete" in opened.dialog(QMessageBox).informativeText()
 
 
 def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):

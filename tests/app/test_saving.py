@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 from scenes import oval_face, textured_photo
 
-from kogao_core.photo import read
+from kogao_core.photo import has_gain_map, read
 from kogao_core.photo.disclosure import label
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -44,10 +44,24 @@ def accept(box):
 def test_saving_says_what_was_kept_of_a_jpeg(empty, jpeg, tmp_path):
     empty.open(jpeg)
     save(empty, tmp_path / "copy.jpg")
-    assert empty.say().startswith("Saved copy.jpg. ")
+    assert empty.say().startswith(f"Saved copy.jpg in {tmp_path}. ")
     assert "blocks" in empty.say()
     save(empty, tmp_path / "copy.png")
-    assert empty.say() == "Saved copy.png."
+    assert empty.say() == f"Saved copy.png in {tmp_path}."
+
+
+def test_an_hdr_photo_is_called_one_and_its_copy_is_one(empty, jpeg, tmp_path):
+    empty.open(jpeg)
+    assert "HDR" not in empty.window.status._photo.text()
+    more = metadata_cases.gain_map(metadata_cases.packet('hdrgm:Version="1.0"'))
+    jpeg.write_bytes(jpeg.read_bytes() + more)
+    empty.open(jpeg)
+    assert empty.window.status._photo.text().endswith(" · HDR")
+    save(empty, tmp_path / "copy.jpg")
+    assert "ot kept" not in empty.say()
+    assert has_gain_map(read(tmp_path / "copy.jpg"))
+    save(empty, tmp_path / "copy.png")
+    assert empty.say().endswith(". Not kept: the HDR gain map.")
 
 
 def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
@@ -56,7 +70,7 @@ def test_saving_names_what_a_copy_does_not_keep(empty, jpeg, tmp_path):
     assert "notes: 1" in empty.window.status._photo.text()
     assert empty.window.status._photo.toolTip() == "not kept: the motion photo's video"
     save(empty, tmp_path / "copy.png")
-    assert empty.say() == "Saved copy.png. Not kept: the motion photo's video."
+    assert empty.say() == f"Saved copy.png in {tmp_path}. Not kept: the motion photo's video."
 
 
 def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path):

@@ -16,6 +16,8 @@ from PySide6.QtWidgets import (
     QSlider,
 )
 
+from kogao_core.recipe.settings import SHAPE
+
 KEYS, LEFT = Qt.Key, Qt.MouseButton.LeftButton
 
 
@@ -137,12 +139,13 @@ def test_a_brush_is_typed_in_px_across(opened):
 
 
 def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):
-    for fold in (opened.panel("recipe").fold, opened.panel("recipe").zones):
+    panel = opened.panel("recipe")
+    for fold in (panel.shape, panel.fold, panel.zones):
         QTest.mouseClick(fold.button, LEFT)
     opened.key(KEYS.Key_B)
     sliders = opened.window.findChildren(QSlider)
     fields_ = [one.field for one in opened.window.findChildren(ValueSlider)]
-    assert len(fields_) == len(sliders) == 11
+    assert len(fields_) == len(sliders) == 11 + len(SHAPE)
     for field in fields_:
         for text in field._scale.ends:
             field.show_text(text)

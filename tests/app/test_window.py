@@ -86,6 +86,7 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     assert said.hint_text == "Done again: Warp distance 4.0 → 5.0 % of D"
 
 
+@pytest.mark.usefixtures("unkept")
 @pytest.mark.parametrize("answer", ["Cancel", "Discard"])
 def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, answer):
     other = tmp_path / "other.png"
@@ -274,6 +275,7 @@ def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
     assert [strip.item(row).text() for row in range(strip.count())] == ["2.png", "0.png"]
 
 
+@pytest.mark.usefixtures("unkept")
 def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, folder):
     drop(empty, folder)
     empty.change_something()

@@ -25,10 +25,12 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base import assets
 from kogao_core.batch.tasks import Outcome
-from kogao_core.lab.experiments import setting_times
+from kogao_core.faces.landmarks.template import template_face
+from kogao_core.lab.experiments import trials
 from kogao_core.lab.study import origin, plan, results, session
 from kogao_core.lab.study.variants import variants
 from kogao_core.projects import interchange
+from kogao_core.projects.json import face_dict
 from kogao_core.projects.project import Original, Project, Sheet, to_dict
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.protection import NOTHING
@@ -177,11 +179,15 @@ def study_case(rng: Rng) -> Trial:
 
 
 def sessions_case(rng: Rng) -> Trial:
-    """Return an experiment that reads damaged setting times, and has no photo to work on."""
-    line = {"version": 1, **_fields(setting_times.SettingTime.now("a.jpg", (960, 720), [21], 74.2))}
+    """Return an experiment that reads damaged trials, and has no photo to work on."""
+    numbers = {"width": 960, "height": 720, "order": 1, "looking_s": 6.1, "setting_s": 22.8}
+    texts = {"trial": "t", "mode": "manual", "person": "", "photo": "a.jpg", "at": trials.now()}
+    flags = {"practice": False, "cold": False}
+    faces = [face_dict(template_face((480, 360), 300), 960)]
+    line = {"version": 2, **numbers, **texts, **flags, "corrections_s": [2.2], "faces": faces}
     text = f"{json.dumps(line)}\n" * 3
-    arguments = ["experiment", "timing", "no.jpg", "--setting-time", "t.jsonl"]
-    return Trial("setting times", arguments, {"t.jsonl": damaged(text.encode(), rng)})
+    arguments = ["experiment", "timing", "no.jpg", "--trials", "t.jsonl"]
+    return Trial("trials of setting", arguments, {"t.jsonl": damaged(text.encode(), rng)})
 
 
 def batch_case(rng: Rng) -> Trial:
@@ -195,10 +201,6 @@ def batch_case(rng: Rng) -> Trial:
     lines = ("kogao-cli: ", "in/", f"{IN_BATCH} of {IN_BATCH}: ")
     arguments = ["batch", "in", "-o", "out", "--projects", "--jobs", "1"]
     return Trial("batch", arguments, files, ("out/*",), codes=(0, 2, 3, 5), lines=lines)
-
-
-def _fields(value: object) -> dict[str, object]:
-    return {name: getattr(value, name) for name in value.__slots__}
 
 
 def _warp(kind: str, more: list[str], files: dict[str, bytes]) -> Trial:

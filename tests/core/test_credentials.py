@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import struct
 import sys
 
 import files
@@ -246,3 +247,19 @@ def test_without_the_extra_it_says_how_to_get_it(signer, monkeypatch):
     monkeypatch.setitem(sys.modules, "c2pa", None)
     with pytest.raises(MissingExtra, match=r"pip install .*\[credentials\]"):
         check_signer(signer)
+
+
+def test_what_goes_along_is_still_found_where_the_index_says(tmp_path, person, signer):
+    """Signing puts a segment between the picture and its gain map."""
+    more = metadata_cases.gain_map(metadata_cases.packet('hdrgm:Version="1.0"'))
+    (tmp_path / "in.jpg").write_bytes(files.jpeg(textured_photo(160, 120)) + more)
+    source = photo.read(tmp_path / "in.jpg")
+    along = photo.accompanied(source, lambda picture: 255 - picture)
+    written(along, tmp_path / "out.jpg", signer)
+    data = (tmp_path / "out.jpg").read_bytes()
+    at = data.index(b"MPF\0") + 4
+    (first, _), (length, offset) = (struct.unpack_from(">II", data, at + n) for n in (54, 70))
+    assert data[first - 2 : first + 3] == b"\xff\xd9\xff\xd8\xff"
+    assert at + offset == first
+    assert first + length == len(data)
+    assert person.told(tmp_path / "out.jpg")[0] == "Trusted"

@@ -12,6 +12,7 @@ from kogao_core.lab.experiments import distortion, distortion_report
 from kogao_core.lab.reports.page import page
 from kogao_core.lab.reports.report import Made
 from kogao_core.lab.subjects import Subject
+from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER
 
 
@@ -50,6 +51,37 @@ def test_the_face_gets_smaller_by_what_was_asked(result):
     area = grid(result, "face_area")
     asked = 100.0 * ((1.0 - np.array([0.02, 0.04, 0.06, 0.08, 0.10])) ** 2 - 1.0)
     np.testing.assert_allclose(area, np.tile(asked, (4, 1)), rtol=0.2)
+
+
+def test_what_is_compressed_stands_beside_what_is_stretched(result):
+    """The map goes backward: the face shrinks where det J is above 1."""
+    smallest, largest = grid(result, "min_det"), grid(result, "max_det")
+    assert (smallest < 1.0).all()
+    assert (largest > 1.0).all()
+    assert (np.diff(largest, axis=1) > 0.0).all()
+    captions = {table.caption for table in distortion_report.report(result).tables}
+    assert "Smallest det J of the samples (stretched the most)" in captions
+    assert "Largest det J of the samples (compressed the most)" in captions
+    (face,), step = [oval_face()], 0.25
+    field = render(textured_photo(), [face], PAPER).field
+    (x, y), (w, h) = face.box[:2], face.box[2:]
+    det = field.det_jacobian(np.arange(x - w, x + 2 * w, step), np.arange(y - h, y + 2 * h, step))
+    one = next(d for d in result.distortions if (d.variant.center, d.variant.percent) == (2, 4.0))
+    np.testing.assert_allclose([one.min_det, one.max_det], [det.min(), det.max()], atol=0.005)
+
+
+def test_where_landmarks_land_is_told_from_the_miss_at_the_targets(result):
+    face, eyes = oval_face(), 100.0 / oval_face().interocular_px
+    (one, *_) = [d for d in result.distortions if d.variant.percent == 10.0]
+    rendering = render(textured_photo(), [face], one.variant.recipe(PAPER))
+    (pairs,) = rendering.pairs
+    landed = pairs.source_px.copy()
+    for _ in range(200):  # by hand: x = source - d(x)
+        landed = pairs.source_px - rendering.field.at(landed)
+    apart = np.linalg.norm(landed - pairs.target_px, axis=1).mean()
+    assert one.landing == pytest.approx(eyes * apart, rel=1e-3)
+    assert one.residual == pytest.approx(eyes * rendering.residual.mean_px)
+    assert abs(one.landing - one.residual) > 1e-3 * one.residual
 
 
 def test_smaller_lattices_come_closer_to_folding(result):

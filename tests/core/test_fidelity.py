@@ -12,7 +12,8 @@ from PIL import ExifTags, Image, ImageCms
 from kogao_core import photo
 from kogao_core.photo import formats
 from kogao_core.photo.metadata import photoshop
-from kogao_core.photo.metadata import upright as metadata
+from kogao_core.photo.metadata.places import turned_xmp
+from kogao_core.photo.metadata.upright import Turn
 
 HEIGHT, WIDTH = 40, 56
 EXIF, GPS, INTEROPERABILITY = (ExifTags.IFD.Exif, ExifTags.IFD.GPSInfo, ExifTags.IFD.Interop)
@@ -24,7 +25,8 @@ KINDS = [
     for channels in layouts
     if channels != 2 and depth != "float32"
 ]
-LOSSY = {".jpg"}
+LOSSY = {".jpg", ".avif"}
+NARROW = {".webp", ".avif"}  # no grey, no IPTC, no resolution
 
 
 def upright(bits, channels):
@@ -65,30 +67,31 @@ def exif_of(path):
         return dict(tags), inner, bool(tags.get_ifd(ExifTags.IFD.IFD1))
 
 
-def assert_metadata(path, source_suffix, profile=files.SRGB):
-    """Every block is there, tells the truth of an upright photo, and no old thumbnail is left."""
+def assert_metadata(path, source_suffix, profile=files.SRGB, orientation=1):
+    """Every block is there, tells the truth of the photo, and no old thumbnail is left."""
     written = photo.read(path)
     main, inner, has_thumbnail = exif_of(path)
     assert not has_thumbnail
     assert files.THUMBNAIL not in path.read_bytes()
-    assert main.get(0x0112, 1) == 1
+    assert main.get(0x0112, 1) == written.orientation == orientation
     said = {0x010F: "Maker", 0x0110: "Model 7", 0x0131: "Firmware 1.2", 0x013B: "Me!",
             0x8298: "(c) Me", 0x0132: "2026:01:02 03:04:05"}  # fmt: skip
     assert said.items() <= main.items()
     assert inner[EXIF][0x927C] == files.MAKER_NOTE
     assert inner[EXIF][0x9286] == b"ASCII\0\0\0a comment"
     assert inner[EXIF][0x9003] == "2026:01:02 03:04:05"
-    assert (inner[EXIF][0xA002], inner[EXIF][0xA003]) == (WIDTH, HEIGHT)
+    sides = (HEIGHT, WIDTH) if orientation >= 5 else (WIDTH, HEIGHT)
+    assert (inner[EXIF][0xA002], inner[EXIF][0xA003]) == sides
     assert float(inner[EXIF][0x829A]) == pytest.approx(1 / 125)
     assert float(inner[EXIF][0x9204]) == pytest.approx(-2 / 3)
     assert inner[INTEROPERABILITY][1] == "R98"
     assert inner[GPS][1] == "N"
     assert [float(part) for part in inner[GPS][2]] == pytest.approx([48, 51, 2.9])
     assert [float(part) for part in inner[GPS][4]] == pytest.approx([2, 17, 40])
-    assert written.xmp == files.XMP.format(1).encode()
-    if path.suffix != ".webp" or source_suffix == ".webp" or profile == files.SRGB:
+    assert written.xmp == files.XMP.format(orientation).encode()
+    if path.suffix not in NARROW or source_suffix in NARROW or profile == files.SRGB:
         assert written.icc_profile == profile
-    if path.suffix != ".webp" and source_suffix != ".webp":
+    if not {path.suffix, source_suffix} & NARROW:
         assert written.dpi == pytest.approx((240, 240), abs=0.01)
         assert photoshop.iptc_of(written.photoshop) == files.IPTC
         assert b"odd" in written.photoshop
@@ -116,13 +119,14 @@ def test_round_trip(tmp_path, suffix, bits, channels, orientation):
                 photo.write(source, changed, out)
             continue
         said = photo.write(source, changed, out)
-        written = assert_metadata(out, suffix, files.profile_for(pixels))
+        lies = orientation if other == suffix == ".jpg" else 1
+        written = assert_metadata(out, suffix, files.profile_for(pixels), lies)
         assert written.bits == bits
         expected = changed
-        if other == ".webp":
-            assert ("the IPTC record, the print resolution" in said) == (suffix != ".webp")
+        if other in NARROW:
+            assert ("the IPTC record, the print resolution" in said) == (suffix not in NARROW)
             expected = np.dstack([changed] * 3) if channels == 1 else changed
-        lossy = other == ".jpg" or (other == ".webp" and suffix in LOSSY)
+        lossy = other in LOSSY or (other == ".webp" and suffix in LOSSY)
         np.testing.assert_allclose(
             written.pixels.astype(int), expected.astype(int), atol=24 if lossy else 0
         )
@@ -234,19 +238,23 @@ def test_letters_beyond_ascii_come_into_a_tiff_byte_for_byte(tmp_path, form, tex
     assert (tmp_path / "out.tif").read_bytes().count(name) == texts
 
 
-def test_thumbnails_in_xmp_are_left_out_and_sizes_are_those_of_the_upright_photo(tmp_path):
+@pytest.mark.parametrize(("suffix", "sides"), [(".jpg", (40, 56)), (".png", (56, 40))])
+def test_thumbnails_in_xmp_are_left_out_and_sizes_are_those_of_the_file(tmp_path, suffix, sides):
     xmp = b'<a tiff:ImageWidth="40" exif:PixelYDimension="56">'
     xmp += b"<xmp:Thumbnails>old</xmp:Thumbnails></a>"
     with io.BytesIO() as out:
         stored = Image.fromarray(stored_for(upright(8, 3), 6))
         stored.save(out, "JPEG", xmp=xmp, exif=files.exif_block(6, 40, 56))
-        _, written = rewritten(tmp_path, ".jpg", out.getvalue())
-    assert b'<a tiff:ImageWidth="56" exif:PixelYDimension="40"></a>' in written
+        (tmp_path / "in.jpg").write_bytes(out.getvalue())
+    source = photo.read(tmp_path / "in.jpg")
+    photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
+    told = b'<a tiff:ImageWidth="%d" exif:PixelYDimension="%d"></a>' % sides
+    assert told in (tmp_path / f"out{suffix}").read_bytes()
 
 
 def test_thumbnails_that_start_without_end_are_no_trouble():
     xmp = b"<xmp:Thumbnails>" * 500_000
-    assert metadata.upright_xmp(xmp, 1, 1) == xmp
+    assert turned_xmp(xmp, Turn(1, 1, 1)) == xmp
 
 
 @pytest.mark.parametrize("mode", ["CMYK", "LAB", "YCbCr"])

@@ -116,7 +116,7 @@ def test_a_line_that_somebody_stands_before_is_straight_on_either_side_of_them(p
     x, y = LEFT + 5.0, CHIN - 120.0
     above_the_head, beside_the_jaw = np.array([[[(x, 5.0), (x, 90.0)]], [[(x, y), (x, y + 80.0)]]])
     made = warped(Held(np.vstack([above_the_head, beside_the_jaw])), percent=percent)
-    assert bend_px(made.field, beside_the_jaw) < 0.5 * bend_px(made.unheld, beside_the_jaw)
+    assert bend_px(made.field, beside_the_jaw) < 0.55 * bend_px(made.unheld, beside_the_jaw)
 
 
 @pytest.mark.parametrize(("point", "length"), [(15, 40.0), (14, 40.0), (16, 80.0)])

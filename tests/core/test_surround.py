@@ -370,9 +370,26 @@ def test_of_very_many_control_points_holding_uses_a_coarser_lattice(lattice, hal
     pairs = aim(face, recipe)
     surrounds = surrounds_of([face], [pairs], [recipe], PHOTO, Protection())
     (problem,) = problems_of([pairs], [face.anchor], [recipe], surrounds=surrounds)
-    grid, _, (rows, columns) = holding._nodes_of(problem)
-    assert (grid.spacing_px > problem.grid.spacing_px) == halves
-    assert rows * columns <= holding._MOST_NODES
+    room = holding._Room.of(problem)
+    assert (room.empty.grid.spacing_px > problem.grid.spacing_px) == halves
+    assert len(room.rows) * len(room.columns) <= 1.1 * holding._MOST_NODES
+
+
+def test_a_control_point_more_or_less_makes_no_difference_to_what_is_held():
+    face = face_at()
+    free = rendered(ON, face).field
+    x, y = face.outline[5] + (-8.0, 6.0)
+    held = Held(np.array([[(0.0, y + 3.0), (x, y)]]))
+    (problem,) = problems_of([aim(face, ON)], [face.anchor], [ON], photo=PHOTO)
+    low, high = problem.near_px
+    moved = []
+    for more in np.linspace(0.0, 2.0, 41) * problem.grid.spacing_px:
+        around = np.array([low - more, high + more])
+        wider = dataclasses.replace(problem, around_px=around)
+        field = holding.hold(free, [wider], [face], held)
+        moved.append(field.lattices[0].at(held.lines[0]))
+    steps = [np.abs(after - before).max() for before, after in pairwise(moved)]
+    assert max(steps) < 0.02 * np.abs(moved[0] - free.at(held.lines[0])).max()
 
 
 @pytest.mark.parametrize("fit_name", FITS)

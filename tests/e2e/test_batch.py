@@ -372,3 +372,32 @@ def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portr
     alone = batch.work(dataclasses.replace(tasks[0], output=str(tmp_path / "alone.jpg")))
     assert alone.status == "done"
     assert (tmp_path / "alone.jpg").read_bytes() == (out / "0.jpg").read_bytes()
+
+
+def test_results_are_exported_as_the_options_say(small_portrait, tmp_path, cli, fails):
+    inputs = tmp_path / "in"
+    inputs.mkdir()
+    for name in ("a.jpg", "b.jpg"):
+        shutil.copy(small_portrait, inputs / name)
+    out, longest = tmp_path / "out", 200
+    export = (
+        "--longest-side",
+        longest,
+        "--quality",
+        80,
+        "--srgb",
+        "--sharpen",
+        50,
+        "--no-metadata",
+    )
+    named = ("--to", "webp", "--names", "{n}-{name}-{amount}")
+    code = ("-j", 1, "--percent", 5)
+    ended, _, told = cli(inputs, "-o", out, *export, *named, *code)
+    assert (ended, "2 done" in told) == (0, True)
+    assert sorted(one.name for one in out.glob("*.webp")) == ["001-a-5.webp", "002-b-5.webp"]
+    with Image.open(out / "001-a-5.webp") as made:
+        assert max(made.size) == longest
+        assert "exif" not in made.info
+        assert "sRGB".encode("utf-16-be") in made.info["icc_profile"]
+    fails(2, "made of letters", inputs, "-o", out, "--names", "{date}")
+    fails(2, "would both become", inputs, "-o", out, "--names", "same")

@@ -854,3 +854,11 @@ def test_the_list_of_dependencies_is_the_projects():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     names = {re.split(r"[<>=!\[; ]", line)[0] for line in project["dependencies"]}
     assert names == set(licences.DEPENDENCIES)
+
+
+def test_a_single_photo_is_exported_the_same_way(small_portrait, tmp_path, works, fails):
+    out = tmp_path / "out.jpg"
+    works("warp", small_portrait, "-o", out, "--longest-side", 200, "--quality", 70)
+    with Image.open(out) as made:
+        assert max(made.size) == 200
+    fails(2, "leave out --in-place", "warp", small_portrait, "--in-place", "--srgb")

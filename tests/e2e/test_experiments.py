@@ -12,11 +12,12 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from scenes import oval_face
 
 from kogao_core.base import atomic
 from kogao_core.cli import progress
 from kogao_core.cli.commands import program
-from kogao_core.lab.experiments.setting_times import SettingTime, append
+from kogao_core.lab.experiments.trials import Trial, append, now
 from kogao_core.lab.methods import METHODS, comparing
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
@@ -26,7 +27,7 @@ ONCE = {
     "distortion": (),
     "methods": ("--repeats", 1),
 }
-RECORDS = {"timing": 8, "domains": 8, "distortion": 24, "methods": len(METHODS)}
+RECORDS = {"timing": 10, "domains": 8, "distortion": 24, "methods": len(METHODS)}
 PICTURES = {"timing": 0, "domains": 2, "distortion": 0, "methods": 3 * len(METHODS)}
 
 
@@ -105,16 +106,21 @@ def test_single_files_and_printing(cli, fails, portrait, tmp_path):
     file = tmp_path / "figures.csv"
     code, said, _ = cli("timing", portrait, *once, "--size", "own", "--csv", file, "--json", "-")
     assert code == 0
-    assert len(json.loads(said)["timings"]) == 4
-    assert len(file.read_text(encoding="utf-8").splitlines()) == 1 + 4
+    document = json.loads(said)
+    assert len(document["timings"]) == 5
+    assert [len(one["cold_ms"]) for one in document["around"]] == [3]
+    assert document["made"]["machine"]["load"]
+    assert len(file.read_text(encoding="utf-8").splitlines()) == 1 + 5
     fails(2, "--force replaces it", "timing", portrait, *once, "--csv", file)
 
 
 def test_sessions_give_manual_ways_a_total(cli, portrait, tmp_path):
     file = tmp_path / "sessions.jsonl"
     for seconds in (60.0, 80.0):
-        append(file, SettingTime.now("small.png", (300, 300), [21], seconds))
-    options = ("--size", "own", "--setting-time", file, *ONCE["timing"])
+        faces = (oval_face(300, 300),)
+        given = ("small.png", 300, 300, 0, False, False, 6.0, seconds, (), faces, now())
+        append(file, Trial(str(seconds), "manual", "", *given))
+    options = ("--size", "own", "--trials", file, *ONCE["timing"])
     code, said, _ = cli("timing", portrait, *options)
     assert code == 0
     row = next(line for line in said.splitlines() if line.startswith("Conventional"))
@@ -123,7 +129,7 @@ def test_sessions_give_manual_ways_a_total(cli, portrait, tmp_path):
     code, _, err = cli("timing", portrait, *options)
     assert code == 2
     assert re.fullmatch(r"kogao-cli: line 1 of .+\n", err)
-    assert cli("timing", portrait, "--setting-time", tmp_path / "none.jsonl")[0] == 3
+    assert cli("timing", portrait, "--trials", tmp_path / "none.jsonl")[0] == 3
 
 
 def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, faceless, tmp_path):

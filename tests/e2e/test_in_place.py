@@ -5,7 +5,6 @@ import json
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import cv2
@@ -59,14 +58,46 @@ def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
 ):
     copied = tmp_path / "copied.jpg"
     copied.write_bytes(jpeg.read_bytes())
-    for_now = tmp_path / "for-now"
-    for_now.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(for_now))
+    monkeypatch.setattr(originals, "put", None)  # nor any copy, for now
     assert cli("warp", "--in-place", "--temporary", jpeg)[0] == 0
     assert not store.exists()
-    assert list(for_now.iterdir()) == []
+    monkeypatch.undo()
+    monkeypatch.setattr(originals, "data_folder", lambda: store.parent)
     assert cli("warp", "--in-place", copied)[0] == 0
     assert jpeg.read_bytes() == copied.read_bytes()
+
+
+def test_a_phones_portrait_comes_back_whole(cli, works, small_portrait, tmp_path):
+    """It lies in its file, has a gain map and a film, and goes all three ways."""
+    upright = Image.open(small_portrait)
+    map_pixels = upright.convert("L").reduce(4)
+    with io.BytesIO() as out:
+        xmp = metadata_cases.packet('hdrgm:Version="1.0" hdrgm:GainMapMax="2"', name="map")
+        map_pixels.transpose(Image.Transpose.ROTATE_90).save(out, "JPEG", xmp=xmp)
+        more = out.getvalue()
+    items = [("Primary", 0), ("GainMap", len(more)), ("MotionPhoto", len(metadata_cases.MP4))]
+    told = 'hdrgm:Version="1.0" GCamera:MotionPhoto="1"'
+    xmp = metadata_cases.packet(told, metadata_cases.container(*items))
+    phone = tmp_path / "phone.jpg"
+    lying = upright.transpose(Image.Transpose.ROTATE_90)
+    exif = files.exif_block(6, *lying.size)
+    lying.save(phone, exif=exif, xmp=xmp, icc_profile=files.SRGB)
+    phone.write_bytes(phone.read_bytes() + more + metadata_cases.MP4)
+    said = works("warp", phone, "-o", tmp_path / "out.jpg", "--motion", "keep")
+    assert "the motion photo's video still shows the face as it was" in said
+    assert "not kept" not in said
+    source, result = photo.read(phone), photo.read(tmp_path / "out.jpg")
+    assert result.orientation == 6
+    assert (tmp_path / "out.jpg").read_bytes().endswith(metadata_cases.MP4)
+    assert photo.has_gain_map(result)
+    assert cli("batch", phone, "-o", tmp_path / "batch", "--motion", "keep")[0] == 0
+    assert (tmp_path / "batch" / "phone.jpg").read_bytes() == (tmp_path / "out.jpg").read_bytes()
+    dropped = works("warp", "--in-place", phone)
+    assert "not kept: the motion photo's video" in dropped
+    assert photo.has_gain_map(photo.read(phone))
+    assert b"MotionPhoto" not in phone.read_bytes()
+    assert works("restore", phone)
+    assert photo.read(phone).extras == source.extras
 
 
 def test_the_same_pixels_come_as_in_a_copy(cli, small_portrait, tmp_path):
@@ -115,7 +146,7 @@ def test_the_first_original_is_kept_through_several_changes(cli, jpeg, store):
         code, said, _ = cli("warp", "--in-place", jpeg)
         assert code == 0
         assert ("resampled twice; kogao-cli restore first" in said) == changed_before
-    assert len(names(store)) == 2
+    assert len(names(store)) == 3
     assert cli("restore", jpeg)[0] == 0
     assert jpeg.read_bytes() == before
 
@@ -343,17 +374,87 @@ def test_a_program_killed_before_it_wrote_leaves_its_own_result_known(jpeg, stor
     assert jpeg.read_bytes() == whole
 
 
-def test_the_store_sheds_what_has_no_record(tmp_path):
+def changed_in_place(place, path, whole):
+    """Write over a file as a photo is: its original is kept, then the result lies there."""
+    path.write_bytes(whole)
+    place.keep(path, [result := whole[:-9] + b"-" + path.name.encode()])
+    path.write_bytes(result)
+    return place.settle(path)
+
+
+def noise(seed, size=2000):
+    return np.random.default_rng(seed).bytes(size)
+
+
+def test_a_full_store_keeps_what_results_differ_in_and_says_when_an_original_goes(tmp_path):
+    place = Originals(tmp_path / "store", most_bytes=3000)
+    paths = [tmp_path / f"{n}.bin" for n in range(30)]
+    lost = [changed_in_place(place, path, noise(n)) for n, path in enumerate(paths)]
+    gone = sum(lost)
+    assert 0 < gone < 20, "one whole file would fit"
+    assert sum(one.stat().st_size for one in place.folder.glob("*[!n]")) <= 3000
+    for path in paths[:gone]:
+        with pytest.raises(originals.NoOriginal, match="has made room for newer ones"):
+            place.restore(path)
+    with pytest.raises(originals.NoOriginal, match="name a file that was changed"):
+        place.restore(tmp_path / "other.bin")
+    theirs = paths[gone]
+    ours, there = theirs.read_bytes(), place.kept(theirs)
+    theirs.write_bytes(b"theirs")
+    with pytest.raises(originals.NoOriginal, match="bring the result back there first"):
+        place.restore(theirs, force=True)
+    assert place.kept(theirs) == there
+    theirs.write_bytes(ours)
+    for n in range(gone, 30):
+        assert place.restore(paths[n])
+        assert paths[n].read_bytes() == noise(n)
+
+
+def test_the_newest_original_stays_however_large_it_is(tmp_path):
     place = Originals(tmp_path / "store", most_bytes=25)
-    path = tmp_path / "photo.bin"
-    path.write_bytes(bytes(10))
-    place.keep(path, [b"new"])
+    first, second = tmp_path / "first.bin", tmp_path / "second.bin"
+    assert changed_in_place(place, first, noise(0)) == 0
+    assert changed_in_place(place, second, noise(1)) == 1
+    second.write_bytes(b"theirs")
+    assert place.restore(second, force=True)
+    assert second.read_bytes() == noise(1)
+
+
+def test_what_is_kept_as_a_difference_goes_through_more_changes(tmp_path):
+    place, path = Originals(tmp_path / "store", most_bytes=2500), tmp_path / "photo.bin"
+    changed_in_place(place, path, noise(0))
+    changed_in_place(place, tmp_path / "other.bin", noise(1))
+    assert [one.suffix for one in place.kept(path)] == [".delta"]
+    moved = path.rename(tmp_path / "moved.bin")
+    for n in range(2):
+        data = moved.read_bytes()
+        place.keep(moved, [data[:-1]])
+        assert place.kept(moved)[0].suffix == ".bin"
+        moved.write_bytes(data[:-1])
+        assert place.settle(moved) == 0, n
+    assert place.restore(moved)
+    assert moved.read_bytes() == noise(0)
+
+
+def test_the_store_sheds_what_has_no_record(tmp_path):
+    place = Originals(tmp_path / "store", most_bytes=2500)
+    place.folder.mkdir()
     lost = place.folder / "20200101T000000.000000000-0123456789abcdef.jpg"
-    lost.write_bytes(bytes(20))
-    path.write_bytes(b"others")
-    place.keep(path, [b"new"])
+    lost.write_bytes(bytes(2000))
+    changed_in_place(place, tmp_path / "photo.bin", noise(0))
     assert not lost.exists()
-    assert len(names(place.folder)) == 4
+    assert len(names(place.folder)) == 3
+
+
+def test_a_full_store_is_told_of_where_the_photo_is_written(small_portrait, tmp_path, store):
+    said = []
+    for name in ("a.png", "b.png"):  # nothing of a PNG stays as it was packed
+        path = tmp_path / name
+        cv2.imwrite(str(path), cv2.imread(str(small_portrait)))
+        shown = photo.read(path)
+        said.append(photo.write_in_place(shown, shown.pixels // 2, Originals(store, 1000)))
+    assert "gone for good" not in said[0]
+    assert "the oldest one that it held has gone for good" in said[1]
 
 
 def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):
@@ -363,22 +464,3 @@ def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):
     with pytest.raises(photo.CannotWrite, match="changed by another program since"):
         photo.write_in_place(shown, shown.pixels // 2, Originals(store))
     assert jpeg.read_bytes() == theirs
-
-
-def test_the_store_sheds_the_oldest_but_never_the_newest(tmp_path):
-    place = Originals(tmp_path / "store", most_bytes=25)
-    paths = [tmp_path / f"{n}.bin" for n in range(4)]
-    for path in paths:
-        path.write_bytes(bytes(10))
-        place.keep(path, [path.name.encode()])
-        path.write_bytes(path.name.encode())
-    assert len(names(place.folder)) == 4
-    for path in paths[:2]:
-        with pytest.raises(originals.NoOriginal, match="no original"):
-            place.restore(path)
-    for path in paths[2:]:
-        assert place.restore(path)
-        assert path.read_bytes() == bytes(10)
-    paths[0].write_bytes(bytes(99))
-    place.keep(paths[0], [b"new"])
-    assert len(names(place.folder)) == 2

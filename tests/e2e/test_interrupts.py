@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import cv2
 import numpy as np
 import pytest
 from timeouts import LONGEST_S
@@ -74,6 +75,18 @@ def test_a_figure_that_cant_be_measured_is_a_note(works, portrait, tmp_path, mon
     said = works("warp", portrait, "-o", tmp_path / "out.jpg")
     assert "the straight lines couldn't be measured (LinAlgError: SVD did not converge)" in said
     photo.read(tmp_path / "out.jpg")
+
+
+def test_numbers_that_stand_for_no_data_leave_lines_measured(cli, small_portrait, tmp_path):
+    """As in masks and maps: the lowest float, infinity, none."""
+    pixels = cv2.imread(str(small_portrait)).astype(np.float32) / 255.0
+    for k, value in enumerate((np.finfo(np.float32).min, np.inf, np.nan)):
+        pixels[:30, 40 * k : 40 * k + 30] = value
+    source, output = tmp_path / "in.tif", tmp_path / "out.tif"
+    cv2.imwrite(str(source), pixels)
+    code, said, err = cli("warp", source, "-o", output)
+    assert (code, err) == (0, "")
+    assert "measured" not in said
 
 
 @pytest.mark.parametrize("broken", ["as_text", "as_json"])

@@ -217,7 +217,7 @@ def test_a_study_is_made_of_files_folders_or_the_sample(cli, weights, small_port
     assert weights.is_dir()
     (tmp_path / "in" / "below").mkdir(parents=True)
     (tmp_path / "in" / "below" / "me.jpg").write_bytes(small_portrait.read_bytes())
-    make, brief = ("experiment", "study", "make"), ("--lattices", "1", "--no-satisfaction")
+    make, brief = ("experiment", "study", "make"), ("--lattices", "1")
     for given, name in ((tmp_path / "in", "folder"), ("--sample", "sample")):
         code, said, _ = cli(*make, given, "-o", tmp_path / name, *brief)
         assert (code, "pictures of 1 face;" in said) == (0, True)

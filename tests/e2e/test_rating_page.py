@@ -7,7 +7,7 @@ from browser import Browser
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.lab.study import making, plan, results
+from kogao_core.lab.study import making, plan, quality, results
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.tally import tally
 from kogao_core.lab.study.variants import Variant
@@ -91,6 +91,8 @@ def seen(browser):
     browser.until("!document.getElementById('picture').hidden")
     browser.ask("new Promise((f) => requestAnimationFrame(() => requestAnimationFrame(f)))")
     browser.ask("new Promise((f) => requestAnimationFrame(f))")
+    # The page takes no answer before its least time has passed.
+    browser.until(f"performance.now() > {browser.ask('performance.now()') + quality.LEAST_MS}")
 
 
 def log(study):
@@ -126,7 +128,8 @@ def test_a_session_by_keys_to_the_report(study, address, browse):
     assert {one.display.shown for one in held.records if one.display} == {(960, 720)}
     assert {one.display.window for one in held.records if one.display} == {(1280, 1000)}
     found = tally([(study, plan.key_path(study))])
-    assert (found.grades, sum(share.hits for share in found.shares.values())) == ([57], 1)
+    assert found.grades()[0].mean == 57.0
+    assert sum(share.hits for share in found.shares().values()) == 1
 
 
 def test_a_killed_browser_loses_no_answer(study, address, browse):
@@ -151,6 +154,31 @@ def test_pictures_that_nobody_has_seen_cant_be_judged(study, address, browse):
     assert len(log(study).records) == 2
     press(page, "j")
     assert [one.answer for one in log(study).records] == ["natural", "natural", "unnatural"]
+
+
+def test_an_answer_before_the_least_time_isnt_taken(study, address, browse):
+    page = browse(address)
+    page.ask("performance.now = ((now) => () => now() / 1000)(performance.now.bind(performance))")
+    page.until("!document.getElementById('picture').hidden")
+    # As early as can be, again and again until the page has shown a picture for a while.
+    for _ in range(30):
+        page.press("f")
+        page.ask("new Promise(requestAnimationFrame)")
+    assert log(study).records == ()
+
+
+def test_time_in_another_tab_isnt_counted(study, address, browse):
+    page = browse(address)
+    seen(page)
+    page.ask("document.hasFocus = () => false, dispatchEvent(new Event('blur'))")
+    left = page.ask("performance.now()")
+    page.until(f"performance.now() > {left + 1500}")
+    page.ask("delete document.hasFocus, dispatchEvent(new Event('focus'))")
+    press(page, "j")
+    (record,) = log(study).records
+    assert record.away_ms >= 1490
+    whole = page.ask("performance.now()")
+    assert quality.LEAST_MS <= record.took_ms <= whole - record.away_ms
 
 
 def shown(page):

@@ -39,7 +39,9 @@ def answer_all(folder, rater):
 
 def test_a_study_is_made_answered_and_reported(cli, works, portrait, tmp_path):
     folder = tmp_path / "study"
-    said = works("make", portrait, "-o", folder, "--control", "--lattices", "0.5,1")
+    said = works(
+        "make", portrait, "-o", folder, "--control", "--satisfaction", "--lattices", "0.5,1"
+    )
     assert "24 pictures of 1 face" in said
     if os.name == "posix":
         assert plan.key_path(folder).stat().st_mode & 0o077 == 0
@@ -55,6 +57,7 @@ def test_a_study_is_made_answered_and_reported(cli, works, portrait, tmp_path):
         "grades": 2,
         "mean": 92.0,
         "standard_deviation": 0.0,
+        "of_others": 0,
         "skipped": 0,
         "published_mean": 92,
     }
@@ -90,7 +93,10 @@ def test_two_faces_with_one_seed_share_nothing(cli, works, portrait, tmp_path):
     shutil.copytree(tmp_path / "one" / plan.RATINGS_FOLDER, tmp_path / "two" / plan.RATINGS_FOLDER)
     code, said, err = cli("report", tmp_path / "two")
     assert code == 5
-    assert re.fullmatch(r"kogao-cli: \S+synthetic-1.jsonl holds ratings of study [^\n]+\n", err)
+    assert re.fullmatch(
+        r"kogao-cli: not counted: \S+synthetic-1.jsonl holds ratings of another study, [^\n]+\n",
+        err,
+    )
     assert "1 face, 0 raters, 0 answers to each" in said
 
 

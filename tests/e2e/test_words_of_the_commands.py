@@ -108,7 +108,7 @@ def said(pseudolocale, monkeypatch, capsys):  # noqa: ARG001
         (["warp", "--sample", "-o", "a.png", "--recipe", "broken.json"], 2),
         (["warp", "--sample", "-o", "a.png", "--points", "points.json"], 3),
         (["batch", "no.folder", "-o", "out"], 2),
-        (["experiment", "timing", "--sample", "--setting-time", "no.file"], 3),
+        (["experiment", "timing", "--sample", "--trials", "no.file"], 3),
         (["presets", "show", "no.preset"], 2),
         (["restore", "none.jpg"], 2),
         (["experiment", "timing"], 2),

@@ -11,20 +11,17 @@ from PySide6.QtCore import QUrl, Signal
 from PySide6.QtGui import QAction, QDesktopServices
 
 from kogao_core.base import atomic
-from kogao_core.base.wording import system_reason
 from kogao_core.faces.landmarks import source
-from kogao_core.lab.experiments import setting_times
 from kogao_core.lab.subjects import Subject
 
 from ...i18n import sentence, tr, unwritten
 from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
-from ..manual import Manual
 from .dialog import ExperimentDialog, Findings
 from .measure import ExperimentTask, measured
 
-SETTING_TIMES: Final = "setting-times.jsonl"
+TRIALS: Final = "trials.jsonl"
 
 
 class _Stopped(Exception):
@@ -32,20 +29,19 @@ class _Stopped(Exception):
 
 
 class Experiments(Feature):
-    """Runs one experiment at a time, and keeps the setting times that one of them needs."""
+    """Runs one experiment at a time."""
 
     _progressed = Signal(int, int)
 
-    def __init__(self, context: Context, landmarks: LandmarkSources, manual: Manual) -> None:
+    def __init__(self, context: Context, landmarks: LandmarkSources) -> None:
         super().__init__(context)
-        self._landmarks, self._clock = landmarks, manual.clock
-        self._sessions = self.storage.data / SETTING_TIMES
+        self._landmarks = landmarks
+        self._trials = self.storage.data / TRIALS
         self._reports = self.storage.data / "reports"
         self._dialog: ExperimentDialog | None = None
         self._enough = threading.Event()
         self._running = self.lane(self._show, self._fail)
         self._progressed.connect(self._show_progress)
-        manual.applied.connect(self._record)
         self.starts: dict[str, QAction] = {}
         for number, (name, (text, tip, _)) in enumerate(_words().items(), 1):
             slot, key = partial(self.start, name), f"Ctrl+{number}"
@@ -65,24 +61,11 @@ class Experiments(Feature):
         dialog.open()
         self._run(name, subject)
 
-    def _record(self) -> None:
-        state, path = self.document.state, self.document.path
-        if path is None or not state.active or not self._clock.elapsed_s:
-            return
-        image = self.document.image
-        landmarks = [len(face.outline) for face in state.active]
-        size = (image.width, image.height)
-        session = setting_times.SettingTime.now(path.name, size, landmarks, self._clock.elapsed_s)
-        try:
-            setting_times.append(self._sessions, session)
-        except OSError as problem:
-            self.say(tr("The setting time wasn't kept ({why}).", why=system_reason(problem)))
-
     def _subject(self) -> Subject | None:
         photo, state, path = self.document.photo, self.document.state, self.document.path
         if photo is None or path is None or not state.active:
             return None
-        return Subject(path.name, photo.pixels, tuple(state.active))
+        return Subject(path.name, photo.pixels, tuple(state.active), file=path)
 
     def _run(self, name: str, subject: Subject) -> None:
         self.stop()
@@ -95,7 +78,7 @@ class Experiments(Feature):
             self._progressed.emit(done, of)
 
         def job() -> Findings:
-            task = ExperimentTask(subject, recipe, lambda: source(wanted), self._sessions)
+            task = ExperimentTask(subject, recipe, lambda: source(wanted), self._trials)
             return measured(name, task, progress)
 
         self._running.submit(job)

@@ -15,9 +15,9 @@ from kogao_core.lab.experiments import (
     distortion_report,
     domains,
     domains_report,
-    setting_times,
     timing,
     timing_report,
+    trials,
 )
 from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.page import files
@@ -38,7 +38,7 @@ class ExperimentTask:
     recipe: Recipe  # the photo's choices
     # Makes what finds the faces, for automatic setting; called off the GUI thread.
     source: Callable[[], LandmarkSource]
-    sessions: Path  # setting times of manual work on this machine
+    trials: Path  # what was set by hand on this machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,17 +64,21 @@ def measured(name: str, task: ExperimentTask, progress: Progress) -> Findings:
 
 
 def _timing(task: ExperimentTask, progress: Progress) -> _Found:
-    known = tuple(setting_times.read(task.sessions)) if task.sessions.exists() else ()
+    known = tuple(trials.read(task.trials)) if task.trials.exists() else ()
     warm_up, repeats = 1, 5
+    subject = timing.with_trial(task.subject, known)
     found, left_out = timing.measure(
-        task.subject,
+        subject,
         task.source(),
         task.recipe,
         repeats=repeats,
         warm_up=warm_up,
         progress=progress,
     )
-    result = timing.TimingResult(tuple(found), known, task.recipe, repeats, warm_up)
+    around = timing.measure_around(subject, task.source, task.recipe)
+    result = timing.TimingResult(
+        tuple(found), known, task.recipe, repeats, warm_up, (around,) if around else ()
+    )
     return _Found(timing_report.report(result), left_out)
 
 

@@ -11,6 +11,7 @@ from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
 from kogao_core.base.originals import Originals
+from kogao_core.base.wording import printable
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.projects.sidecar import SUFFIX
@@ -27,7 +28,7 @@ from ..faces import Faces
 from ..feature import Context, Feature
 from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo
 from .options import SaveOptions
-from .saver import Request, Saver, Then
+from .saver import Holds, Request, Saver, Then
 
 
 class Files(Feature):
@@ -98,11 +99,11 @@ class Files(Feature):
             return preferred
         return None if path is None or is_sample(path) else path.parent
 
-    def open(self, path: Path, ahead: Ahead | None = None) -> None:
-        """Open a photo or a project once unsaved changes are dealt with."""
+    def open(self, path: Path, ahead: Ahead | None = None, *, afresh: bool = False) -> None:
+        """Open a photo or a project once the edits of the open one are kept."""
         # Recent files and recovery outlive the folder that this program was started in.
         path = path.absolute()
-        self._saver.guard(lambda: self.read(path, ahead=ahead))
+        self._saver.guard(lambda: self.read(path, ahead=ahead, afresh=afresh))
 
     def stay(self) -> None:
         """Open no other photo after all."""
@@ -111,14 +112,14 @@ class Files(Feature):
             self.stop()
             self.working.emit("")
 
-    def open_sample(self) -> bool:
+    def open_sample(self, *, afresh: bool = False) -> bool:
         """Open the portrait that travels with the program; return whether it is there."""
         try:
             path = assets.sample()
         except assets.AssetMissing as problem:
             self._not_opened(problem)
             return False
-        self.open(path)
+        self.open(path, afresh=afresh)
         return True
 
     def read(
@@ -136,11 +137,12 @@ class Files(Feature):
         self._sought = None if ahead is None else ahead.search
         self._left = self.document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
-        self._reading.submit(lambda: open_photo(path, work, afresh, ahead))
+        store = self.storage.edits
+        self._reading.submit(lambda: open_photo(path, store, work, afresh, ahead))
 
     def welcome(self) -> None:
         """Open the sample and say what to try, one thing after the other; Escape ends it."""
-        if self.open_sample():
+        if self.open_sample(afresh=True):
             self._say_stop(0)
             self.welcomed.emit()
 
@@ -161,18 +163,23 @@ class Files(Feature):
         return path is None or is_sample(path)
 
     def _opened(self, opened: Opened) -> None:
-        # Whoever went on with the old photo meanwhile hasn't been asked about that.
-        if self.document.in_gesture or self.document.state is not self._left:
+        # What was done to the old photo meanwhile is kept first; what was read before is stale then
+        # if it is the same one.
+        path, work = opened.photo.path, opened.work
+        kept_aside = work if work is not None and work.file is None else None
+        if not self.document.in_gesture and self.document.state is self._left:
+            self._show(opened)
+        elif path == self.document.path:
+            self._saver.guard(lambda: self.read(path, kept_aside))
+        else:
             self.working.emit("")
             self._saver.guard(lambda: self._show(opened))
-        else:
-            self._show(opened)
 
     def _show(self, opened: Opened) -> None:
         self.document.open(opened.photo, opened.pyramid)
         if opened.work is not None and opened.state is not None:
             self._give_up_search()
-            self._go_on(opened.work, opened.state, opened.note)
+            self._go_on(opened, opened.work, opened.state)
             return
         if opened.note:
             text = tr(
@@ -191,16 +198,19 @@ class Files(Feature):
         if self._sought is not None:
             self._sought.stop()
 
-    def _go_on(self, work: EarlierWork, state: State, note: str) -> None:
+    def _go_on(self, opened: Opened, work: EarlierWork, state: State) -> None:
         if work.file is None:
             self.document.step(state, tr("Restore"))
             self.did.emit(tr("The unsaved changes are back"))
         else:
-            self.document.begin_with(state)
+            self.document.begin_with(state, opened.steps)
             self.live.go_on()
             self.working.emit("")
-        self.restored.emit(work, translated(note))  # a signal keeps but the text
-        self._faces.found.emit(len(state.faces))
+        self.restored.emit(work, translated(opened.note))  # a signal keeps but the text
+        if state.sheet("automatic").faces or state.mode == "manual":
+            self._faces.found.emit(len(state.faces))
+        else:  # it was left while they were still sought
+            self._faces.look()
 
     def _not_opened(self, problem: Exception) -> None:
         self.working.emit("")
@@ -227,7 +237,7 @@ class Files(Feature):
 
     def save_over(self, originals: Originals) -> None:
         """From now on save over the photo itself; its original goes into a store."""
-        self._originals = originals
+        self._originals, self._saver.keeps = originals, False
         save, tip = self.actions["save"], tr("Write the result over the photo itself")
         call(save, tr("&Save"))
         save.setStatusTip(tip)
@@ -286,12 +296,16 @@ class Files(Feature):
         def write_copy(photo: Photo, state: State) -> str:
             return save_copy(photo, state, disclosure, path, finder, drawn, originals)
 
-        self._saver.save(path, write_copy, self._written, self._not_written, then)
+        holds: Holds = "picture" if self._saver.keeps else "mode"
+        self._saver.save(path, write_copy, self._written, self._not_written, then, holds=holds)
 
     def _written(self, request: Request, notes: str) -> None:
+        name, place = request.file.name, printable(str(request.file.parent))
         if request.file == request.photo.path:
             self.saved_over.emit()
-        text = sentence(tr("Saved {name}", name=request.file.name))
+            text = sentence(tr("Saved {name}", name=name))
+        else:
+            text = sentence(tr("Saved {name} in {folder}", name=name, folder=place))
         self.say(f"{text} {notes}".strip(), wrong=False)
 
     def _not_written(self, problem: Exception) -> None:

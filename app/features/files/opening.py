@@ -11,12 +11,14 @@ from kogao_core.base.strict import BadFile
 from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Original, Project, load, sha256_of
+from kogao_core.projects.project import Project, load, sha256_of
 
 from ...ahead import Ahead
-from ...document import State
+from ...document import State, Steps
 from ...render.colour import pyramid_of
 from ...render.pyramid import PicturePyramid
+from . import history
+from .history import project_of, state_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +29,7 @@ class Opened:
     pyramid: PicturePyramid  # what is rendered and painted from
     state: State | None = None  # what to go on with, px of the photo; None where it starts afresh
     work: EarlierWork | None = None  # where the state comes from
+    steps: Steps | None = None  # undo steps that led to the state, as far as they are kept
     # How the photo differs from the one that the work is about, or why that can't be used.
     note: str = ""
 
@@ -49,6 +52,7 @@ def is_sample(path: Path) -> bool:
 
 def open_photo(
     path: Path,
+    store: Path,
     work: EarlierWork | None = None,
     afresh: bool = False,
     ahead: Ahead | None = None,
@@ -59,13 +63,15 @@ def open_photo(
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = pyramid_of(photo) if ahead is None else ahead.pyramid.result()
     try:
-        work = work or (None if afresh else beside(photo))
+        work = work or (None if afresh else kept_of(photo, store))
         if work is None:
             return Opened(photo, pyramid)
         project, note = sidecar.match(work.project, photo.pixels, hash_of(photo))
     except BadFile as problem:
         return Opened(photo, pyramid, note=str(problem))
-    return Opened(photo, pyramid, state_of(project), work, note)
+    state = state_of(project)
+    steps = None if work.file is None else history.read(photo, store, state)
+    return Opened(photo, pyramid, state, work, steps, note)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,10 +88,10 @@ def is_project(path: Path) -> bool:
     return path.name.lower().endswith(sidecar.SUFFIX)
 
 
-def beside(photo: Photo) -> EarlierWork | None:
-    """Return what the project beside a photo holds. Raises BadFile."""
-    file = sidecar.sidecar_of(photo.path)
-    return EarlierWork(load(file), file) if file.is_file() else None
+def kept_of(photo: Photo, store: Path) -> EarlierWork | None:
+    """Return what was kept of a photo, beside it or in the user's own folder. Raises BadFile."""
+    file = sidecar.kept(photo.path, store)
+    return None if file is None else EarlierWork(load(file), file)
 
 
 def to_keep_beside(state: State, photo: Photo) -> Project:
@@ -130,33 +136,3 @@ def photo_of(file: Path) -> tuple[EarlierWork, Path]:
     if photo is None:
         raise PhotoNotBeside(work, file)
     return work, photo
-
-
-def project_of(state: State, photo: Photo, sha256: str) -> Project:
-    """Return what a file is to hold of a state; points of a face not yet begun are left out."""
-    visited = state.mode == "manual" or state.kept is not None
-    return Project(
-        Original(str(photo.path), sha256, photo.width, photo.height),
-        state.mode,
-        state.sheet("automatic"),
-        state.sheet("manual") if visited else None,
-        state.protection,
-        state.loose,
-    )
-
-
-def state_of(project: Project) -> State:
-    """Return the state that a file describes, px of its photo."""
-    here, there = project.automatic, project.manual
-    if project.mode == "manual" and there is not None:
-        here, there = there, here
-    mode = project.mode if there is not None else "automatic"
-    return State(
-        here.faces,
-        here.off,
-        here.recipe,
-        protection=project.protection,
-        loose=project.loose,
-        mode=mode,
-        kept=there,
-    )

@@ -43,6 +43,9 @@ class SavingDialog(Dialog):
         self._bind(self.labelled, now.labelled, self.label)
         self._add_picture(now)
         self._add_signer(now)
+        self.film = QCheckBox(tr("Keep the &video of a motion photo, with the face as it was"))
+        self.film.setToolTip(tr("In JPEGs; it is left out else, and named"))
+        self.film.setChecked(now.film)
         self.note = muted_label(wraps=True)
         self._lay_out()
 
@@ -94,7 +97,7 @@ class SavingDialog(Dialog):
         column_of(
             self,
             *(about, self.record, self.labelled, self.label, self.pictured, self.picture, place),
-            *(self.signed, self.certificate, self.key, self.note, self.buttons),
+            *(self.signed, self.certificate, self.key, self.film, self.note, self.buttons),
             margin=4 * GRID_PX,
             spacing=2 * GRID_PX,
         )
@@ -111,6 +114,7 @@ class SavingDialog(Dialog):
             self.signed.isChecked(),
             self.certificate.path,
             self.key.path,
+            self.film.isChecked(),
         )
         wanted = told.disclosure
         try:
@@ -180,6 +184,7 @@ class Told:
     # Files that it takes to sign.
     certificate: str = ""
     key: str = ""
+    film: bool = False  # whether a motion photo keeps its video
 
     @staticmethod
     def remembered(settings: QSettings) -> Told:
@@ -207,7 +212,7 @@ class Told:
         laid = LabelPicture(self.picture, self.corner, self.share) if self.pictured else None
         signer = Signer(self.certificate, self.key) if self.signed else None
         label = self.label if self.labelled else ""
-        return Disclosure(self.record, label, picture=laid, signer=signer)
+        return Disclosure(self.record, label, picture=laid, signer=signer, film=self.film)
 
 
 def words(what: Disclosure) -> str:
@@ -221,4 +226,6 @@ def words(what: Disclosure) -> str:
         parts.append(tr("a picture as label"))
     if what.signer:
         parts.append(tr("signed content credentials"))
+    if what.film:
+        parts.append(tr("a motion photo's video"))
     return tr("Results carry {what} (Save options).", what=" + ".join(parts)) if parts else ""

@@ -38,9 +38,10 @@ class Manual(Feature):
         self._points = points
         self.clock = SettingClock(self)
         self._start: tuple[float, float] | None = None
-        # What is only looked at so far: the clock waits for the first change to it.
+        # What was there when manual mode was entered, or when it was applied.
         self._seen: State | None = None
-        self._setting = False
+        # Whether the photo began without points set by hand: else what comes is no trial.
+        self.fresh: bool | None = None
         self._add_actions()
         self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"])
         for name in _TOOLS:
@@ -162,8 +163,8 @@ class Manual(Feature):
         self.document.commit()
         if self.clock.applied:
             return
-        self._rest(self.document.state)
-        self.clock.apply(True)
+        self._seen = self.document.state
+        self.clock.apply()
         self.changed.emit()
         self.applied.emit()
 
@@ -218,22 +219,22 @@ class Manual(Feature):
         state = self.document.state
         if state.mode != "manual":
             self.view.marking = False
-            self._rest(None)
-        elif self._seen is None:
-            self._rest(state)
-        elif not self._setting and _is_set_otherwise(state, self._seen):
-            self._setting = True
-            # What is set after applying takes time, too.
-            self.clock.apply(False)
+            self._seen = None
+            self.clock.want(False)
+            return
+        self._seen = self._seen or state
+        if self.fresh is None:
+            self.fresh = not (state.faces or state.draft)
+        if _is_set_otherwise(state, self._seen):
+            self.clock.set_something()
             self.clock.want(True)
-
-    def _rest(self, seen: State | None) -> None:
-        self._seen, self._setting = seen, False
-        self.clock.want(False)
+        elif self.fresh:
+            self.clock.want(True)
 
     def _forget(self) -> None:
         self._drop()
-        self._rest(None)
+        self._seen = self.fresh = None
+        self.clock.want(False)
         self.clock.reset()
 
     def _drop(self) -> None:
@@ -307,7 +308,10 @@ class ManualPanel(QWidget):
 
 
 class SettingClock(QObject):
-    """Runs while there is a photo, the window has the focus and nothing is applied yet."""
+    """Runs from the moment a photo is seen in manual mode until it is applied, and in corrections.
+
+    It rests while the window hasn't got the focus, and in the other mode.
+    """
 
     ticked = Signal()
 
@@ -317,6 +321,9 @@ class SettingClock(QObject):
         self._since = QElapsedTimer()
         self._shown = self._wanted = self._applied = False
         self._focused = True
+        # When the first thing was set, and each time it was applied, s on the clock.
+        self.looking_s: float | None = None
+        self.applied_s: list[float] = []
         self._tick = QTimer(self, interval=_TICK_MS)
         self._tick.timeout.connect(self.ticked)
 
@@ -339,6 +346,7 @@ class SettingClock(QObject):
     def reset(self) -> None:
         """Begin at nought, with the next photo that is shown."""
         self._shown = self._applied = False
+        self.looking_s, self.applied_s = None, []
         self._update()
         self._before_ms = 0
         self.ticked.emit()
@@ -359,10 +367,18 @@ class SettingClock(QObject):
         self._focused = focused
         self._update()
 
-    def apply(self, applied: bool) -> None:
-        """Stop, or go on because something is set again."""
-        self._applied = applied
+    def set_something(self) -> None:
+        """Note that something is set; after applying that is a correction, which counts, too."""
+        if self.looking_s is None:
+            self.looking_s = self.elapsed_s
+        self._applied = False
         self._update()
+
+    def apply(self) -> None:
+        """Stop: everything is set."""
+        self._applied = True
+        self._update()
+        self.applied_s.append(self.elapsed_s)
 
     def _update(self) -> None:
         run = self._shown and self._wanted and self._focused and not self._applied

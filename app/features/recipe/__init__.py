@@ -9,9 +9,8 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
 
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
 
-from ...i18n import tr, translated
+from ...i18n import tr
 from ...view_state import RenderedFrame
 from ..feature import Context, Feature
 from ..points import Points
@@ -104,7 +103,8 @@ class RecipeEditing(Feature):
             return
         state = self.document.state.with_choices(self.view.face, **{field: value})
         before = getattr(self.document.committed.recipe_of(self.view.face), field)
-        self.document.preview(state, gesture_name(field), fields.change(field, before, value))
+        name = fields.title(field, plain=self.panel.plain)
+        self.document.preview(state, name, fields.change(field, before, value))
         self.moved.emit()
 
     def follow_photo(self) -> None:
@@ -155,7 +155,8 @@ class RecipeEditing(Feature):
         own = self.document.state.faces[face].recipe is not None or self.view.face == face
         state = self.document.state.with_choices(face if own else None, center=number)
         before = self.document.state.recipe_of(face).center
-        self.document.step(state, gesture_name("center"), fields.change("center", before, number))
+        name = fields.title("center", plain=self.panel.plain)
+        self.document.step(state, name, fields.change("center", before, number))
 
     def _follow(self) -> None:
         chosen, state = self.view.face, self.document.state
@@ -182,8 +183,3 @@ class RecipeEditing(Feature):
     def _show_frame(self, frame: RenderedFrame) -> None:
         self.panel.show_frame(frame)
         self._mark_readings()
-
-
-def gesture_name(field: str) -> str:
-    """Return what undo calls a change of a field of the recipe."""
-    return translated(SETTINGS[field].title)

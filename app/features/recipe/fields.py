@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
-from kogao_core.recipe.settings import CENTERS, SETTINGS, ZONES, Alternative, cited
+from kogao_core.recipe.settings import CENTERS, SETTINGS, SHAPE, ZONES, Alternative, cited
 
 from ...document import DEFAULT, State
 from ...i18n import lettered, tr, translated
@@ -43,6 +43,18 @@ def percent() -> SliderScale:
         lambda n: n / 10,
         lambda v: round(v * 10),
         lambda v: tr("{v} % of D", v=_figure(v)),
+    )
+
+
+def signed() -> SliderScale:
+    """Return the slider of what goes either way, 0 in its middle."""
+    return SliderScale(
+        -150,
+        150,
+        10,
+        lambda n: n / 10,
+        lambda v: round(v * 10),
+        lambda v: tr("{v} %", v=f"{'+' if v > 0.0 else ''}{_figure(v)}"),
     )
 
 
@@ -90,10 +102,15 @@ def scale(field: str) -> SliderScale:
     return replace(made, typed=round) if setting.is_whole else made
 
 
+def title(field: str, *, plain: bool = False) -> str:
+    """Return what a field is called, in everyday words or in the paper's."""
+    return translated(_PLAIN.get(field, SETTINGS[field].title) if plain else SETTINGS[field].title)
+
+
 def label(field: str) -> str:
     """Return what a field is called, and a switch what it does where that fits; its mnemonic."""
     setting = SETTINGS[field]
-    text = translated(setting.title)
+    text = title(field)
     if setting.within is None and not setting.alternatives:
         whole = tr("{title}: {help}", title=text, help=tip(field))
         text = whole if columns(whole) <= _LINE else text
@@ -105,15 +122,22 @@ def amount() -> tuple[str, str, SliderScale]:
     words = Text("How much smaller the face gets, in % of D, the face's radius")
     scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
     tip = translated(cited(words, SETTINGS["percent"].where))
-    return lettered(tr("Amount"), _LETTERS["head_follows"]), tip, scale
+    return lettered(title("percent", plain=True), _LETTERS["head_follows"]), tip, scale
+
+
+def falloff() -> tuple[str, str, SliderScale]:
+    """Return what the lattice is called in everyday words, what it does, and its texts."""
+    words = Text("How far the change spreads: left is local, right is soft (the lattice's R)")
+    scale = replace(lattice(), text=lambda v: tr("{v:.2f} ×", v=v))  # noqa: RUF001
+    tip = translated(cited(words, SETTINGS["lattice"].where))
+    return lettered(title("lattice", plain=True), _LETTERS["lattice"].lower()), tip, scale
 
 
 def follows(*, plain: bool) -> tuple[str, str, SliderScale]:
     """Return what the slider below that is called, what it does, and its texts."""
     # Beside everyday words it has the letter of the paper's.
     letter = _LETTERS["percent" if plain else "head_follows"].lower()
-    title = translated(SETTINGS["head_follows"].title)
-    return lettered(title, letter), tip("head_follows"), scale("head_follows")
+    return lettered(title("head_follows"), letter), tip("head_follows"), scale("head_follows")
 
 
 def tip(field: str) -> str:
@@ -131,8 +155,8 @@ def change(field: str, before: object, after: object) -> str:
 
 def stated(field: str, value: object) -> str:
     """Return a field of the recipe with its value and unit, as a caption tells it."""
-    title, unit = translated(SETTINGS[field].title), translated(SETTINGS[field].unit)
-    return f"{title} {_value(field, value)} {unit}".rstrip()
+    unit = translated(SETTINGS[field].unit)
+    return f"{title(field)} {_value(field, value)} {unit}".rstrip()
 
 
 def _value(field: str, value: object) -> str:
@@ -167,9 +191,20 @@ def help_of(one: Alternative[str]) -> str:
     return translated(cited(one.help, one.where))
 
 
-# They have a fold of their own, whose letter leads to them.
-FOLDED_PARTS: Final = ("zones", *ZONES)
-_SCALES: Final = {"percent": percent, "lattice": lattice, "threshold_px": threshold}
+# What the paper's terms are to a retoucher.
+_PLAIN: Final = {
+    "percent": Text("Amount"),
+    "center": Text("Direction"),
+    "lattice": Text("Falloff"),
+}
+# They have folds of their own, into which one letter leads each.
+FOLDED_PARTS: Final = ("zones", *ZONES, *SHAPE)
+_SCALES: Final = {
+    "percent": percent,
+    "lattice": lattice,
+    "threshold_px": threshold,
+    **dict.fromkeys(SHAPE, signed),
+}
 # The keys that lead to a field's control, together with Alt.
 _LETTERS: Final = {
     "percent": "W",
@@ -184,6 +219,7 @@ _LETTERS: Final = {
     "hold_background": "b",
     "head_follows": "o",
     "keep_features": "K",
+    "jaw_width": "J",
 }
 
 
@@ -194,13 +230,11 @@ class CenterChoice(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        name = heading(label("center"))
-        name.setToolTip(tip("center"))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
+        self._name = heading("")
+        self._name.setToolTip(tip("center"))
+        row = QHBoxLayout()
         row.setSpacing(GRID_PX // 4)
-        row.addWidget(name)
-        row.addStretch()
+        column_of(self, self._name, row)
         self.group = QButtonGroup(self)
         for number in range(1, len(CENTERS) + 1):
             button = QToolButton()
@@ -208,6 +242,7 @@ class CenterChoice(QWidget):
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.setProperty("segment", "true")
+            button.setProperty("snug", "true")
             # As wide as it likes while there is room, narrower where there are many.
             button.setMinimumWidth(_LEAST_PX)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -215,12 +250,24 @@ class CenterChoice(QWidget):
             button.setToolTip(_center_tip(number))
             self.group.addButton(button, number)
             row.addWidget(button)
-        name.setBuddy(self.group.button(1))
+        # A button as buddy would be pressed by the letter, which only leads here.
+        self._name.setBuddy(self)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.show_words(plain=False)
+        self.show_number(1)
         self.group.idClicked.connect(self.chosen)
+
+    def show_words(self, *, plain: bool) -> None:
+        """Name the candidates by where they lie, or by their numbers in the paper."""
+        letter = _LETTERS["center"].lower() if plain else _LETTERS["center"]
+        self._name.setText(lettered(title("center", plain=plain), letter))
+        for number, where in ((1, tr("Mouth")), (len(CENTERS), tr("Nose"))):
+            self.group.button(number).setText(where if plain else str(number))
 
     def show_number(self, number: int) -> None:
         """Show which candidate is chosen."""
         self.group.button(number).setChecked(True)
+        self.setFocusProxy(self.group.button(number))
 
 
 def _center_tip(number: int) -> str:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBox
 
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS, ZONES, Setting
+from kogao_core.recipe.settings import SETTINGS, SHAPE, ZONES, Setting
 from kogao_core.warp import fit
 
 from ...document import DEFAULT, State
@@ -55,12 +55,14 @@ class RecipePanel(QWidget):
         self._readings = "", ""
         for label in (self.one_to_one, self.residual):
             label.setToolTip(tr("≈: until the picture is there in full"))
-        zones, details = self._zones(), self._details()
-        self.zones = Fold(tr("&Jaw, chin, sides…"), zones, "zones")
+        shape, zones, details = self._shape(), self._zones(), self._details()
+        self.shape = Fold(tr("Face shape"), shape, "shape")
+        self.zones = Fold(tr("Shares of the chan&ge…"), zones, "zones")
         self.fold = Fold(tr("Fit, qualit&y…"), details, "fit")
         # Folds open and close without a photo, too.
-        self._settings = (self.percent, self.follows, self.centre, self.lattice, zones, details)
-        self._plain = False
+        basic = self.percent, self.follows, self.centre, self.lattice
+        self._settings = (*basic, shape, zones, details)
+        self.plain = False
         self._fine = QWidget()
         self.more = Fold(tr("More"), self._fine, "more")
         self.owner = OwnerLine()
@@ -77,10 +79,11 @@ class RecipePanel(QWidget):
             readings,
             self.follows,
             self.edge_note,
+            self.shape,
             self.more,
             spacing=3 * GRID_PX,
         )
-        fine = self.centre, self.lattice, self.zones, self.fold
+        fine = self.zones, self.centre, self.lattice, self.fold
         column_of(self._fine, *fine, spacing=3 * GRID_PX)
         self.show_words(plain=False)
         self.show_first(DEFAULT)
@@ -98,10 +101,13 @@ class RecipePanel(QWidget):
 
     def show_words(self, *, plain: bool) -> None:
         """Speak in everyday words, or in the paper's terms and figures."""
-        self._plain = plain
+        self.plain = plain
         exact = fields.label("percent"), fields.tip("percent"), fields.scale("percent")
         self.percent.rename(*(fields.amount() if plain else exact))
         self.follows.rename(*fields.follows(plain=plain))
+        exact = fields.label("lattice"), fields.tip("lattice"), fields.scale("lattice")
+        self.lattice.rename(*(fields.falloff() if plain else exact))
+        self.centre.show_words(plain=plain)
         self.gauge.show_words(plain=plain)
         self.more.flatten(not plain)
         for reading in (self.percent.note, self.lattice.note, self.residual):
@@ -140,7 +146,7 @@ class RecipePanel(QWidget):
         if not frame.rendering.pairs:
             self.clear_readings()
             return
-        verdict, sound = (_warning if self._plain else _verdict)(frame.rendering)
+        verdict, sound = (_warning if self.plain else _verdict)(frame.rendering)
         self.one_to_one.warn(not sound)
         self._note_edge(frame.rendering.note)
         left = frame.rendering.residual
@@ -156,7 +162,7 @@ class RecipePanel(QWidget):
         """Show the readings as exact, or as about right while the picture is on its way."""
         for label, text in zip((self.one_to_one, self.residual), self._readings, strict=True):
             label.setText(text if final or not text else f"≈ {text}")
-        self.one_to_one.setVisible(bool(self._readings[0]) or not self._plain)
+        self.one_to_one.setVisible(bool(self._readings[0]) or not self.plain)
 
     def clear_readings(self) -> None:
         """Show none: there is no picture to read them from."""
@@ -194,9 +200,9 @@ class RecipePanel(QWidget):
             )
         )
 
-    def _slider(self, field: str, note_lines: int = 0, *, compact: bool = False) -> ValueSlider:
+    def _slider(self, field: str, note_lines: int = 0) -> ValueSlider:
         name, scale, tip = fields.label(field), fields.scale(field), fields.tip(field)
-        slider = ValueSlider(name, scale, tip, note_lines, compact=compact)
+        slider = ValueSlider(name, scale, tip, note_lines)
         slider.edited.connect(partial(self._edit, field))
         slider.rested.connect(self._commit)
         slider.refused.connect(self._refuse)
@@ -228,11 +234,15 @@ class RecipePanel(QWidget):
         self._edit(field, value)
         self._commit()
 
+    def _shape(self) -> QWidget:
+        shape = QWidget()
+        column_of(shape, *map(self._slider, SHAPE))
+        return shape
+
     def _zones(self) -> QWidget:
         zones = QWidget()
         switch = self._switch("zones", translated(SETTINGS["zones"].title))
-        sliders = [self._slider(field, compact=True) for field in ZONES]
-        column_of(zones, switch, *sliders)
+        column_of(zones, switch, *map(self._slider, ZONES))
         return zones
 
     def _details(self) -> QWidget:
@@ -294,16 +304,16 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
     det = check.min_det
     if check.folds:
         cells = len(check.folded_cells)
-        return tr("⚠ folds in {n} cells, J ≥ {det:.2f}", n=cells, det=det), False
+        return tr("⚠ folds in {n} cells, sampled J ≥ {det:.2f}", n=cells, det=det), False
     if not check.edges_proven:
-        return tr("⚠ thin folds at the threshold possible\nJ ≥ {det:.2f}", det=det), False
+        return tr("⚠ thin folds at the threshold possible\nsampled J ≥ {det:.2f}", det=det), False
     if not check.settled:
-        return tr("⚠ small folds possible\nJ ≥ {det:.2f}", det=det), False
+        return tr("⚠ small folds possible\nsampled J ≥ {det:.2f}", det=det), False
     held = []
     if kept < 1.0:
-        held.append(tr("⚠ held back to {n:.0f} %, J ≥ {det:.2f}", n=100 * kept, det=det))
+        held.append(tr("⚠ held back to {n:.0f} %, sampled J ≥ {det:.2f}", n=100 * kept, det=det))
     if rendering.threshold_px < rendering.recipe.threshold_px:
         held.append(tr("⚠ threshold not used: its edge could have folded"))
     if held:
         return "\n".join(held), False
-    return tr("one-to-one ✓ J ≥ {det:.2f}", det=det), True
+    return tr("one-to-one ✓ sampled J ≥ {det:.2f}", det=det), True

@@ -25,7 +25,7 @@ from kogao_core.lab.experiments import (
     timing,
     timing_report,
 )
-from kogao_core.lab.experiments.setting_times import SettingTime, read
+from kogao_core.lab.experiments.trials import Trial, read
 from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.report import Report
 from kogao_core.lab.subjects import Subject
@@ -57,6 +57,10 @@ class Work:
     @cached_property
     def source(self) -> LandmarkSource:
         """What finds the faces."""
+        return self.new_source()
+
+    def new_source(self) -> LandmarkSource:
+        """Return what finds the faces, its networks yet to be loaded."""
         return reading.landmark_source(self._given["landmarks"])
 
     def subjects(self) -> Iterator[Subject]:
@@ -107,7 +111,8 @@ class Work:
             )
         chosen = reading.selected(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]
-        return Subject(path.name if len(namesakes) == 1 else str(path), photo.pixels, tuple(chosen))
+        name = path.name if len(namesakes) == 1 else str(path)
+        return Subject(name, photo.pixels, tuple(chosen), file=path)
 
     def deliver(self, report: Report) -> int:
         """Print the tables, write the files that were asked for, and return the exit code."""
@@ -138,39 +143,43 @@ def command() -> None:
 @words.option("--repeats", type=click.IntRange(1), default=10, show_default=True)
 @words.option("--warm-up", type=click.IntRange(0), default=2, show_default=True)
 @words.option(
-    "--setting-time", "setting_times_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="Sessions of setting by hand that the editor recorded (JSON lines).",
+    "--trials", "trial_files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="Trials of setting by hand that the editor recorded (JSON lines); repeatable.",
 )  # fmt: skip
 def timing_command(
-    size: str, repeats: int, warm_up: int, setting_times_file: Path | None, **given: Any
+    size: str, repeats: int, warm_up: int, trial_files: tuple[Path, ...], **given: Any
 ) -> int:
     """Table 2: setting and computing time by hand and found, whole and reduced."""
     work = Work("timing", given)
-    setting_times = _setting_times(setting_times_file)
+    trials = [trial for file in trial_files for trial in _trials(file)]
     sizes = timing.SIZES if size == "both" else [one for one in timing.SIZES if one == size]
     timings: list[timing.Timing] = []
+    around: list[timing.Around] = []
     for subject in work.subjects():
+        subject = timing.with_trial(subject, trials)
         found, missing = timing.measure(
             subject, work.source, work.recipe, sizes=sizes, repeats=repeats, warm_up=warm_up,
             progress=work.progress.step,
         )  # fmt: skip
         timings += found
+        if (one := timing.measure_around(subject, work.new_source, work.recipe)) is not None:
+            around.append(one)
         for sentence in missing:
             work.leave_out(sentence)
     result = timing.TimingResult(
-        tuple(timings), tuple(setting_times), work.recipe, repeats, warm_up
+        tuple(timings), tuple(trials), work.recipe, repeats, warm_up, tuple(around)
     )
     return work.deliver(timing_report.report(result))
 
 
-def _setting_times(file: Path | None) -> list[SettingTime]:
+def _trials(file: Path) -> list[Trial]:
     with (
         ending.refusing(
             lambda reason: Text("{file} can't be read ({reason})", file=file, reason=reason)
         ),
         ending.stopping(BadFile, ending.USAGE),
     ):
-        return [] if file is None else read(file)
+        return read(file)
 
 
 @command.command("domains")

@@ -69,6 +69,15 @@ class Outputs:
             for name, pixels in pictures:
                 atomic.put(png(pixels), self._folder / name)
 
+    def add(self, texts: Mapping[str, str]) -> None:
+        """Write texts by their files' names, where a folder was asked for."""
+        if self._folder is None:
+            return
+        with _writing(self._folder):
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for name, text in texts.items():
+                atomic.put(text.encode(), self._folder / name)
+
     def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
         """Write the files, and print the tables unless a file is printed."""
         text_of = files(report, Made.now(click.get_current_context().obj, left_out))

@@ -19,6 +19,7 @@ from kogao_core.cli import common, ending, projects, reading, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import select
 from kogao_core.lab.commands import outputs
+from kogao_core.lab.study import data as answer_tables
 from kogao_core.lab.study import making, pictures, plan, sources, tally
 from kogao_core.lab.study.making import Choices
 from kogao_core.lab.study.plan import Key
@@ -65,9 +66,10 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
     help="Lattice sizes of figure 11, in landmark spacings.",
 )  # fmt: skip
 @words.option("--control", is_flag=True, help="Show each photo as it is, too.")
+@words.option("--catch", is_flag=True, help="Show each face cut in two, too: who looks?")
 @words.option(
-    "--satisfaction/--no-satisfaction", default=True, show_default=True,
-    help="Ask for grades from 0 to 100 at the end.",
+    "--satisfaction", is_flag=True,
+    help="At the end raters grade the picture of themselves from 0 to 100.",
 )  # fmt: skip
 @words.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
 def make(
@@ -76,6 +78,7 @@ def make(
     folder: Path,
     lattices: tuple[float, ...],
     control: bool,
+    catch: bool,
     satisfaction: bool,
     seed: str | None,
     landmarks: str | None,
@@ -85,7 +88,7 @@ def make(
     photos = reading.input_paths(inputs, sample)
     with ending.stopping(making.RefusedFolder, ending.USAGE):
         making.check_folder(folder)
-    kinds = variants(PAPER, lattices, control=control, satisfaction=satisfaction)
+    kinds = variants(PAPER, lattices, control=control, catch=catch, satisfaction=satisfaction)
     source = reading.landmark_source(landmarks)
     with ending.stopping(ValueError, ending.USAGE):
         choices = making.Choices(PAPER, kinds, seed, source.name)
@@ -161,22 +164,34 @@ def _browse(address: str) -> None:
     "--ratings", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
     help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
 )  # fmt: skip
+@words.option(
+    "--exclude", multiple=True, metavar="RATER", help="Leave this rater's answers out; repeatable."
+)
+@words.option(
+    "--data", type=common.FOLDER, metavar="DIR",
+    help="Write every answer and rater as tables with a codebook, and a mixed model for R.",
+)  # fmt: skip
 @outputs.writes_files
 def report(
     folders: Sequence[Path],
     keys: Sequence[Path],
     files: Sequence[Path],
+    exclude: Sequence[str],
+    data: Path | None,
     force: bool,
     **given: Any,
 ) -> int:
     """Count the ratings of the studies in FOLDERS."""
     if keys and len(keys) != len(folders):
         raise ending.Stop(Text("give one --key for each folder, or none"), ending.USAGE)
-    to = outputs.Outputs(outputs.asked_for(given), None, force)
+    to = outputs.Outputs(outputs.asked_for(given), data, force)
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with ending.stopping(BadFile, ending.UNREADABLE):
-        counted = tally.tally(list(zip(folders, found, strict=True)), files)
+        counted = tally.tally(list(zip(folders, found, strict=True)), files, exclude)
+    for rater in set(exclude) - set(counted.raters):
+        raise ending.Stop(Text("there is no rater {rater}", rater=rater), ending.USAGE)
     for note in sources.notes(counted):
         ending.print_message(note)
     to.write(made_report(counted))
-    return ending.SOME_FAILED if counted.foreign else 0
+    to.add(answer_tables.files(counted))
+    return ending.SOME_FAILED if counted.refused else 0

@@ -14,11 +14,13 @@ import numpy as np
 
 from kogao_core.background.lines import bends, beside, straight_lines
 from kogao_core.base.geometry import Array, Box
+from kogao_core.faces.targets import Pairs
 from kogao_core.lab.study.variants import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.field import shown_at
+from kogao_core.warp.field import Field, shown_at
+from kogao_core.warp.samples import largest_det
 
 RULES: Final = 16  # straight lines drawn each way
 _ROUND: Final = 0.25  # of the faces' box is added round them for these lines
@@ -41,7 +43,10 @@ class Distortion:
     face_area: float
     # Root mean square of local changes of area, |det J - 1|, where pixels move, in %.
     local_area: float
-    min_det: float  # smallest Jacobian determinant; 0 or less is a fold
+    # Smallest and largest Jacobian determinant of the backward field, of 8 x 8 samples a lattice
+    # cell: below 1 the picture is stretched, 0 or less is a fold; above 1 it is compressed.
+    min_det: float
+    max_det: float
     folds: bool  # whether it folds
     # How far the worst straight line of a grid over and round the faces departs from straight, in %
     # of the distance between the eyes' outer corners.
@@ -49,10 +54,11 @@ class Distortion:
     # The same of the worst line found in the photo beside the faces, on hair and collars, too: a
     # studio portrait has no others.
     photo_bend: float | None
-    # How far landmarks end from their targets on average, and the outline between them from its
-    # curve at worst, in % of the same.
+    # How far the field at the targets misses what they ask for, on average, and the outline between
+    # them its curve's, at worst, in % of the same; and how far landmarks land from their targets.
     residual: float
     contour: float
+    landing: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +111,19 @@ def _distortion(
         face_area=100.0 * (after / before - 1.0),
         local_area=100.0 * _local_area(rendering),
         min_det=sound.min_det,
+        max_det=largest_det(field),
         folds=sound.folds,
         bend=eyes * drawn[0].bend_px,
         photo_bend=eyes * own[0].bend_px if own else None,
         residual=eyes * miss.mean_px,
         contour=eyes * miss.contour_max_px,
+        landing=eyes * float(np.mean([_landing_px(field, pairs) for pairs in rendering.pairs])),
     )
+
+
+def _landing_px(field: Field, pairs: Pairs) -> float:
+    landed = shown_at(field, pairs.source_px, pairs.target_px)
+    return float(np.linalg.norm(landed - pairs.target_px, axis=1).mean())
 
 
 class _LinesOf:

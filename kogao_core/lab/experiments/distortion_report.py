@@ -71,10 +71,17 @@ MEASURES: Final = (
     ),
     Measure(
         "min_det",
-        Text("smallest det J"),
-        Text("Smallest det J"),
+        Text("smallest det J, sampled: stretch"),
+        Text("Smallest det J of the samples (stretched the most)"),
         2,
         lambda det: 1.0 - det,
+    ),
+    Measure(
+        "max_det",
+        Text("largest det J, sampled: compression"),
+        Text("Largest det J of the samples (compressed the most)"),
+        2,
+        lambda det: det - 1.0,
     ),
     Measure(
         "bend",
@@ -90,8 +97,14 @@ MEASURES: Final = (
     ),
     Measure(
         "residual",
-        Text("landmarks off their targets, mean, % of the eyes' distance"),
-        Text("Landmarks off their targets, mean, % of the eyes' distance"),
+        Text("displacement off at the targets, mean, % of the eyes' distance"),
+        Text("Displacement off at the targets, mean, % of the eyes' distance"),
+        3,
+    ),
+    Measure(
+        "landing",
+        Text("landmarks land off their targets, mean, % of the eyes' distance"),
+        Text("Landmarks land off their targets, mean, % of the eyes' distance"),
         3,
     ),
     Measure(
@@ -102,8 +115,9 @@ MEASURES: Final = (
     ),
 )
 _CHARTED: Final = {
-    "local_area": Text("local change of area"),
+    "local_area": Text("local change of area, rms in %"),
     "min_det": Text("1 - smallest det J"),
+    "max_det": Text("largest det J - 1"),
     "bend": Text("bend of the worst ruled line"),
 }
 
@@ -177,15 +191,16 @@ def _growth(result: DistortionResult) -> Table:
     for measure in MEASURES:
         harms = _harms(result, measure)
         alike = rank_correlation(np.ravel(harms), np.ravel(UNNATURAL))
-        title = Text("1 - smallest det J") if measure.name == "min_det" else measure.title
+        title = _CHARTED.get(measure.name, measure.title)
         rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
     header = (
         *_header(Text("mean over the centres, % of its value at 10 %")),
         Text("rank correlation"),
     )
     note = Text(
-        "A number that grows evenly reads 20, 40, 60, 80, 100. Rank correlation: "
-        "Spearman's, of the 20 cells with table 1; it says whether the order "
+        "The field says where each pixel is read: where det J is below 1 the result is stretched, "
+        "above 1 compressed. A number that grows evenly reads 20, 40, 60, 80, 100. Rank "
+        "correlation: Spearman's, of the 20 cells with table 1; it says whether the order "
         "agrees, not the jump. Photos without a straight line beside the face "
         "don't count for that row."
     )

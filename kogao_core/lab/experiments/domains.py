@@ -16,8 +16,10 @@ from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
+from kogao_core.warp.counts import pixel_counts
 from kogao_core.warp.domain import Mask, mask_of
 from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import ORDER
 
 THRESHOLDS: Final = (0.0, LOSSLESS_PX, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0)  # px
 _LEVELS: Final = 255.0
@@ -54,6 +56,7 @@ class Domains:
     height: int
     faces: int
     counts: dict[DomainName, int]  # pixels of all three domains
+    literal: int  # pixels of section 4.1 to the letter, see `literal_pixels`
     computing_ms: dict[DomainName, Spread]  # time that a warp of each domain takes
     steps: tuple[ThresholdErrors, ...]  # one for each threshold
     # The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
@@ -95,10 +98,28 @@ def measure(
     progress(len(thresholds) + 1, len(thresholds) + 1)
     return Domains(
         subject.name, *subject.size, len(subject.faces),
-        {name: int(mask.sum()) for name, mask in masks.items()}, computing, tuple(steps),
+        {name: int(mask.sum()) for name, mask in masks.items()}, literal_pixels(whole), computing,
+        tuple(steps),
         {name: _shown(subject, mask) for name, mask in masks.items()},
         {name: mask for name, mask in masks.items() if name != "image"},
     )  # fmt: skip
+
+
+def literal_pixels(rendering: Rendering) -> int:
+    """Count the pixels of section 4.1 to the letter.
+
+    Those in cells that the 4 x 4 control points round a target reach, whatever they hold; ours are
+    those that a control point which isn't zero reaches.
+    """
+    lattices = []
+    for lattice, pairs in zip(rendering.field.lattices, rendering.pairs, strict=True):
+        (i, _), (j, _) = (lattice.grid.locate(pairs.target_px[:, axis], axis) for axis in (0, 1))
+        phi = np.zeros((np.ptp(j) + ORDER, np.ptp(i) + ORDER, 2))
+        for row, column in zip(j - j.min(), i - i.min(), strict=True):
+            phi[row : row + ORDER, column : column + ORDER] = 1.0
+        first = int(i.min()) - 1, int(j.min()) - 1
+        lattices.append(dataclasses.replace(lattice, first=first, phi=phi))
+    return pixel_counts(Field(tuple(lattices)), rendering.domain.image, 0.0)["control-points"]
 
 
 def _shown(subject: Subject, mask: Mask) -> Image:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, Literal
 
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.faces.differences import matching
 from kogao_core.faces.face import Face, LandmarkSource
-from kogao_core.lab.experiments.setting_times import SettingTime
+from kogao_core.lab.experiments.trials import Apart, Trial, apart
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import (
     Progress,
@@ -23,6 +26,8 @@ from kogao_core.lab.subjects import (
     no_progress,
     set_by_hand,
 )
+from kogao_core.photo import read, write
+from kogao_core.photo.formats import READ_ONLY
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
@@ -57,6 +62,11 @@ PROCEDURES: Final = (
     Procedure("akt", Text("Automatic transformation (Akt)"), True, "image", 1.0, 6.102),
     Procedure("dual", Text("Dual method (Wdr + Akt)"), True, "threshold", 1.0, 3.722),
 )
+# The first row's computation under another name: how far apart it and the first come out is how far
+# apart two rows must be to differ.
+AGAIN: Final = dataclasses.replace(
+    PROCEDURES[0], name="again", title=Text("Conventional method, again")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +79,12 @@ class Timing:
     width: int
     height: int
     faces: int
-    procedure: str  # name of a row of `PROCEDURES`
+    procedure: str  # name of a row of `PROCEDURES`, or of `AGAIN`
     domain_share: float  # part of the image that was worked on, 0 to 1, by section 4's counts
     # Time to find faces and landmarks in each run; empty where people do that.
     setting_ms: tuple[float, ...]
     stages_ms: dict[str, tuple[float, ...]]  # computing time by stage of `pipeline.render`
+    processor_ms: tuple[float, ...]  # what all threads of a computation took of the processors
 
     @property
     def computing_ms(self) -> tuple[float, ...]:
@@ -82,25 +93,74 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True)
+class Around:
+    """What table 2's times leave out, of one photo, in each run, ms."""
+
+    photo: str  # its name
+    reading_ms: tuple[float, ...]  # from its file to pixels
+    # The first search of a new source, which loads its networks; a search that needn't.
+    cold_ms: tuple[float, ...]
+    warm_ms: tuple[float, ...]
+    saving_ms: tuple[float, ...]  # the result, as a file of the same kind
+
+
+@dataclass(frozen=True, slots=True)
+class PointsApart:
+    """One photo that a person set, beside what the machine found in it."""
+
+    trial: Trial
+    found: int  # landmarks that were found
+    apart: Apart
+
+
+@dataclass(frozen=True, slots=True)
 class TimingResult:
     """Table 2 on some photos."""
 
     timings: tuple[Timing, ...]  # what was measured
-    setting_times: tuple[SettingTime, ...]  # setting by hand, as recorded; may be empty
+    trials: tuple[Trial, ...]  # setting, as recorded; may be empty
     recipe: Recipe  # what was done to the faces; its domain is set by the procedure
     # Rounds that count, and rounds before them.
     repeats: int
     warm_up: int
+    around: tuple[Around, ...] = ()
+
+    def trials_of(self, mode: str) -> list[Trial]:
+        """Return the trials of a mode that weren't practice."""
+        return [one for one in self.trials if one.mode == mode and not one.practice]
 
     @property
     def setting(self) -> Spread | None:
-        """Setting time by hand, s; None while no session was recorded."""
-        times = [one.setting_s for one in self.setting_times]
+        """Setting time by hand with corrections, s; None while no trial was recorded."""
+        times = [one.total_s for one in self.trials_of("manual")]
         return Spread.of(times) if times else None
+
+    @property
+    def points(self) -> list[PointsApart]:
+        """What people set beside what was found in the same trial."""
+        found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
+        pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
+        compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
+        return [
+            PointsApart(one, sum(len(face.outline) for face in other), far)
+            for one, other, far in compared
+            if far is not None
+        ]
 
     def of(self, size: Size, procedure: str) -> list[Timing]:
         """Return the timings of one procedure at one size."""
         return [one for one in self.timings if (one.size, one.procedure) == (size, procedure)]
+
+
+def with_trial(subject: Subject, trials: Sequence[Trial]) -> Subject:
+    """Return the subject with the points that a person last set on it, if somebody did."""
+    mine = [
+        one
+        for one in trials
+        if (one.mode, one.photo, one.width, one.height) == ("manual", subject.name, *subject.size)
+        and len(one.faces) == len(subject.faces)
+    ]
+    return dataclasses.replace(subject, by_hand=mine[-1].faces) if mine else subject
 
 
 def measure(
@@ -115,14 +175,15 @@ def measure(
 ) -> tuple[list[Timing], list[str]]:
     """Time all four procedures on one photo, in turns.
 
-    Manual procedures get the subject's faces with all targets set; how long people take for that is
-    their setting clock's to say. Automatic procedures search the photo anew in every run, and of
-    what they find warp the same faces. Result: and what couldn't be measured, in a sentence each.
+    Manual procedures get what a person set (`Subject.by_hand`), or else the subject's faces with
+    all targets set; how long people take for that is their clock's to say. Automatic procedures
+    search the photo anew in every run, and of what they find warp the same faces. Result: and what
+    couldn't be measured, in a sentence each.
     """
     timings: list[Timing] = []
     notes: list[str] = []
     at_size = {"own": subject, "960x720": at_paper_size(subject)}
-    runs = len(sizes) * len(PROCEDURES) * (repeats + warm_up)
+    runs = len(sizes) * (len(PROCEDURES) + 1) * (repeats + warm_up)
     for number, size in enumerate(sizes):
         here = at_size[size]
         procedures: tuple[Procedure, ...] = PROCEDURES
@@ -135,6 +196,7 @@ def measure(
                 )
             )
             procedures = tuple(procedure for procedure in PROCEDURES if not procedure.automatic)
+        procedures = (*procedures, AGAIN)
         timer = _Timer(here, source, recipe)
         names = {procedure.name: procedure for procedure in procedures}
         for done, (name, counts) in enumerate(in_turns(list(names), repeats, warm_up)):
@@ -147,28 +209,30 @@ def measure(
 class _Timer:
     def __init__(self, subject: Subject, source: LandmarkSource, recipe: Recipe) -> None:
         self.subject, self.source, self.recipe = subject, source, recipe
-        self.by_hand = set_by_hand(subject.faces, recipe)
+        self.by_hand = subject.by_hand or set_by_hand(subject.faces, recipe)
         self.setting_ms: defaultdict[str, list[float]] = defaultdict(list)
         self.laps_ms: defaultdict[str, list[dict[str, float]]] = defaultdict(list)
+        self.processor_ms: defaultdict[str, list[float]] = defaultdict(list)
         self.fields: dict[str, Field] = {}
 
     def run(self, procedure: Procedure, counts: bool) -> None:
         faces, setting_ms = self._faces(procedure)
         recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
+        start = time.process_time()
         rendering = render(self.subject.pixels, faces, recipe)
+        processor_ms = (time.process_time() - start) * 1e3
         if not counts:
             return
         self.fields[procedure.name] = rendering.field
         self.laps_ms[procedure.name].append(rendering.timings_ms)
+        self.processor_ms[procedure.name].append(processor_ms)
         if procedure.automatic:
             self.setting_ms[procedure.name].append(setting_ms)
 
     def _faces(self, procedure: Procedure) -> tuple[Sequence[Face], float]:
         if not procedure.automatic:
             return self.by_hand, 0.0
-        start = time.perf_counter()
-        found = self.source.find(self.subject.pixels)
-        setting_ms = (time.perf_counter() - start) * 1e3
+        found, setting_ms = timed(lambda: self.source.find(self.subject.pixels))
         return _again(self.subject.faces, found), setting_ms
 
     def timing(self, size: Size, procedure: Procedure) -> Timing:
@@ -181,7 +245,42 @@ class _Timer:
             counts[procedure.domain] / counts["image"],
             tuple(self.setting_ms[procedure.name]),
             {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
+            tuple(self.processor_ms[procedure.name]),
         )  # fmt: skip
+
+
+def timed(work: Callable[[], Any]) -> tuple[Any, float]:
+    """Return what some work returns, and how long it takes, ms."""
+    start = time.perf_counter()
+    made = work()
+    return made, (time.perf_counter() - start) * 1e3
+
+
+def measure_around(
+    subject: Subject, source: Callable[[], LandmarkSource], recipe: Recipe, *, repeats: int = 3
+) -> Around | None:
+    """Time what comes before and after on one photo; None where it has no file.
+
+    `source` makes a new source, whose first search loads its networks.
+    """
+    if subject.file is None:
+        return None
+    times: defaultdict[str, list[float]] = defaultdict(list)
+    file = subject.file
+    suffix = ".jpg" if file.suffix.lower() in READ_ONLY else file.suffix
+    pixels = render(subject.pixels, subject.faces, recipe).pixels
+    with tempfile.TemporaryDirectory() as folder:
+        to = Path(folder) / f"result{suffix}"
+        for _ in range(repeats):
+            photo, ms = timed(partial(read, file, max_megapixels=math.inf))
+            times["reading"].append(ms)
+            find = partial(source().find, subject.pixels)
+            save = partial(write, photo, pixels, to, force=True)
+            for kind, work in (("cold", find), ("warm", find), ("saving", save)):
+                times[kind].append(timed(work)[1])
+    return Around(
+        subject.name, *(tuple(times[kind]) for kind in ("reading", "cold", "warm", "saving"))
+    )
 
 
 def _again(faces: Sequence[Face], found: Sequence[Face]) -> list[Face]:

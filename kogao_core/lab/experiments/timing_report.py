@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, fields
 from itertools import chain
 from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.base.timing import STAGES
 from kogao_core.lab.experiments.timing import (
+    AGAIN,
     PROCEDURES,
     SIZES,
     Procedure,
@@ -19,6 +20,7 @@ from kogao_core.lab.experiments.timing import (
     Timing,
     TimingResult,
 )
+from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Report, Table, recipe_in_words
 from kogao_core.lab.reports.spread import Spread, rounded
@@ -43,7 +45,7 @@ _PAPER_MACHINE: Final = "Intel Core Duo T2300, 1.66 GHz, 2011"
 
 
 def report(result: TimingResult) -> Report:
-    """Return table 2 and the stages for each size, then the photos one by one."""
+    """Return table 2 and the stages for each size, what people did, then the photos one by one."""
     sizes = [size for size in SIZES if any(timing.size == size for timing in result.timings)]
     parts = [
         part
@@ -55,15 +57,18 @@ def report(result: TimingResult) -> Report:
     ]  # fmt: skip
     how = Text(
         "{recipe}; {warm_up} rounds to warm up, then {repeats} that "
-        "count, the four ways in turns. Manual ways are computed with the points "
-        "that were found, held as if set by hand: where a point lies doesn't "
-        "change what its warp costs.",
+        "count, the ways in turns. Manual ways are computed with the points that a person set on "
+        "that photo, where somebody did, else with those found, held as if set by hand.",
         recipe=recipe_in_words(result.recipe),
         warm_up=result.warm_up,
         repeats=result.repeats,
     )
     return Report(
-        _TITLE, _LEAD, [*parts, _photos(result), how], _records(result), _document(result)
+        _TITLE,
+        _LEAD,
+        [*parts, *_by_hand(result), *_around(result), _photos(result), how],
+        _records(result),
+        _document(result),
     )
 
 
@@ -104,29 +109,127 @@ def _table_2(result: TimingResult, size: Size) -> Table:
     header = (
         Text("method"),
         Text("setting, s"),
+        Text("n"),
         Text("computing, ms"),
+        Text("processor, ms"),
+        Text("n"),
         Text("total, s"),
         Text("computing / conventional"),
+        Text("processor / conventional"),
     )
     rows = []
-    for procedure, timings in _procedures(result, size):
-        setting, total = _setting(result, timings, procedure), _total(result, timings, procedure)
-        ratio = _of_conventional(result, size, procedure.name)
+    again = result.of(size, AGAIN.name)
+    for procedure, timings in [*_procedures(result, size), *([(AGAIN, again)] if again else [])]:
+        is_again = procedure is AGAIN
+        setting = None if is_again else _setting(result, timings, procedure)
+        total = None if is_again else _total(result, timings, procedure)
+        computing = _pooled(timings)
+        processor = Spread.of([ms for timing in timings for ms in timing.processor_ms])
         rows.append((
-            procedure.title, setting.text() if setting else NONE, _pooled(timings).text(),
-            total.text() if total else NONE, NONE if ratio is None else f"{ratio:.2f}",
+            procedure.title, setting.text() if setting else NONE,
+            str(setting.count) if setting else NONE, computing.text(), processor.text(),
+            str(computing.count), total.text() if total else NONE,
+            *(_ratio(_of_conventional(result, size, procedure.name, of)) for of in _CLOCKS),
         ))  # fmt: skip
-    if result.setting is None:
-        note = Text(
-            "Median and quartiles of all runs. No session of setting by hand was given, so there "
-            "is no total with one."
-        )
-    else:
-        note = Text(
-            "Median and quartiles of all runs. Recorded sessions of setting by hand: {count}.",
-            count=result.setting.count,
-        )
+    people = Text("No trial of setting by hand was given, so there is no total with one.")
+    if result.setting is not None:
+        people = Text("Setting by hand: from seeing the photo to applying, with corrections.")
+    note = Text(
+        "Median and quartiles of n runs. Automatic setting is warm: the networks were loaded "
+        "before. {people} The last row times the first one's computation once more, so its ratios "
+        "say how far two rows must be apart to differ. Processor: of all threads, without waiting "
+        "for other programs. Reading, loading networks and saving are in none of these.",
+        people=people,
+    )
     return Table(Text("Table 2 at {size}, measured here", size=_NAMES[size]), header, rows, note)
+
+
+_CLOCKS: Final[tuple[Callable[[Timing], Sequence[float]], ...]] = (
+    lambda timing: timing.computing_ms,
+    lambda timing: timing.processor_ms,
+)
+
+
+def _ratio(value: float | None) -> str:
+    return NONE if value is None else f"{value:.2f}"
+
+
+def _by_hand(result: TimingResult) -> list[Table]:
+    """Return what people took, one by one, and how far their points lie from those found."""
+    trials = result.trials_of("manual")
+    if not trials:
+        return []
+    people = list(dict.fromkeys(one.person for one in trials))
+    rows = [_set_by(one or NONE, [t for t in trials if t.person == one]) for one in people]
+    if len(people) > 1:
+        rows.insert(0, _set_by(Text("everybody"), trials))
+    for cold, called in ((True, Text("machine, cold")), (False, Text("machine, warm"))):
+        found = [one for one in result.trials_of("automatic") if one.cold == cold]
+        rows += [_set_by(called, found)] if found else []
+    practice = sum(one.practice and one.mode == "manual" for one in result.trials)
+    times = Table(
+        Text("Setting, person by person"),
+        (
+            Text("who"), Text("n"), Text("looking, s"), Text("to applying, s"),
+            Text("corrections"), Text("correcting, s"), Text("all of it, s"), Text("landmarks"),
+        ),
+        rows,
+        Text(
+            "Medians and quartiles of n photos; practice, left out: {practice}. The clock runs "
+            "from the moment the photo is seen; looking ends with the first point, and a "
+            "correction after applying is part of the same trial. Cold: the networks were loaded "
+            "in it.",
+            practice=practice,
+        ),
+    )  # fmt: skip
+    points = [
+        (
+            one.trial.person or NONE, one.trial.photo, str(one.trial.landmarks), str(one.found),
+            f"{one.apart.landmarks:.1f}", f"{one.apart.targets:.1f}",
+        )
+        for one in result.points
+    ]  # fmt: skip
+    beside = Table(
+        Text("Points set by hand and found, how far apart"),
+        (
+            Text("who"), Text("photo"), Text("set by hand"), Text("found"),
+            Text("landmarks, % of the eyes' distance"), Text("targets, % of the eyes' distance"),
+        ),
+        points,
+        Text("Means over the points of a photo's faces, each with its partner or the nearest one."),
+    )  # fmt: skip
+    return [times, beside] if points else [times]
+
+
+def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
+    def spread(of: Callable[[Trial], float]) -> str:
+        return Spread.of([of(one) for one in trials]).text()
+
+    corrected = [sum(one.corrections_s) for one in trials if one.corrections_s]
+    return [
+        who, str(len(trials)), spread(lambda one: one.looking_s), spread(lambda one: one.setting_s),
+        str(sum(len(one.corrections_s) for one in trials)),
+        Spread.of(corrected).text() if corrected else NONE,
+        spread(lambda one: one.total_s), spread(lambda one: one.landmarks),
+    ]  # fmt: skip
+
+
+def _around(result: TimingResult) -> list[Table]:
+    if not result.around:
+        return []
+    kinds = {
+        "reading_ms": Text("reading the file"),
+        "cold_ms": Text("finding, cold: networks loaded in it"),
+        "warm_ms": Text("finding, warm"),
+        "saving_ms": Text("saving the result"),
+    }
+    rows = []
+    for name, title in kinds.items():
+        pooled = Spread.of([ms for one in result.around for ms in getattr(one, name)])
+        rows.append((title, pooled.text(), str(pooled.count)))
+    header = (Text("what"), Text("ms"), Text("n"))
+    note = Text("At the photos' own size; median and quartiles of all runs of all photos.")
+    return [Table(Text("Before and after"), header, rows, note)]
 
 
 def _beside_the_paper(result: TimingResult, size: Size) -> Table:
@@ -182,14 +285,16 @@ def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure
     if result.setting is None:
         return None
     computing_s = _pooled(timings).median / 1e3
-    return Spread.of([one.setting_s + computing_s for one in result.setting_times])
+    return Spread.of([one.total_s + computing_s for one in result.trials_of("manual")])
 
 
-def _of_conventional(result: TimingResult, size: Size, procedure: str) -> float | None:
+def _of_conventional(
+    result: TimingResult, size: Size, procedure: str, clock: Callable[[Timing], Sequence[float]]
+) -> float | None:
     """Return computing time against the conventional one: median of the photos' ratios."""
     base = {one.photo: one for one in result.of(size, PROCEDURES[0].name)}
     ratios = [
-        statistics.median(one.computing_ms) / statistics.median(base[one.photo].computing_ms)
+        statistics.median(clock(one)) / statistics.median(clock(base[one.photo]))
         for one in result.of(size, procedure)
         if one.photo in base
     ]
@@ -235,7 +340,7 @@ def _photos(result: TimingResult) -> Table:
 
 
 def _records(result: TimingResult) -> list[dict[str, object]]:
-    procedures = {procedure.name: procedure for procedure in PROCEDURES}
+    procedures = {procedure.name: procedure for procedure in (*PROCEDURES, AGAIN)}
     return [_record(result, timing, procedures[timing.procedure]) for timing in result.timings]
 
 
@@ -257,6 +362,7 @@ def _record(result: TimingResult, timing: Timing, procedure: Procedure) -> dict[
         "computing_median_ms": computing.median,
         "computing_q1_ms": computing.q1,
         "computing_q3_ms": computing.q3,
+        "processor_median_ms": statistics.median(timing.processor_ms),
         **stages,
         "repeats": result.repeats,
         "paper_setting_s": procedure.setting_s,
@@ -272,6 +378,22 @@ def _document(result: TimingResult) -> dict[str, object]:
         "repeats": result.repeats,
         "warm_up": result.warm_up,
         "paper": {procedure.name: asdict(procedure) for procedure in PROCEDURES},
-        "sessions": [asdict(one) for one in result.setting_times],
+        "trials": [
+            {
+                **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "faces"},
+                "landmarks": one.landmarks,
+            }
+            for one in result.trials
+        ],
+        "apart": [
+            {
+                "trial": one.trial.trial,
+                "found": one.found,
+                "landmarks_percent": one.apart.landmarks,
+                "targets_percent": one.apart.targets,
+            }
+            for one in result.points
+        ],
+        "around": [asdict(one) for one in result.around],
         "timings": [asdict(timing) for timing in result.timings],
     }

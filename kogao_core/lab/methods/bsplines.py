@@ -22,7 +22,7 @@ class _FieldWarp(Warp):
     def __init__(self, field: Field) -> None:
         self.field = field
 
-    def displacement(self, points_px: Array) -> Array:
+    def at(self, points_px: Array) -> Array:
         return self.field.at(points_px)
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:

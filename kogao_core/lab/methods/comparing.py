@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -21,9 +21,11 @@ from kogao_core.lab.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp.field import shown_at
 
 SAMPLES_PX: Final = 2_000_000  # of a photo at most are sampled for folds, domain and heat
 DIFFERENCE_GAIN: Final = 4
+_QUICK: Final = " (quick)"  # behind the name of a method that is run as anyone would
 _ROUND: Final = 0.35  # of the faces' size is shown round them
 
 
@@ -32,17 +34,27 @@ class Compared:
     """One method on one photo."""
 
     method: Method  # which
-    # From points to the fitted method, and from there to all pixels.
+    # From points to the fitted method, and from there to all pixels, to the letter.
     fit_ms: Spread
     warp_ms: Spread
-    # How far landmarks end from their targets.
+    processor_ms: Spread  # of both, what all threads took of the processors
+    # How far the displacement at the targets is from the one asked for there.
     residual_mean_px: float
     residual_max_px: float
-    min_det: float  # smallest Jacobian determinant by central differences on the sampled pixels
+    landing_mean_px: float  # how far landmarks land from their targets
+    # Smallest and largest Jacobian determinant by central differences on the sampled pixels: the
+    # map goes backward, so that below 1 the picture is stretched and above 1 compressed.
+    min_det: float
+    max_det: float
     # Parts of the image, 0 to 1, that fold, and that move by more than 1/64 px.
     folded_share: float
     moved_share: float
     largest_px: float  # largest displacement
+    # As anyone would run it (`Method.quick`): all of it, and its result against the one to the
+    # letter; None for methods that are run so anyway. No PSNR is: not a byte differs.
+    quick_ms: Spread | None = None
+    quick_processor_ms: Spread | None = None
+    quick_psnr_db: float | None = None
     # ``result``, ``difference`` (to the photo, times `DIFFERENCE_GAIN`) and ``heat``; RGB.
     pictures: dict[str, Image] = field(default_factory=dict)
 
@@ -117,23 +129,23 @@ def measure(
     with one_blas_thread():
         task = WarpTask.of(subject.pixels, subject.faces, recipe)
         fitted, failed = _fitted([method for method in methods if _is_here(method)], task)
-        times: dict[str, tuple[list[float], list[float]]] = {m.name: ([], []) for m, _ in fitted}
+        fits = {method.name: method.fit for method, _ in fitted}
+        fits |= {method.name + _QUICK: method.quick for method, _ in fitted if method.quick}
+        times: dict[str, list[_Times]] = {name: [] for name in fits}
         results: dict[str, Image] = {}
         looks: dict[str, tuple[dict[str, float], Image]] = {}
         asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
         step = max(1, int(np.ceil(np.sqrt(task.image.area / SAMPLES_PX))))
         # A run that doesn't count may leave its displacement, which then isn't asked for again.
         moved = np.empty((2, *subject.pixels.shape[:2])) if warm_up and step == 1 else None
-        by_name = {method.name: method for method, _ in fitted}
-        runs = len(by_name) * (repeats + warm_up)
-        for done, (name, counts) in enumerate(in_turns(list(by_name), repeats, warm_up), start=1):
-            kept = None if counts or name in looks else moved
-            fit_ms, warp_ms, results[name] = _time_once(by_name[name], task, subject.pixels, kept)
+        runs = len(fits) * (repeats + warm_up)
+        for done, (name, counts) in enumerate(in_turns(list(fits), repeats, warm_up), start=1):
+            kept = None if counts or name in looks or name.endswith(_QUICK) else moved
+            took, results[name] = _time_once(fits[name], task, subject.pixels, kept)
             if kept is not None:
                 looks[name] = _look(kept, step, asked_px)
             if counts:
-                times[name][0].append(fit_ms)
-                times[name][1].append(warp_ms)
+                times[name].append(took)
             progress(done, runs)
         found = []
         for method, warp in fitted:
@@ -143,7 +155,15 @@ def measure(
                 sampled = warp.on_grid(*(np.arange(0, end, step) for end in ends))
                 look = _look(sampled, step, asked_px)
             result, mine = results[method.name], times[method.name]
-            found.append(_compared(method, warp, task, subject.pixels, result, mine, look))
+            one = _compared(method, warp, task, subject.pixels, result, mine, look)
+            if quick := times.get(method.name + _QUICK):
+                one = dataclasses.replace(
+                    one,
+                    quick_ms=Spread.of([took.fit_ms + took.warp_ms for took in quick]),
+                    quick_processor_ms=Spread.of([took.processor_ms for took in quick]),
+                    quick_psnr_db=_psnr_db(result, results[method.name + _QUICK]),
+                )
+            found.append(one)
         return Comparison(subject, asked_px, tuple(found)), [
             Text("{photo}: {problem}", photo=subject.name, problem=one) for one in failed
         ]
@@ -168,14 +188,27 @@ def _fitted(
     return fitted, failed
 
 
+class _Times(NamedTuple):
+    fit_ms: float
+    warp_ms: float
+    processor_ms: float
+
+
 def _time_once(
-    method: Method, task: WarpTask, photo: Image, moved: Array | None
-) -> tuple[float, float, Image]:
-    start = time.perf_counter()
-    warp = method.fit(task)
+    fit: Callable[[WarpTask], Warp], task: WarpTask, photo: Image, moved: Array | None
+) -> tuple[_Times, Image]:
+    processor, start = time.process_time(), time.perf_counter()
+    warp = fit(task)
     fitted = time.perf_counter()
     result = warp.pixels(photo, moved)
-    return (fitted - start) * 1e3, (time.perf_counter() - fitted) * 1e3, result
+    ends = fitted - start, time.perf_counter() - fitted, time.process_time() - processor
+    return _Times(*(1e3 * seconds for seconds in ends)), result
+
+
+def _psnr_db(one: Image, other: Image) -> float | None:
+    most = 1.0 if one.dtype == np.float32 else float(np.iinfo(one.dtype).max)
+    mean = float(np.square(one.astype(np.float64) - other).mean())
+    return 10.0 * float(np.log10(most**2 / mean)) if mean > 0.0 else None
 
 
 def _compared(
@@ -184,17 +217,20 @@ def _compared(
     task: WarpTask,
     photo: Image,
     result: Image,
-    times: tuple[list[float], list[float]],
-    look: tuple[dict[str, float], Image],
+    times: Sequence[_Times],
+    look: tuple[dict[str, Any], Image],
 ) -> Compared:
-    misses = np.linalg.norm(warp.displacement(task.target_px) - task.displacement_px, axis=1)
+    misses = np.linalg.norm(warp.at(task.target_px) - task.displacement_px, axis=1)
+    landed = shown_at(warp, task.target_px + task.displacement_px, task.target_px)
     figures, heat = look
     return Compared(
         method,
-        Spread.of(times[0]),
-        Spread.of(times[1]),
+        Spread.of([one.fit_ms for one in times]),
+        Spread.of([one.warp_ms for one in times]),
+        Spread.of([one.processor_ms for one in times]),
         float(misses.mean()),
         float(misses.max()),
+        float(np.linalg.norm(landed - task.target_px, axis=1).mean()),
         pictures=_pictures(rgb8(photo), rgb8(result), heat),
         **figures,
     )
@@ -205,6 +241,7 @@ def _look(displacement: Array, step_px: int, asked_px: float) -> tuple[dict[str,
     length, det = np.hypot(displacement[0], displacement[1]), _det(displacement, step_px)
     figures = {
         "min_det": float(det.min()),
+        "max_det": float(det.max()),
         "folded_share": float((det <= 0.0).mean()),
         "moved_share": float((length > LOSSLESS_PX).mean()),
         "largest_px": float(length.max()),

@@ -11,7 +11,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Array
 from kogao_core.base.language import Text
-from kogao_core.lab.methods.base import Method, Warp
+from kogao_core.lab.methods.base import Method, Warp, WarpTask, interpolated
 
 _NEAREST_PX: Final = 1e-6  # a point on a landmark takes that landmark's displacement
 
@@ -29,7 +29,7 @@ class _Moving(Warp):
         )
         self._summed = np.column_stack([np.ones(len(at)), at, goal, turned])
 
-    def displacement(self, points_px: Array) -> Array:
+    def at(self, points_px: Array) -> Array:
         x, y = np.ascontiguousarray((points_px - self._middle).T)
         apart = np.square(x[:, None] - self._from[:, 0])
         apart += np.square(y[:, None] - self._from[:, 1])
@@ -49,11 +49,16 @@ class _Moving(Warp):
         )
 
 
-# Weights fall with the square of the distance, without an end, so corners are pinned.
+def _fit(task: WarpTask) -> Warp:
+    """Weights fall with the square of the distance, without an end: the edges stay."""
+    return _Moving(*task.anchored())
+
+
 MOVING_LEAST_SQUARES: Final = Method(
     "moving",
     Text("Moving least squares, rigid"),
     Text("Schaefer et al. 2006"),
     Text("own (numpy)"),
-    lambda task: _Moving(*task.anchored()),
+    _fit,
+    quick=interpolated(_fit),
 )

@@ -190,6 +190,9 @@ def machine() -> dict[str, object]:
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),
+        "load": ", ".join(f"{one:.1f}" for one in os.getloadavg())
+        if hasattr(os, "getloadavg")
+        else "?",
         "system": platform.platform(),
         "python": platform.python_version(),
         "packages": {name: _version(name) for name in PACKAGES},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 import statistics
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -55,9 +56,10 @@ def rounded(value: float, digits: int = 3) -> str:
 def in_turns(names: Sequence[Name], rounds: int, warm_up: int) -> Iterator[tuple[Name, bool]]:
     """Yield every name once a round, and whether the round counts.
 
-    Each round begins with the next name, so that none always follows the same other.
+    Each round has an order of its own, drawn from the same seed in every run: what came before
+    leaves caches behind, and none always follows the same other.
     """
+    order = random.Random(0)
     for turn in range(-warm_up, rounds):
-        first = turn % len(names)
-        for name in (*names[first:], *names[:first]):
+        for name in order.sample(names, len(names)):
             yield name, turn >= 0

@@ -125,7 +125,7 @@ def _drawn(
         content = digest(subject, choices.recipe)
         for number, variant in enumerate(choices.variants, start=1):
             name = plan.picture_name(seed, content, index, variant)
-            data, measured = pictures.drawn(subject, variant.recipe(choices.recipe))
+            data, measured = pictures.drawn(subject, variant, choices.recipe)
             (place / name).write_bytes(data)
             progress(index * len(choices.variants) + number, total)
             yield name, Meaning(index, variant, measured)

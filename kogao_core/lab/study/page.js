@@ -90,6 +90,9 @@ function begin() {
   let session = null;
   let scale = null;
   let shownAt = 0;
+  // Time, ms, in which another tab or window was in front, since the picture was painted; from when on one is.
+  let away = 0;
+  let leftAt = null;
   let ready = false;
   let busy = false;
   let touched = false;
@@ -199,6 +202,8 @@ function begin() {
     picture.height = scale * picture.naturalHeight;
     requestAnimationFrame(() => requestAnimationFrame((now) => {
       shownAt = now;
+      away = 0;
+      leftAt = present() ? null : now;
       ready = !picture.hidden;
     }));
   }
@@ -220,14 +225,29 @@ function begin() {
     }
   }
 
+  const present = () => document.visibilityState === "visible" && document.hasFocus();
+
+  function attend() {
+    const now = performance.now();
+    if (leftAt !== null) away += now - leftAt;
+    leftAt = present() ? null : now;
+  }
+
   function answer(said) {
     if (!ready || part("judge").hidden) return;
+    attend();
+    const took = performance.now() - shownAt - away;
+    // What is pressed sooner was meant for the picture before.
+    if (took < study.least_ms) return;
     const box = part("picture").getBoundingClientRect();
     add(Object.assign({ picture: session.order[done()] }, said, {
-      ms: Math.max(0, Math.round(performance.now() - shownAt)),
+      ms: Math.round(took),
+      away: Math.round(away),
       shown: [Math.round(box.width), Math.round(box.height)],
       window: [innerWidth, innerHeight],
       ratio: devicePixelRatio,
+      degrees: null,
+      distance: null,
     }));
   }
 
@@ -275,6 +295,8 @@ function begin() {
   part("back").addEventListener("click", back);
   part("again").addEventListener("click", back);
   for (const button of document.querySelectorAll(".save")) button.addEventListener("click", save);
+  for (const change of ["focus", "blur"]) addEventListener(change, attend);
+  document.addEventListener("visibilitychange", attend);
   addEventListener("resize", () => { if (session && !part("judge").hidden && part("picture").complete) lay(); });
   document.addEventListener("keydown", (event) => {
     if (!part("start").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;

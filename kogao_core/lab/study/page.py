@@ -14,6 +14,7 @@ from PIL import Image as Pillow
 from kogao_core.base.language import language, translated
 from kogao_core.lab.study import results, words
 from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.quality import LEAST_MS
 from kogao_core.lab.subjects import PAPER_SIZE
 
 
@@ -45,6 +46,7 @@ def _data(study: Study, folder: Path, served: bool) -> str:
         **study.to_dict(),
         "header": results.header(study, "", "page"),
         "box": _box(study, folder),
+        "least_ms": LEAST_MS,
         "served": served,
         "words": {name: translated(text) for name, text in words.SCRIPT.items()},
     }

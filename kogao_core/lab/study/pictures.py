@@ -18,6 +18,7 @@ from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
 from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.variants import Variant
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.photo import Photo
 from kogao_core.pipeline import render
@@ -49,10 +50,21 @@ def _srgb(photo: Photo) -> Image:
     return pixels if shown is None else np.array(shown)
 
 
-def drawn(shown: Subject, recipe: Recipe) -> tuple[bytes, PictureFigures]:
-    """Return the subject warped by a recipe, as JPEG without any metadata, and how far it came."""
-    rendering = render(shown.pixels, shown.faces, recipe)
-    return jpeg(rendering.pixels), PictureFigures.of(rendering)
+def drawn(shown: Subject, variant: Variant, base: Recipe) -> tuple[bytes, PictureFigures]:
+    """Return a picture of the subject, as JPEG without any metadata, and how far it came."""
+    rendering = render(shown.pixels, shown.faces, variant.recipe(base))
+    pixels = rendering.pixels
+    if variant.kind == "catch":
+        pixels = _cut(pixels, shown.faces[0])
+    return jpeg(pixels), PictureFigures.of(rendering)
+
+
+def _cut(pixels: Image, face: Face) -> Image:
+    """Return a picture whose part below the middle of a face is moved aside by half the face."""
+    left, top = face.outline.min(axis=0)
+    right, bottom = face.outline.max(axis=0)
+    cut, moved = round((top + bottom) / 2.0), round((right - left) / 2.0)
+    return np.concatenate([pixels[:cut], np.roll(pixels[cut:], moved, axis=1)])
 
 
 def jpeg(pixels: Image) -> bytes:

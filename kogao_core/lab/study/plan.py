@@ -21,6 +21,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study.origin import Origin, PhotoRecord, PictureFigures
+from kogao_core.lab.study.quality import RULES, Rules
 from kogao_core.lab.study.variants import Kind, Variant
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import PAPER_CENTERS
@@ -29,7 +30,7 @@ STUDY_FILE: Final = "study.json"
 RATINGS_FOLDER: Final = "ratings"
 SUFFIX: Final = ".jpg"
 VERSION: Final = 1
-KEY_VERSION: Final = 2
+KEY_VERSION: Final = 3
 _STUDY_FORMAT: Final = "kogao-study"
 _KEY_FORMAT: Final = "kogao-study-key"
 _MOST_BYTES: Final = 32 * 2**20
@@ -82,6 +83,7 @@ class Key:
     subjects: tuple[PhotoRecord, ...]  # the photos; `Meaning.subject` counts them from 0
     pictures: Mapping[str, Meaning]  # by name
     origin: Origin | None = None  # how the study came to be
+    rules: Rules = RULES  # whose answers count
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -100,6 +102,7 @@ class Key:
             "seed": self.seed,
             "recipe": self.recipe.to_dict(),
             "origin": dataclasses.asdict(self.origin) if self.origin else None,
+            "rules": dataclasses.asdict(self.rules),
             "subjects": [dataclasses.asdict(one) for one in self.subjects],
             "pictures": pictures,
         }
@@ -139,8 +142,8 @@ def load_key(path: Path) -> Key:
     top = _parsed(path, Text("the key {path} can't be read", path=path))
     version = top.field("version").whole(1, KEY_VERSION)
     first = version == 1
-    fields = ("study", "seed", "recipe", "subjects", "pictures")
-    _check(top, _KEY_FORMAT, fields if first else (*fields, "origin"), version)
+    fields = ("study", "seed", "recipe", "subjects", "pictures", "origin", "rules")
+    _check(top, _KEY_FORMAT, fields[: 4 + version], version)
     faces = top.field("subjects").items(_MOST_PICTURES)
     subjects = tuple(
         PhotoRecord(node.text(4096)) if first else PhotoRecord.parse(node) for node in faces
@@ -165,6 +168,7 @@ def load_key(path: Path) -> Key:
         subjects,
         meanings,
         None if first else Origin.parse(top.field("origin")),
+        RULES if version < 3 else Rules.parse(top.field("rules")),
     )
 
 

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from statistics import fmean
 from typing import Final
+
+import numpy as np
 
 from kogao_core.base.language import Text
 from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
+from kogao_core.lab.study import curve
+from kogao_core.lab.study.curve import Curve, Curves, Estimate
+from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.quality import Quality
 from kogao_core.lab.study.sources import document_of, notes, studies
 from kogao_core.lab.study.statistics import Share
 from kogao_core.lab.study.tally import Tally
@@ -29,39 +36,43 @@ _ACHIEVED: Final = Text(
 _INDEPENDENCE: Final = Text(
     "Intervals are Wilson's at 95 %. They take every answer as independent; "
     "answers of one person, or about one face, are not, so the true uncertainty "
-    "is larger."
+    "is larger; that of the curve below is told with both."
 )
 
 
 def published(variant: Variant) -> float | None:
     """Return table 1's share of "unnatural" for a variant, %; None where the paper prints none."""
-    if variant.kind != "table1" or variant.percent not in DISTANCES:
-        return None
-    return UNNATURAL[variant.center - 1][DISTANCES.index(variant.percent)]
+    return _published(variant.percent, variant.center) if variant.kind == "table1" else None
 
 
-def table_1(tally: Tally) -> Table:
+Shares = Mapping[Variant, Share]
+
+
+def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
     """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
-    rows = []
-    for center, printed in enumerate(UNNATURAL, start=1):
-        shares = [_share(tally, "table1", percent, center) for percent in DISTANCES]
-        came = [_achieved(tally, percent, center) for percent in DISTANCES]
+    rows: list[list[str]] = []
+    distances = _distances(shares)
+    for center in _centers(shares):
+        own = [_share(shares, "table1", percent, center) for percent in distances]
+        came = [_achieved(tally, percent, center) for percent in distances]
         candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
-        rows.append([candidate, *map(_percent, shares)])
+        rows.append([candidate, *map(_percent, own)])
         rows.append([Text("achieved, % of D"), *came])
-        rows.append([Text("the paper"), *(f"{value:.3f} %" for value in printed)])
+        printed = [_published(percent, center) for percent in distances]
+        cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
+        rows.append([Text("the paper"), *cells])
     return Table(
-        Text("Unnaturalness by centre candidate and warp distance (table 1)"),
+        Text("Unnaturalness by centre candidate and warp distance (table 1), {whose}", whose=whose),
         (
             Text("asked for"),
-            *(Text("{percent:g} % of D", percent=percent) for percent in DISTANCES),
+            *(Text("{percent:g} % of D", percent=percent) for percent in distances),
         ),
         rows,
         Text(
             "{basis} {achieved} The paper: {subjects} faces, {students} students; "
             "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
             "about 160 answers stand behind each. {independence}",
-            basis=_basis(tally),
+            basis=_basis(tally, shares, people),
             achieved=_ACHIEVED,
             subjects=SUBJECTS,
             students=STUDENTS,
@@ -70,10 +81,13 @@ def table_1(tally: Tally) -> Table:
     )
 
 
-def figure_11(tally: Tally) -> Table:
+def figure_11(tally: Tally, shares: Shares) -> Table:
     """Return unnaturalness by lattice size."""
-    rows = [_size_row(tally, f"R = {v.lattice:g}", v) for v, _ in _of(tally, "figure11")]
-    rows += [_size_row(tally, Text("the photo as it is"), v) for v, _ in _of(tally, "control")]
+    rows = [
+        _size_row(tally, f"R = {v.lattice:g}", v, share) for v, share in _of(shares, "figure11")
+    ]
+    control = Text("the photo as it is")
+    rows += [_size_row(tally, control, v, share) for v, share in _of(shares, "control")]
     return Table(
         Text("Unnaturalness by lattice size (figure 11)"),
         (
@@ -88,76 +102,205 @@ def figure_11(tally: Tally) -> Table:
             "unnatural once the lattice was larger than the warp distance, above 1 "
             "in that column. Sizes achieve different distances, so they are compared "
             "together with these.",
-            basis=_basis(tally),
+            basis=_basis(tally, shares, len(tally.careful)),
         ),
     )  # fmt: skip
 
 
-def _size_row(tally: Tally, title: str, variant: Variant) -> list[str]:
-    found = tally.measured.get(variant)
+def _size_row(tally: Tally, title: str, variant: Variant, share: Share) -> list[str]:
+    found = tally.measured().get(variant)
     in_warps = None if found is None else found.lattice_in_warps
     return [
         title,
         NONE if in_warps is None else f"{in_warps:.2f}",
         NONE if found is None else f"{found.achieved:.2f}",
-        _percent(tally.shares[variant]),
+        _percent(share),
     ]
 
 
 def satisfaction(tally: Tally) -> Table:
-    """Return mean and deviation of the grades beside the paper's mean."""
-    grades = tally.satisfaction
-    row = [str(grades.count), _number(grades.mean), _number(grades.deviation), str(tally.skipped)]
+    """Return the grades; the paper's mean beside them where they are of oneself, as its are."""
+    own, others, skipped = tally.grades()
+    here = [
+        (Text("of themselves"), own, str(skipped)),
+        (Text("of several people, so of others"), others, NONE),
+    ]
+    rows: list[list[str]] = [
+        [name, str(grades.count), _number(grades.mean), _number(grades.deviation), left]
+        for name, grades, left in here
+        if grades.count or grades is own
+    ]
+    if own.count:
+        rows.append([Text("the paper"), str(PUBLISHED_USERS), "92", NONE, NONE])
     return Table(
         Text("Satisfaction, 0 to 100 (section 5)"),
         ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("not graded")),
-        [[Text("this study"), *row], [Text("the paper"), str(PUBLISHED_USERS), "92", NONE, NONE]],
+        rows,
         Text("The paper's users graded the picture of themselves; it prints no deviation."),
     )
 
 
+def care(tally: Tally) -> Table:
+    """Return what each rater's answers say of their care, and whose don't count."""
+    rules = tally.keys[0].rules
+    return Table(
+        Text("Raters"),
+        (
+            Text("rater"), Text("answers"), Text("median, s"),
+            Text("under {ms} ms", ms=rules.least_ms), Text("unnatural"), Text("longest run"),
+            Text("twins alike"), Text("catches seen"), Text("away, s"), Text("picture, CSS px"),
+            Text("picture, degrees"), Text("left out for"),
+        ),
+        [_rater_row(one) for one in tally.raters.values()],
+        Text(
+            "Fixed when the study was made: an answer in under {ms} ms doesn't count, and nobody "
+            "counts who is so quick in more than {quick:.0f} % of answers, says the same to all of "
+            "{straight} or more pictures from 2 to 10 % of D, or sees less than {caught:.0f} % of "
+            "the catch pictures. "
+            "Twins are two pictures that are the same. Times are without those away, in another "
+            "tab or window.",
+            ms=rules.least_ms,
+            quick=100.0 * rules.most_quick,
+            straight=rules.straight,
+            caught=100.0 * rules.least_caught,
+        ),
+    )  # fmt: skip
+
+
+def _rater_row(one: Quality) -> list[str]:
+    sizes = ", ".join(f"{width} \N{MULTIPLICATION SIGN} {height}" for width, height in one.sizes)
+    low, high = one.degrees or (0.0, 0.0)
+    degrees = f"{low:.2f}" if high - low < 0.01 else f"{low:.2f} to {high:.2f}"
+    return [
+        one.rater,
+        str(one.answers),
+        f"{one.median_ms / 1000.0:.2f}",
+        f"{100.0 * one.quick:.0f} %",
+        NONE if one.unnatural is None else f"{100.0 * one.unnatural:.0f} %",
+        str(one.longest_run),
+        f"{one.agreeing}/{one.pairs}" if one.pairs else NONE,
+        f"{one.caught}/{one.catches}" if one.catches else NONE,
+        f"{one.away_ms / 1000.0:.1f}",
+        sizes or NONE,
+        degrees if one.degrees else NONE,
+        Text.joined("; ", one.reasons) if one.reasons else NONE,
+    ]
+
+
+def curves(found: Curves) -> Table:
+    """Return where half of the answers are "unnatural", over all and by centre."""
+    rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
+    for center, one in found.centers.items():
+        later = found.later.get(center)
+        candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
+        rows.append([candidate, *_curve_cells(one), _estimate(later) if later else NONE])
+    hint: str = ""
+    if found.p is not None:
+        first = min(found.centers)
+        hint = Text(
+            "If the centre made no difference at the distances asked for, answers would differ as "
+            "much by it with p = {p:.3f} (Cochran's Q). To tell 0.5 % of D between two centres "
+            "in 4 of 5 studies takes {n} raters like these or fewer, with faces in proportion. "
+            "Later is against candidate {first}.",
+            p=found.p, n=found.raters_needed, first=first,
+        )  # fmt: skip
+    return Table(
+        Text("Where half of the answers are “unnatural”, by the distance achieved"),
+        (
+            Text("centre"), Text("at, % of D"), Text("scale, % of D"), Text("lapses"),
+            Text("answers"), Text("later by, % of D"),
+        ),
+        rows,
+        Text(
+            "A logistic curve with a share of lapses at both ends, by greatest likelihood, over "
+            "pictures of table 1 and the photo as it is. Intervals of 95 % are from {n} draws of "
+            "raters and faces ({raters} and {faces}) with replacement. {hint}",
+            n=curve.RESAMPLES, raters=found.raters, faces=found.faces, hint=hint,
+        ),
+    )  # fmt: skip
+
+
+def _curve_cells(one: Curve) -> list[str]:
+    lapses = f"{100.0 * one.lapse:.0f} %"
+    return [_estimate(one.middle), _estimate(one.scale), lapses, str(one.answers)]
+
+
+def _estimate(one: Estimate) -> str:
+    return Text("{value:.2f} ({low:.2f} to {high:.2f})", **asdict(one))
+
+
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
-    parts: list[Part] = [Row(_distance_charts(tally), wide=True)]
-    parts += [Heading(Text("Warp distance and centre")), table_1(tally)]
-    parts += [Heading(Text("Lattice size")), figure_11(tally)]
-    if _of(tally, "figure11"):
-        parts.append(_lattice_chart(tally))
-    parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
+    shares, everybody = tally.shares(), tally.shares(tally.answers)
+    found = curve.fitted(tally.counted) if curve.is_here() else None
+    differs = shares != everybody
+    whose = Text("those who count") if differs else Text("everybody")
+    parts: list[Part] = [Row(_distance_charts(shares), wide=True)]
+    parts += [
+        Heading(Text("Warp distance and centre")),
+        table_1(tally, shares, whose, len(tally.careful)),
+    ]
+    if differs:
+        parts.append(table_1(tally, everybody, Text("everybody"), len(tally.raters)))
+    if found is not None:
+        parts += [_curve_chart(tally, shares, found), curves(found)]
+    parts += [Heading(Text("Lattice size")), figure_11(tally, shares)]
+    if _of(shares, "figure11"):
+        parts.append(_lattice_chart(shares))
+    if any(row.variant.kind == "satisfaction" for row in tally.answers):
+        parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
+    parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
     parts += [Heading(Text("Where it comes from")), studies(tally)]
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
-    return Report(_TITLE, _LEAD, parts, _records(tally), _document(tally))
+    records = _records(tally, shares, everybody)
+    return Report(_TITLE, _LEAD, parts, records, _document(tally, records, found))
 
 
-def _document(tally: Tally) -> dict[str, object]:
-    grades = tally.satisfaction
+def _document(
+    tally: Tally, records: list[dict[str, object]], found: Curves | None
+) -> dict[str, object]:
+    own, others, skipped = tally.grades()
+    graded = {
+        "grades": own.count,
+        "mean": _or_none(own.mean),
+        "standard_deviation": _or_none(own.deviation),
+        "of_others": others.count,
+        "skipped": skipped,
+        "published_mean": PUBLISHED_SATISFACTION if own.count else None,
+    }
     return {
         "subjects": tally.subjects,
-        "raters": tally.raters,
+        "raters": len(tally.careful),
+        "rules": [asdict(key.rules) for key in tally.keys],
+        "care": [
+            {**asdict(one), "reasons": [str(reason) for reason in one.reasons]}
+            for one in tally.raters.values()
+        ],
         "torn_lines": tally.torn,
         "unfinished": [
             {"rater": one.rater, "answered": len(one.answered), "pictures": len(one.order)}
             for one in tally.unfinished
         ],
-        "not_counted": [{"file": str(path), "study": study} for path, study in tally.foreign],
+        "not_counted": [{"file": str(path), "why": str(why)} for path, why in tally.refused],
         "studies": [document_of(key) for key in tally.keys],
-        "variants": _records(tally),
-        "satisfaction": {
-            "grades": grades.count,
-            "mean": _or_none(grades.mean),
-            "standard_deviation": _or_none(grades.deviation),
-            "skipped": tally.skipped,
-            "published_mean": PUBLISHED_SATISFACTION,
-        },
+        "variants": records,
+        "curves": asdict(found) if found else None,
+        "satisfaction": graded,
     }
 
 
-def _records(tally: Tally) -> list[dict[str, object]]:
-    return [_row(tally, variant, share) for variant, share in tally.shares.items()]
+def _records(tally: Tally, shares: Shares, everybody: Shares) -> list[dict[str, object]]:
+    measured = tally.measured()
+    return [
+        _row(variant, share, everybody[variant], measured.get(variant))
+        for variant, share in shares.items()
+    ]
 
 
-def _row(tally: Tally, variant: Variant, share: Share) -> dict[str, object]:
-    printed, found = published(variant), tally.measured.get(variant)
+def _row(
+    variant: Variant, share: Share, everybody: Share, found: PictureFigures | None
+) -> dict[str, object]:
+    printed = published(variant)
     low, high = share.interval
     return {
         "kind": variant.kind,
@@ -172,23 +315,37 @@ def _row(tally: Tally, variant: Variant, share: Share) -> dict[str, object]:
         "low": low,
         "high": high,
         "published": None if printed is None else printed / 100.0,
+        "unnatural_everybody": everybody.hits,
+        "answers_everybody": everybody.answers,
     }
 
 
-def _of(tally: Tally, kind: Kind) -> list[tuple[Variant, Share]]:
-    return [(variant, share) for variant, share in tally.shares.items() if variant.kind == kind]
+def _of(shares: Shares, kind: Kind) -> list[tuple[Variant, Share]]:
+    return [(variant, share) for variant, share in shares.items() if variant.kind == kind]
 
 
-def _share(tally: Tally, kind: Kind, percent: float, center: int) -> Share:
-    found = [s for v, s in _of(tally, kind) if (v.percent, v.center) == (percent, center)]
+def _distances(shares: Shares) -> list[float]:
+    return sorted({variant.percent for variant, _ in _of(shares, "table1")})
+
+
+def _centers(shares: Shares) -> list[int]:
+    return sorted({variant.center for variant, _ in _of(shares, "table1")})
+
+
+def _share(shares: Shares, kind: Kind, percent: float, center: int) -> Share:
+    found = [s for v, s in _of(shares, kind) if (v.percent, v.center) == (percent, center)]
     return Share(sum(s.hits for s in found), sum(s.answers for s in found))
 
 
-def _achieved(tally: Tally, percent: float, center: int) -> str:
+def _published(percent: float, center: int) -> float | None:
+    return UNNATURAL[center - 1][DISTANCES.index(percent)] if percent in DISTANCES else None
+
+
+def _achieved(tally: Tally, percent: float, center: int | None = None) -> str:
     found = [
         one.achieved
-        for v, one in tally.measured.items()
-        if (v.kind, v.percent, v.center) == ("table1", percent, center)
+        for v, one in tally.measured().items()
+        if (v.kind, v.percent) == ("table1", percent) and center in (None, v.center)
     ]
     return f"{fmean(found):.2f}" if found else NONE
 
@@ -202,8 +359,8 @@ def _percent(share: Share) -> str:
     )
 
 
-def _basis(tally: Tally) -> str:
-    counts = [share.answers for share in tally.shares.values()]
+def _basis(tally: Tally, shares: Shares, people: int) -> str:
+    counts = [share.answers for share in shares.values()]
     low, high = min(counts), max(counts)
     answers = (
         Text.counted(high, "{n} answer", "{n} answers")
@@ -211,7 +368,7 @@ def _basis(tally: Tally) -> str:
         else Text.counted(high, "{low} to {n} answer", "{low} to {n} answers", low=low)
     )
     faces = Text.counted(tally.subjects, "{n} face", "{n} faces")
-    raters = Text.counted(tally.raters, "{n} rater", "{n} raters")
+    raters = Text.counted(people, "{n} rater", "{n} raters")
     return Text(
         "{faces}, {raters}, {answers} to each kind of picture.",
         faces=faces,
@@ -220,34 +377,55 @@ def _basis(tally: Tally) -> str:
     )
 
 
-def _distance_charts(tally: Tally) -> list[Chart]:
+def _distance_charts(shares: Shares) -> list[Chart]:
     """Return the study and the paper side by side, all centres."""
-    names = [
-        Text("centre candidate {center}", center=center) for center in range(1, len(UNNATURAL) + 1)
+    distances, centers = _distances(shares), _centers(shares)
+    names = [Text("centre candidate {center}", center=center) for center in centers]
+    here = [
+        _series(name, [_share(shares, "table1", percent, center) for percent in distances])
+        for name, center in zip(names, centers, strict=True)
     ]
-    shares = [
-        [_share(tally, "table1", percent, center) for percent in DISTANCES]
-        for center in range(1, len(names) + 1)
+    there = [
+        Series(Text("centre candidate {center}", center=center), row)
+        for center, row in enumerate(UNNATURAL, start=1)
     ]
-    here = [_series(name, row) for name, row in zip(names, shares, strict=True)]
-    there = [Series(name, row) for name, row in zip(names, UNNATURAL, strict=True)]
     most = max([100.0, *(value for row in UNNATURAL for value in row)])
     return [
         Chart(
             Text("Unnaturalness by warp distance, {whose}", whose=whose),
-            [f"{p:g}" for p in DISTANCES],
+            [f"{p:g}" for p in places],
             Text("unnatural, %"), series, along=Text("warp distance, % of D"), caption=caption,
             most=most,
         )
-        for whose, series, caption in (
-            (Text("this study"), here, Text("This study, with intervals of 95 %.")),
-            (Text("the paper"), there, Text("The paper's table 1, which prints no intervals.")),
+        for whose, places, series, caption in (
+            (Text("this study"), distances, here, Text("This study, with intervals of 95 %.")),
+            (
+                Text("the paper"), DISTANCES, there,
+                Text("The paper's table 1, which prints no intervals."),
+            ),
         )
     ]  # fmt: skip
 
 
-def _lattice_chart(tally: Tally) -> Chart:
-    found = _of(tally, "figure11")
+def _curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
+    """Return the answers by the distance achieved, and the curve through them."""
+    distances = [percent for percent in _distances(shares) if percent >= 0.0]
+    pooled = []
+    for percent in distances:
+        own = [share for v, share in _of(shares, "table1") if v.percent == percent]
+        pooled.append(Share(sum(s.hits for s in own), sum(s.answers for s in own)))
+    places = [_achieved(tally, percent) for percent in distances]
+    fit = found.whole.at(np.array([float(place) for place in places]))
+    return Chart(
+        Text("Unnaturalness by the distance achieved"), places, Text("unnatural, %"),
+        [_series(Text("answers"), pooled), Series(Text("curve"), [100.0 * y for y in fit])],
+        along=Text("distance achieved, % of D"), most=100.0,
+        caption=Text("All centres together, and the curve at these distances."),
+    )  # fmt: skip
+
+
+def _lattice_chart(shares: Shares) -> Chart:
+    found = _of(shares, "figure11")
     return Chart(
         Text("Unnaturalness by lattice size"), [f"{variant.lattice:g}" for variant, _ in found],
         Text("unnatural, %"), [_series(Text("this study"), [share for _, share in found])],

@@ -31,7 +31,7 @@ from kogao_core.lab.study.session import (
 )
 
 SUFFIX: Final = ".jsonl"
-VERSION: Final = 2
+VERSION: Final = 3
 # The grey round every picture, in every browser: another one changes how a face's colours look.
 SURROUND: Final = "#b8b8b8"
 _LARGEST_GRADE: Final = 100
@@ -42,6 +42,7 @@ _MOST_RECORDS: Final = 10_000_000
 _LONGEST_MS: Final = 10**9
 _LONGEST_SIDE: Final = 100_000
 _LARGEST_RATIO: Final = 100.0
+_LARGEST_DISTANCE_MM: Final = 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,22 +165,28 @@ def record(node: Node, version: int = VERSION) -> Record:
     if node.field("back").value is not None:
         node.only(("n", "picture", "back")).field("back").flag()
         return Record(number, picture, back=True)
-    viewed = ("shown", "window", "ratio") if version > 1 else ()
+    viewed = ("shown", "window", "ratio", "away", "degrees", "distance")[: 3 * (version - 1)]
     took, display = node.field("ms").whole(0, _LONGEST_MS), _display(node) if viewed else None
+    away = node.field("away").whole(0, _LONGEST_MS) if "away" in viewed else None
     if "answer" in node.value:
         node.only(("n", "picture", "answer", "ms", *viewed))
         text = node.field("answer").text(20, get_args(Answer))
         answer: Answer = "natural" if text == "natural" else "unnatural"
-        return Record(number, picture, answer=answer, took_ms=took, display=display)
+        return Record(number, picture, answer, took_ms=took, away_ms=away, display=display)
     node.only(("n", "picture", "grade", "ms", *viewed))
     grade = node.field("grade")
     value = None if grade.value is None else grade.whole(0, _LARGEST_GRADE)
-    return Record(number, picture, grade=value, took_ms=took, display=display)
+    return Record(number, picture, None, value, took_ms=took, away_ms=away, display=display)
 
 
 def _display(node: Node) -> Display:
     ratio = node.field("ratio").number(1.0 / _LARGEST_RATIO, _LARGEST_RATIO)
-    return Display(_size(node.field("shown")), _size(node.field("window")), ratio)
+    degrees, distance = (
+        None if node.field(name).value is None else node.field(name).number(0.0, most)
+        for name, most in (("degrees", 180.0), ("distance", _LARGEST_DISTANCE_MM))
+    )
+    shown, window = _size(node.field("shown")), _size(node.field("window"))
+    return Display(shown, window, ratio, degrees, distance)
 
 
 def _size(node: Node) -> tuple[int, int]:
@@ -189,23 +196,19 @@ def _size(node: Node) -> tuple[int, int]:
     return sides[0], sides[1]
 
 
-def newest(many: Sequence[Ratings]) -> list[Ratings]:
-    """Keep one file a rater: the longest, where the others are earlier copies of it.
+def newest(copies: Sequence[Ratings]) -> Ratings:
+    """Return the longest of a session's files, where the others are earlier copies of it.
 
     Raises BadFile.
     """
-    kept: dict[tuple[str, str], Ratings] = {}
-    for ratings in many:
-        who = (ratings.study, ratings.rater)
-        other = kept.get(who, ratings)
-        shorter, longer = sorted((other, ratings), key=lambda one: len(one.records))
-        if longer.records[: len(shorter.records)] != shorter.records:
+    *shorter, longest = sorted(copies, key=lambda one: len(one.records))
+    for one in shorter:
+        if longest.records[: len(one.records)] != one.records:
             raise BadFile(
                 Text(
                     "rater {rater} has two files that contradict each other; take "
                     "the wrong one away",
-                    rater=ratings.rater,
+                    rater=one.rater,
                 )
             )
-        kept[who] = longer
-    return list(kept.values())
+    return longest

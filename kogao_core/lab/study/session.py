@@ -22,6 +22,10 @@ class Display:
     shown: tuple[int, int]
     window: tuple[int, int]
     ratio: float  # device px a CSS px
+    # Width of the picture, degrees of visual angle, and the distance of the eyes, mm, that it
+    # follows from. None where the screen wasn't measured.
+    degrees: float | None = None
+    distance_mm: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +38,10 @@ class Record:
     # 0 to 100 for a picture of the second block; None there for one that was skipped.
     grade: int | None = None
     back: bool = False  # the last answer, about this picture, is taken back
-    took_ms: int = 0  # from the picture's appearance to the answer
+    # From the picture's appearance to the answer; without `away_ms`, the time in which another
+    # tab or window was in front. Before version 3 the first holds both and the second is None.
+    took_ms: int = 0
+    away_ms: int | None = None
     display: Display | None = None  # how it was displayed. None in logs of version 1.
 
     def to_dict(self) -> dict[str, Any]:
@@ -43,10 +50,11 @@ class Record:
         if self.back:
             return {**line, "back": True}
         line |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
-        line |= {"ms": self.took_ms}
+        line |= {"ms": self.took_ms, "away": self.away_ms}
         if self.display is not None:
-            shown, window = list(self.display.shown), list(self.display.window)
-            line |= {"shown": shown, "window": window, "ratio": self.display.ratio}
+            seen = self.display
+            line |= {"shown": list(seen.shown), "window": list(seen.window), "ratio": seen.ratio}
+            line |= {"degrees": seen.degrees, "distance": seen.distance_mm}
         return line
 
 

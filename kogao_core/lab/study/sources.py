@@ -6,6 +6,7 @@ from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Table, recipe_in_words
+from kogao_core.lab.study import curve
 from kogao_core.lab.study.plan import Key
 from kogao_core.lab.study.tally import Tally
 
@@ -48,14 +49,29 @@ def _origin(key: Key) -> tuple[str, str, str]:
 
 def notes(tally: Tally) -> list[str]:
     """Return sentences about what isn't counted, or should be known of what is."""
-    sentences: list[str] = [
+    sentences: list[str] = [Text("not counted: {why}", why=why) for _, why in tally.refused]
+    sentences += [
         Text(
-            "{path} holds ratings of study {study}, not of this one; they aren't counted",
-            path=path,
-            study=study,
+            "the answers of {rater} are left out: {why}",
+            rater=one.rater,
+            why=Text.joined("; ", one.reasons),
         )
-        for path, study in tally.foreign
+        for one in tally.left_out
     ]
+    early = sum(row.is_early for row in tally.answers if row.session.rater in tally.careful)
+    if early:
+        sentences.append(Text("answers that came too early and are left out: {n}", n=early))
+    sizes = {one.sizes for one in tally.raters.values()}
+    if len(sizes) > 1:
+        sentences.append(
+            Text(
+                "raters saw pictures at different sizes, which are pooled; see the table of raters"
+            )
+        )
+    if not curve.is_here():
+        sentences.append(
+            Text("the curve and its 50 % point need scipy: pip install 'kogao[experiments]'")
+        )
     if tally.torn:
         sentences.append(Text("torn lines of ratings that were left out: {torn}", torn=tally.torn))
     if tally.unfinished:

@@ -1,111 +1,135 @@
-"""Ratings joined with the key: what was called unnatural, variant by variant."""
+"""Ratings joined with the key: every answer with what it is about, and who gave it with care."""
 
 from __future__ import annotations
 
+import dataclasses
 import statistics
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
-from kogao_core.lab.study import plan, results
+from kogao_core.lab.study import plan, quality, results
 from kogao_core.lab.study.origin import PictureFigures
-from kogao_core.lab.study.plan import Key
+from kogao_core.lab.study.plan import Key, Meaning
+from kogao_core.lab.study.quality import Quality
 from kogao_core.lab.study.results import Ratings
-from kogao_core.lab.study.session import Session
+from kogao_core.lab.study.session import Record, Session
 from kogao_core.lab.study.statistics import Grades, Share
 from kogao_core.lab.study.variants import Variant
 
 _MOST_FILES: Final = 10_000
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Answered:
+    """One answer that wasn't taken back."""
+
+    key: Key  # of its study
+    session: Session
+    place: int  # in the session's order, from 1
+    record: Record
+
+    @property
+    def meaning(self) -> Meaning:
+        """What the picture is."""
+        return self.key.pictures[self.record.picture]
+
+    @property
+    def variant(self) -> Variant:
+        """Which picture of its face it is."""
+        return self.meaning.variant
+
+    @property
+    def is_early(self) -> bool:
+        """Whether it came before the least time of the study's rules."""
+        return self.record.took_ms < self.key.rules.least_ms
+
+
 @dataclass(slots=True)
 class Tally:
     """What one or more studies found."""
 
-    # Answers "unnatural" to each variant, over all subjects and raters.
-    shares: dict[Variant, Share] = field(default_factory=dict)
-    grades: list[int] = field(default_factory=list)  # satisfaction, 0 to 100
-    skipped: int = 0  # pictures that weren't graded
-    # How many photos, and torn lines.
-    subjects: int = 0
-    torn: int = 0
-    # Of the raters; one code is one person in all studies.
-    codes: set[str] = field(default_factory=set)
-    # Means over the subjects; without variants that a key doesn't have.
-    measured: dict[Variant, PictureFigures] = field(default_factory=dict)
     keys: list[Key] = field(default_factory=list)  # the studies
+    answers: list[Answered] = field(default_factory=list)  # all, in the order of the files
+    raters: dict[str, Quality] = field(default_factory=dict)  # one code is one person everywhere
+    torn: int = 0  # lines
     # Begun and not brought to their end; their answers count.
     unfinished: list[Session] = field(default_factory=list)
-    # Files of ratings that aren't counted, and the study that each names.
-    foreign: list[tuple[Path, str]] = field(default_factory=list)
+    # Files of ratings that aren't counted, and a sentence that says why.
+    refused: list[tuple[Path, str]] = field(default_factory=list)
 
     @property
-    def raters(self) -> int:
-        """How many people answered."""
-        return len(self.codes)
+    def subjects(self) -> int:
+        """How many photos."""
+        return sum(len(key.subjects) for key in self.keys)
 
     @property
-    def satisfaction(self) -> Grades:
-        """Mean and deviation of the grades."""
-        return Grades.of(self.grades)
+    def careful(self) -> set[str]:
+        """Raters whose answers count."""
+        return {rater for rater, one in self.raters.items() if not one.reasons}
 
+    @property
+    def left_out(self) -> list[Quality]:
+        """Raters whose answers don't count."""
+        return [one for one in self.raters.values() if one.reasons]
 
-def _rating_files(folder: Path) -> list[Path]:
-    """Return the files of ratings in a study's folder: the editor's, and those handed in."""
-    places = (folder, folder / plan.RATINGS_FOLDER)
-    return sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
+    @property
+    def counted(self) -> list[Answered]:
+        """The answers that count."""
+        return [row for row in self.answers if not self.reasons(row)]
 
+    def reasons(self, row: Answered) -> tuple[Text, ...]:
+        """Return why an answer doesn't count."""
+        early = (Text("too early"),) if row.is_early else ()
+        return (*self.raters[row.session.rater].reasons, *early)
 
-def tally(studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = ()) -> Tally:
-    """Count the answers of some studies. Raises BadFile."""
-    total, hits, answers = Tally(), Counter[Variant](), Counter[Variant]()
-    extra = _by_study(others)
-    for folder, key_file in studies:
-        study, key = plan.load_study(folder), plan.load_key(key_file)
-        _check(study, key, key_file)
-        own = list(_own(study, folder, total))
-        ratings = results.newest([*own, *extra.pop(study.identity, [])])
-        total.subjects += len(key.subjects)
-        total.keys.append(key)
-        for one in ratings:
-            _count(_session(study, one), key, total, hits, answers)
-            total.torn += one.torn
-        judged = (meaning.variant for meaning in key.pictures.values())
-        answers.update(dict.fromkeys((v for v in judged if v.kind != "satisfaction"), 0))
-    if extra:
-        raise BadFile(
-            Text("the ratings of study {extra} belong to none of these folders", extra=min(extra))
-        )
-    total.shares = {variant: Share(hits[variant], answers[variant]) for variant in sorted(answers)}
-    total.measured = _measured(total.keys)
-    return total
+    def shares(self, rows: Iterable[Answered] | None = None) -> dict[Variant, Share]:
+        """Return the answers "unnatural" to each variant; without rows, of those that count."""
+        hits, answers = Counter[Variant](), Counter[Variant]()
+        for row in self.counted if rows is None else rows:
+            if row.record.answer is not None:
+                answers[row.variant] += 1
+                hits[row.variant] += row.record.answer == "unnatural"
+        kinds = {one.variant for key in self.keys for one in key.pictures.values()}
+        judged = sorted(one for one in kinds if one.is_judged)
+        return {variant: Share(hits[variant], answers[variant]) for variant in judged}
 
+    def grades(self) -> tuple[Grades, Grades, int]:
+        """Return what grades of oneself amount to, other grades, and how many weren't given.
 
-def _own(study: plan.Study, folder: Path, total: Tally) -> Iterator[Ratings]:
-    """Yield the ratings in a study's folder; those of other studies are named and left out."""
-    for path in _rating_files(folder)[:_MOST_FILES]:
-        ratings = results.load(path)
-        if ratings.study == study.identity:
-            yield ratings
-        else:
-            total.foreign.append((path, ratings.study))
+        Nobody is in several photos: who graded several faces graded others.
+        """
+        own: list[int] = []
+        others: list[int] = []
+        skipped = 0
+        by_rater: defaultdict[str, list[Answered]] = defaultdict(list)
+        for row in self.counted:
+            if row.variant.kind == "satisfaction":
+                by_rater[row.session.rater].append(row)
+        for rows in by_rater.values():
+            graded = [row for row in rows if row.record.grade is not None]
+            faces = {(row.key.identity, row.meaning.subject) for row in graded}
+            given = [row.record.grade for row in graded if row.record.grade is not None]
+            (own if len(faces) == 1 else others).extend(given)
+            skipped += len(rows) - len(graded)
+        return Grades.of(own), Grades.of(others), skipped
 
-
-def _measured(keys: Iterable[Key]) -> dict[Variant, PictureFigures]:
-    found: defaultdict[Variant, list[PictureFigures | None]] = defaultdict(list)
-    for key in keys:
-        for meaning in key.pictures.values():
-            found[meaning.variant].append(meaning.measured)
-    known = {variant: [one for one in all_ if one] for variant, all_ in found.items()}
-    return {
-        variant: _mean(values)
-        for variant, values in known.items()
-        if len(values) == len(found[variant])
-    }
+    def measured(self) -> dict[Variant, PictureFigures]:
+        """Return means over the subjects; without variants that a key doesn't have."""
+        found: defaultdict[Variant, list[PictureFigures | None]] = defaultdict(list)
+        for key in self.keys:
+            for meaning in key.pictures.values():
+                found[meaning.variant].append(meaning.measured)
+        known = {variant: [one for one in all_ if one] for variant, all_ in found.items()}
+        return {
+            variant: _mean(values)
+            for variant, values in known.items()
+            if len(values) == len(found[variant])
+        }
 
 
 def _mean(values: Sequence[PictureFigures]) -> PictureFigures:
@@ -116,11 +140,66 @@ def _mean(values: Sequence[PictureFigures]) -> PictureFigures:
     )
 
 
-def _by_study(files: Iterable[Path]) -> dict[str, list[Ratings]]:
-    found: defaultdict[str, list[Ratings]] = defaultdict(list)
+def tally(
+    studies: Sequence[tuple[Path, Path]], others: Iterable[Path] = (), exclude: Collection[str] = ()
+) -> Tally:
+    """Join the answers of some studies with their keys. Raises BadFile.
+
+    What can't be used of the ratings is named in the result and stops nothing.
+    """
+    total, known = Tally(), {}
+    for folder, key_file in studies:
+        study, key = plan.load_study(folder), plan.load_key(key_file)
+        _check(study, key, key_file)
+        total.keys.append(key)
+        known[study.identity] = study, key
+    files = [path for folder, _ in studies for path in _rating_files(folder)]
+    for (identity, _), copies in _by_session([*files, *others], total).items():
+        if identity not in known:
+            total.refused += [
+                (
+                    path,
+                    Text(
+                        "{path} holds ratings of another study, {study}", path=path, study=identity
+                    ),
+                )
+                for path, _ in copies
+            ]
+            continue
+        study, key = known[identity]
+        try:
+            ratings = results.newest([ratings for _, ratings in copies])
+            session = ratings.session(study)
+        except BadFile as problem:
+            total.refused += [
+                (path, Text("{path}: {problem}", path=path, problem=problem)) for path, _ in copies
+            ]
+            continue
+        _add(session, key, total)
+        total.torn += ratings.torn
+    _judge_raters(total, exclude)
+    return total
+
+
+def _rating_files(folder: Path) -> list[Path]:
+    """Return the files of ratings in a study's folder: the program's, and those handed in."""
+    places = (folder, folder / plan.RATINGS_FOLDER)
+    found = sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
+    return found[:_MOST_FILES]
+
+
+def _by_session(
+    files: Iterable[Path], total: Tally
+) -> dict[tuple[str, str], list[tuple[Path, Ratings]]]:
+    """Return the files that can be read, by study and rater."""
+    found = defaultdict(list)
     for path in files:
-        ratings = results.load(path)
-        found[ratings.study].append(ratings)
+        try:
+            ratings = results.load(path)
+        except BadFile as problem:
+            total.refused.append((path, str(problem)))
+        else:
+            found[ratings.study, ratings.rater].append((path, ratings))
     return found
 
 
@@ -135,28 +214,23 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
         )
 
 
-def _session(study: plan.Study, ratings: Ratings) -> Session:
-    try:
-        return ratings.session(study)
-    except BadFile as error:
-        raise BadFile(
-            Text("the ratings of {rater} can't be used: {error}", rater=ratings.rater, error=error)
-        ) from None
-
-
-def _count(
-    session: Session, key: Key, total: Tally, hits: Counter[Variant], answers: Counter[Variant]
-) -> None:
-    if session.answered:
-        total.codes.add(session.rater)
+def _add(session: Session, key: Key, total: Tally) -> None:
     if session.answered and session.current is not None:
         total.unfinished.append(session)
-    for record in session.answered:
-        variant = key.pictures[record.picture].variant
-        if variant.kind != "satisfaction":
-            answers[variant] += 1
-            hits[variant] += record.answer == "unnatural"
-        elif record.grade is None:
-            total.skipped += 1
-        else:
-            total.grades.append(record.grade)
+    places = {name: place for place, name in enumerate(session.order, start=1)}
+    total.answers += [
+        Answered(key, session, places[record.picture], record) for record in session.answered
+    ]
+
+
+def _judge_raters(total: Tally, exclude: Collection[str]) -> None:
+    by_rater: defaultdict[str, list[Answered]] = defaultdict(list)
+    for row in total.answers:
+        by_rater[row.session.rater].append(row)
+    for rater, rows in sorted(by_rater.items()):
+        rules = rows[0].key.rules
+        one = quality.of_rater(rows, rules)
+        reasons = rules.broken_by(one)
+        if rater in exclude:
+            reasons = (Text("left out by hand"), *reasons)
+        total.raters[rater] = dataclasses.replace(one, reasons=reasons)

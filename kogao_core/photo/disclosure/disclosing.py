@@ -28,6 +28,7 @@ class Disclosure:
     font: str | None = None
     picture: LabelPicture | None = None  # a picture to lay over a corner
     signer: Signer | None = None  # who signs content credentials, see `signing`
+    film: bool = False  # keep a motion photo's video, which shows the face as it was
 
     @property
     def is_wanted(self) -> bool:

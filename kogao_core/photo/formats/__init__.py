@@ -11,6 +11,7 @@ from typing import Final, cast
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.photo.formats.avif import AVIF
 from kogao_core.photo.formats.base import Content, FileFormat, Source
 from kogao_core.photo.formats.heif import HEIF
 from kogao_core.photo.formats.jpeg import JPEG
@@ -21,7 +22,7 @@ from kogao_core.photo.formats.webp import WEBP
 from kogao_core.photo.model import Format, SourceFormat, channels_of
 
 # In the order of sentences and documents.
-ALL: Final = (JPEG, PNG, TIFF, WEBP, HEIF, RAW)
+ALL: Final = (JPEG, PNG, TIFF, WEBP, AVIF, HEIF, RAW)
 WRITTEN: Final = tuple(form for form in ALL if form.encode is not None)
 BY_NAME: Final = {form.name: form for form in ALL}
 # By the endings of names.
@@ -37,6 +38,7 @@ READ_ONLY: Final[dict[str, SourceFormat]] = {
 
 __all__ = [
     "ALL",
+    "AVIF",
     "BY_NAME",
     "FORMATS",
     "HEIF",

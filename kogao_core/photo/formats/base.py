@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, Literal
@@ -17,8 +17,8 @@ from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, SourceFormat, channels_of
 
-Encode = Callable[[Box | None], Pieces]
-Fate = Literal["kept", "moved", "left out"]
+Encode = Callable[[Photo, Box | None], Pieces]
+Fate = Literal["kept", "on request", "moved", "left out"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +69,7 @@ class Content:
     carried: tuple[bytes, ...] = ()  # segments or chunks of the source, if it is of the same format
     # Whether nothing was lost in the source, so that nothing may be lost now.
     is_lossless: bool = False
+    quality: int = 0  # of what loses something, 1 to 100; 0 is the source's, or the format's own
 
     def saved(self, form: str, **options: Any) -> bytes:
         """Return the file that Pillow makes of the pixels and blocks."""
@@ -88,7 +89,7 @@ class FileFormat:
 
     Parameters
     ----------
-    name : {"JPEG", "PNG", "TIFF", "WEBP", "HEIF", "RAW"}
+    name : {"JPEG", "PNG", "TIFF", "WEBP", "AVIF", "HEIF", "RAW"}
         As in `Photo.format`; Pillow's, where Pillow reads it.
     title : str
         As people say it.
@@ -109,6 +110,8 @@ class FileFormat:
         More can't be written.
     kept, moved : sets of Kind
         What a changed photo brings along, and what lies elsewhere in it; all else is left out.
+    companions : set of Kind
+        What a photo of this format keeps where it is accompanied by it (`Photo.companions`).
     reader : Reader, optional
         None, where Pillow recognises and decodes it.
     behind : callable, optional
@@ -120,10 +123,12 @@ class FileFormat:
     recoded : callable
         Given a photo of this format; says how it is compressed otherwise when it is written again,
         or nothing.
+    keeps_turn : bool
+        Whether a photo of this format lies in a file of it as it lay: EXIF's orientation stays.
     keep : callable, optional
-        Given a photo of this format, new pixels, what encodes a part of them (a `Box`, or None for
-        all) and where the file goes; returns a file with as much of the photo's own as may stay,
-        and what that is in words. None, where all is encoded anew.
+        Given a photo of this format, new pixels, what encodes a part of them (of a photo, a `Box`,
+        or None for all) and where the file goes; returns a file with as much of the photo's own as
+        may stay, and what that is in words. None, where all is encoded anew.
     """
 
     name: SourceFormat
@@ -137,11 +142,13 @@ class FileFormat:
     longest_side_px: int | None = None
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset()
+    companions: frozenset[Kind] = frozenset()
     reader: Reader | None = None
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_said
     recoded: Callable[[Photo], str] = _nothing_said
+    keeps_turn: bool = False
     keep: Callable[[Photo, Image, Encode, Path], tuple[Pieces, str]] | None = None
 
     def __post_init__(self) -> None:
@@ -162,18 +169,41 @@ class FileFormat:
 
     def fate(self, kind: Kind) -> Fate:
         """Return what becomes of something in a changed photo of this format."""
+        if kind in self.companions:
+            return "on request" if kind is kinds.VIDEO else "kept"
         return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
 
-    def not_kept(self, extras: Iterable[Extra]) -> str:
-        """Return what a changed photo doesn't keep, in one line and in the order found."""
+    def turns(self, photo: Photo, *, is_export: bool = False) -> bool:
+        """Tell whether a photo's file lies otherwise than one of this format made from it."""
+        lies = self.keeps_turn and photo.format == self.name and not is_export
+        return photo.orientation != 1 and not lies
+
+    def not_kept(
+        self,
+        photo: Photo,
+        extras: Iterable[Extra],
+        along: Container[Kind] = (),
+        *,
+        is_export: bool = False,
+    ) -> str:
+        """Return what of a photo's extras a changed one doesn't keep, in one line, as found.
+
+        `along`: what accompanies it; `is_export`: all is encoded anew.
+        """
+        turns = self.turns(photo, is_export=is_export)
         lost: dict[str, None] = {}
-        moved = False
+        moved = has_note = False
         for extra in extras:
-            fate = self.fate(extra.kind)
+            gone = extra.kind in self.companions and extra.kind not in along
+            gone |= extra.kind is kinds.PLACES and turns
+            fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
+            has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)
             if fate == "left out" and extra.kind.is_reported:
                 lost[extra.name] = None
         notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
         if moved:
             notes.append(Text("the maker's note has moved: programs may miss parts of it"))
+        if has_note and turns:
+            notes.append(Text("places in the maker's note are those of the picture as it lay"))
         return Text.joined("; ", notes)

@@ -15,7 +15,7 @@ from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
 from kogao_core.photo.metadata import kinds, trailers, upright
 from kogao_core.photo.metadata.contents import aspect
-from kogao_core.photo.metadata.kinds import Extra
+from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
 
 _BRANDS: Final = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"}
@@ -40,6 +40,7 @@ _AUXILIARY: Final = {
 _LAYOUTS: Final = ("L", "RGB", "RGBA")
 # ITU-T H.273: BT.709, which is sRGB's, and "unspecified".
 _PLAIN_PRIMARIES: Final = (1, 2)
+WIDE: Final = Text("its wide colours are named without a profile, which isn't kept")
 
 
 def _is_heif(file: IO[bytes], _: Path) -> bool:
@@ -54,19 +55,21 @@ def _decode(source: Source) -> Photo:
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
     if image.mode.split(";")[0] not in _LAYOUTS:
         raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
-    exif = image.info.get("exif")
+    exif, xmp = image.info.get("exif"), image.info.get("xmp") or None
+    exif = exif and upright.PREFIX + exif.removeprefix(upright.PREFIX)
     ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
     if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
-        notes.append(Text("its wide colours are named without a profile, which isn't kept"))
+        notes.append(WIDE)
     return Photo(
         pixels,  # libheif turns them upright
         source.path,
         "HEIF",
         icc_profile=image.info.get("icc_profile") or None,
-        exif=exif and upright.PREFIX + exif.removeprefix(upright.PREFIX),
-        xmp=image.info.get("xmp") or None,
+        exif=exif,
+        xmp=xmp,
+        orientation=upright.orientation(exif, xmp),
         aspect=aspect(ratio and ratio[::-1]),
         notes=tuple(notes),
         extras=tuple(_pictures(image)),
@@ -93,13 +96,17 @@ def _pictures(image: Any) -> Iterator[Extra]:
     if image.info.get("depth_images"):
         yield Extra(kinds.DEPTH)
     for kind in image.info.get("aux", {}):
-        known = (one for part, one in _AUXILIARY.items() if part in kind.lower())
-        yield Extra(next(known, kinds.FURTHER))
+        yield Extra(next(auxiliary(kind), kinds.FURTHER))
     if len(image) > 1:
         yield Extra(kinds.FURTHER)
 
 
-def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
+def auxiliary(name: str) -> Iterator[Kind]:
+    """Yield what an auxiliary picture of a name is, if it is known."""
+    return (kind for part, kind in _AUXILIARY.items() if part in name.lower())
+
+
+def boxes(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
     """Yield what a file holds in boxes of its own, in their order, and behind them."""
     file.seek(0)
     data = file.read()
@@ -129,5 +136,5 @@ HEIF: Final = FileFormat(
     suffixes=(".heic", ".heif", ".hif"),
     is_lossless=False,
     reader=Reader(_is_heif, _decode),
-    inside=_inside,
+    inside=boxes,
 )

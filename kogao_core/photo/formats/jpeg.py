@@ -15,7 +15,9 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
+from kogao_core.photo.formats import companions
 from kogao_core.photo.formats.base import Content, Encode, FileFormat
+from kogao_core.photo.formats.turning import as_stored
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
@@ -25,6 +27,8 @@ from kogao_core.photo.model import Photo, channels_of
 QUALITY: Final = 95
 _NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
 _FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
+_HALF_COLOUR: Final = 2  # and for 4:2:0
+_FINE: Final = 90  # from this quality on colours are kept in full
 
 
 def _encode(content: Content) -> Pieces:
@@ -35,7 +39,11 @@ def _encode(content: Content) -> Pieces:
 
 def _plain(content: Content) -> bytes:
     coding = content.photo.jpeg
-    if coding is None or not coding.tables:
+    if content.quality:
+        subsampling = _FULL_COLOUR if content.quality >= _FINE else _HALF_COLOUR
+        quality = {"quality": content.quality, "subsampling": subsampling}
+        saved = content.saved("JPEG", **quality, optimize=True)
+    elif coding is None or not coding.tables:
         saved = content.saved("JPEG", quality=QUALITY, subsampling=_FULL_COLOUR)
     else:
         saved = content.saved(
@@ -72,8 +80,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _why_none_stays(photo: Photo) -> str:
-    if photo.orientation != 1:
-        return Text("the photo was turned upright")
     if photo.jpeg is None:
         return Text("its colours were converted to RGB")
     return "" if photo.jpeg.tables else Text("it was lossless")
@@ -85,6 +91,7 @@ def _folder(path: Path) -> Path:
 
 def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Pieces, str]:
     """Keep every block in which no pixel changed."""
+    photo = companions.settled(photo, _folder(path))
     reason = _why_none_stays(photo)
     if not reason and pixels.shape != photo.pixels.shape:
         reason = Text("its size or its colours have changed")
@@ -92,8 +99,12 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Piec
         reason = Text("{path} has changed since it was read", path=photo.path)
     if not reason:
         try:
+            before, after = (as_stored(one, photo.orientation) for one in (photo.pixels, pixels))
             kept = keep_blocks(
-                photo.path, photo.pixels, pixels, lambda box: b"".join(encode(box)), _folder(path)
+                photo.path.read_bytes(),
+                *(before, after),
+                lambda box: b"".join(encode(photo, box)),
+                _folder(path),
             )
         except CannotKeepBlocks as why:
             reason = str(why)
@@ -104,10 +115,11 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Piec
             is_progressive = photo.jpeg is not None and photo.jpeg.progressive
             more = Text(", in one scan instead of progressive ones") if is_progressive else ""
             damage = [Text("the file is slightly damaged: {one}", one=one) for one in kept.damage]
-            return [kept.data], Text.joined("; ", [Text.joined("", [note, more]), *damage])
+            whole = companions.joined(photo, kept.data)
+            return [whole], Text.joined("; ", [Text.joined("", [note, more]), *damage])
     with hushed():  # libjpeg cautions of coarse tables
-        whole = encode(None)
-    return whole, Text("every block of the JPEG was compressed again: {reason}", reason=reason)
+        whole = companions.joined(photo, b"".join(encode(photo, None)))
+    return [whole], Text("every block of the JPEG was compressed again: {reason}", reason=reason)
 
 
 JPEG: Final = FileFormat(
@@ -123,11 +135,13 @@ JPEG: Final = FileFormat(
         {
             *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
             *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.COMMENTS, kinds.SEGMENTS),
+            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.PLACES),
         }
     ),
     moved=frozenset({kinds.MOVED_NOTE}),
     inside=_inside,
     behind=_behind,
+    companions=frozenset({kinds.GAIN_MAP, kinds.VIDEO}),
+    keeps_turn=True,
     keep=_keep,
 )

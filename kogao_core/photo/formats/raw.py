@@ -67,7 +67,9 @@ def _decode(source: Source) -> Photo:
         more = Text("its metadata are of a kind that isn't kept")
         return dataclasses.replace(photo, notes=(note, more))
     tags = tiff.TiffTags.read(io.BytesIO(data))
-    return dataclasses.replace(photo, exif=tags.exif, xmp=tags.xmp, notes=(note,))
+    return dataclasses.replace(
+        photo, exif=tags.exif, xmp=tags.xmp, orientation=tags.orientation, notes=(note,)
+    )
 
 
 def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:

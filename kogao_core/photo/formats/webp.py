@@ -52,8 +52,8 @@ def _end(head: bytes) -> int:
 
 def _encode(content: Content) -> Pieces:
     del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
-    lossless = content.is_lossless
-    quality = _EFFORT if lossless else _QUALITY
+    lossless = content.is_lossless and not content.quality
+    quality = _EFFORT if lossless else content.quality or _QUALITY
     return [content.saved("WEBP", quality=quality, lossless=lossless, exact=True, method=4)]
 
 

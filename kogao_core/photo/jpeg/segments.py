@@ -11,7 +11,7 @@ from typing import IO, Final
 START_OF_SCAN: Final = 0xDA
 APP_OR_COMMENT: Final = {*range(0xE0, 0xF0), 0xFE}
 SOI: Final = b"\xff\xd8\xff"
-_JFIF, _PHOTOSHOP = 0xE0, 0xED
+_JFIF, _PHOTOSHOP, _ADOBE = 0xE0, 0xED, 0xEE
 PHOTOSHOP_HEAD: Final = b"Photoshop 3.0\0"
 _PROFILE_HEAD: Final = b"ICC_PROFILE\0"
 _MOST_BYTES: Final = 65533
@@ -93,18 +93,41 @@ def photoshop_segments(resources: bytes) -> tuple[bytes, ...]:
     """Return segments that hold Photoshop resources."""
     room = _MOST_BYTES - len(PHOTOSHOP_HEAD)
     parts = (resources[at : at + room] for at in range(0, len(resources), room))
-    bodies = (PHOTOSHOP_HEAD + part for part in parts)
-    return tuple(
-        bytes([0xFF, _PHOTOSHOP]) + (len(body) + 2).to_bytes(2, "big") + body for body in bodies
-    )
+    return tuple(segment(_PHOTOSHOP, PHOTOSHOP_HEAD + part) for part in parts)
+
+
+def segment(code: int, body: bytes) -> bytes:
+    """Return a segment as a file holds it."""
+    return bytes([0xFF, code]) + (len(body) + 2).to_bytes(2, "big") + body
+
+
+def end_of_headers(jpeg: bytes) -> int:
+    """Return where the metadata of a JPEG file end that has them first, as encoders write it."""
+    with io.BytesIO(jpeg) as file:
+        return 2 + sum(len(one) for code, one in segments(file) if code in APP_OR_COMMENT)
 
 
 def inserted(jpeg: bytes, more: tuple[bytes, ...]) -> bytes:
     """Return a JPEG file with more segments behind its own metadata."""
-    with io.BytesIO(jpeg) as file:
-        heads = [segment for code, segment in segments(file) if code in APP_OR_COMMENT]
-    at = 2 + sum(map(len, heads))  # an encoder writes them first
+    at = end_of_headers(jpeg)
     return jpeg[:at] + b"".join(more) + jpeg[at:]
+
+
+def with_headers(jpeg: bytes, other: bytes) -> bytes:
+    """Return a JPEG file with another's metadata in the place of its own.
+
+    How colours are coded is its own: Adobe's segment.
+    """
+
+    def heads(data: bytes) -> Iterator[tuple[bool, bytes]]:
+        with io.BytesIO(data) as file:
+            for code, one in segments(file):
+                if code in APP_OR_COMMENT:
+                    yield code == _ADOBE and one[4:].startswith(b"Adobe"), one
+
+    kept = [one for is_coding, one in heads(other) if not is_coding]
+    own = [one for is_coding, one in heads(jpeg) if is_coding]
+    return b"".join([jpeg[:2], *kept, *own, jpeg[end_of_headers(jpeg) :]])
 
 
 def with_jfif(jpeg: bytes, header: bytes) -> bytes:

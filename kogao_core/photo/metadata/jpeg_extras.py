@@ -14,6 +14,7 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 _EXTENSION: Final = b"http://ns.adobe.com/xmp/extension/\0"
 _PACKET: Final = b"http://ns.adobe.com/xap/1.0/\0"
 _JUMBF: Final = b"JP"
+_ISO_GAIN_MAP: Final = b"urn:iso:std:iso:ts:21496:-1\0"
 # By marker and start; what starts otherwise is the maker's.
 _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xFE, b"", kinds.COMMENTS),
@@ -24,14 +25,14 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xE1, _EXTENSION, kinds.XMP_EXTENSION),
     (0xE2, b"ICC_PROFILE\0", kinds.ICC),
     (0xE2, b"MPF\0", kinds.INDEX),
-    (0xE2, b"urn:iso:std:iso:ts:21496:-1\0", kinds.GAIN_MAP),
-    (0xEB, b"HDR_RI", kinds.GAIN_MAP),
+    (0xE2, _ISO_GAIN_MAP, kinds.GAIN_MAP),
+    (0xEB, b"HDR_RI", kinds.JPEG_HDR),
     (0xEB, _JUMBF, kinds.JUMBF),
     (0xED, segments.PHOTOSHOP_HEAD, kinds.IPTC),
 )
 _ADOBE_CODING: Final = (0xEE, b"Adobe")  # an encoder writes its own
 # A maker's series of segments goes or stays as one.
-_CARRIED: Final = (kinds.COMMENTS, kinds.SEGMENTS, kinds.XMP_EXTENSION)
+_CARRIED: Final = (kinds.COMMENTS, kinds.SEGMENTS, kinds.XMP_EXTENSION, kinds.GAIN_MAP)
 _NAMES: Final = {
     b"FPXR": Text("FlashPix data"),
     b"II\x1a\0": Text("CIFF data"),
@@ -42,8 +43,9 @@ _NAMES: Final = {
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
     """Return segments that a changed photo keeps as they are.
 
-    These are comments, the rest of a long XMP, and what makers and programs add. Those that hold a
-    picture would show the photo as it was; the series that such a segment belongs to goes whole.
+    These are comments, the rest of a long XMP, what makers and programs add, and what goes along
+    with a gain map. Those that hold a picture would show the photo as it was; the series that such
+    a segment belongs to goes whole.
     """
     return tuple(segment for kind, segment in _judged(file) if kind in _CARRIED)
 
@@ -51,6 +53,11 @@ def carried(file: IO[bytes]) -> tuple[bytes, ...]:
 def is_extension(segment: bytes) -> bool:
     """Tell whether a segment holds part of the rest of a long XMP."""
     return segment[4:].startswith(_EXTENSION)
+
+
+def tells_gain_map(segment: bytes) -> bool:
+    """Tell whether a segment says that a gain map follows."""
+    return segment[4:].startswith(_ISO_GAIN_MAP)
 
 
 def found(file: IO[bytes]) -> Iterator[Extra]:

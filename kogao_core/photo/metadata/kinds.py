@@ -30,6 +30,7 @@ class Extra:
 
     kind: Kind
     more: str = ""
+    data: bytes = b""  # a gain map or film behind the picture, which a changed photo can keep
 
     @property
     def name(self) -> str:
@@ -65,8 +66,16 @@ XMP_EXTENSION: Final = Kind(
     Text("the extended XMP"), "APP1 `xmp/extension`", why="no place in other formats"
 )
 SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", why="one is read")
+PLACES: Final = Kind(
+    Text("places in the picture as it lay"),
+    "Lightroom's crops, masks and spots, ACDSee's, IPTC's and panoramas' regions, Photoshop's "
+    "paths, guides and slices, where a photo is turned upright",
+    why="would point elsewhere; a JPEG from a JPEG lies as it lay",
+)
 IPTC: Final = Kind(
-    Text("the IPTC record"), "APP13, raw profile, tags 33723 and 34377", why="no place in WebP"
+    Text("the IPTC record"),
+    "APP13, raw profile, tags 33723 and 34377",
+    why="no place in WebP or AVIF",
 )
 ICC: Final = Kind(Text("the colour profile"), "APP2, `iCCP`, tag 34675")
 GREY_PROFILE: Final = Kind(
@@ -76,12 +85,12 @@ SECOND_PROFILE: Final = Kind(
     Text("a second colour profile"), "APP2, a second series", why="the first whole one counts"
 )
 RESOLUTION: Final = Kind(
-    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP"
+    Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP or AVIF"
 )
 ASPECT: Final = Kind(
     Text("the pixels' shape"),
     "JFIF, `pHYs` or tag 296 without a unit, HEIC `pasp`",
-    why="no place in WebP",
+    why="no place in WebP or AVIF",
 )
 COMMENTS: Final = Kind(Text("comments"), "JPEG `COM`", why="a segment of JPEG's")
 SEGMENTS: Final = Kind(
@@ -118,9 +127,10 @@ CHANNELS: Final = Kind(
 )
 GAIN_MAP: Final = Kind(
     Text("the HDR gain map"),
-    "`hdrgm:` or Apple's `HDRGainMap:` in XMP, ISO 21496-1 in APP2, JPEG-HDR, HEIC auxiliary",
-    why=_OLD_FACE,
+    "a JPEG behind the picture with `hdrgm:`, ISO 21496-1 or Apple's `HDRGainMap:`; HEIC auxiliary",
+    why="warped with the photo; no place in other formats",
 )
+JPEG_HDR: Final = Kind(Text("JPEG-HDR's picture of ratios"), "APP11 `HDR_RI`", why=_OLD_FACE)
 VIDEO: Final = Kind(
     Text("the motion photo's video"),
     "`MotionPhoto`, `MicroVideo` in XMP, an MP4 at the end, `mpvd`",

@@ -9,6 +9,8 @@ _SIGN: Final = b"8BIM"
 _IPTC: Final = 0x0404
 # Two kinds of thumbnails, and copies of the EXIF and XMP blocks: all of the photo as it was.
 _STALE: Final = (0x0409, 0x040C, 0x0422, 0x0423, 0x0424)
+# Guides, slices and paths.
+_PLACES: Final = frozenset((1032, 1050, *range(2000, 2998), 2999))
 
 
 def _parts(resources: bytes) -> Iterator[tuple[int, bytes, bytes]]:
@@ -26,9 +28,15 @@ def _parts(resources: bytes) -> Iterator[tuple[int, bytes, bytes]]:
         at = end
 
 
-def without_stale(resources: bytes) -> bytes:
+def without_stale(resources: bytes, *, is_turned: bool = False) -> bytes:
     """Return the resources that a changed photo keeps, byte for byte."""
-    return b"".join(part for number, _, part in _parts(resources) if number not in _STALE)
+    gone = _PLACES.union(_STALE) if is_turned else _STALE
+    return b"".join(part for number, _, part in _parts(resources) if number not in gone)
+
+
+def has_places(resources: bytes) -> bool:
+    """Tell whether resources tell places in the picture."""
+    return any(number in _PLACES for number, _, _ in _parts(resources))
 
 
 def iptc_of(resources: bytes) -> bytes | None:

@@ -59,11 +59,13 @@ def _from_start(data: bytes, at: int, end: int) -> Iterator[Extra]:
             at = max(at + 1, full.start() - 3) if full else end  # a box starts with zeros, too
         elif data.startswith(segments.SOI, at, end):
             stop = min(segments.end_of_picture(data, at + 2)[0], end)
-            yield Extra(_kind_of_picture(data[at:stop]))
+            kind = _kind_of_picture(data[at:stop])
+            yield Extra(kind, data=data[at:stop] if kind is kinds.GAIN_MAP else b"")
             at = stop
         elif data[at + 4 : at + 8] == _FTYP:
-            yield Extra(kinds.VIDEO)
-            at = _past_boxes(data, at, end)
+            stop = _past_boxes(data, at, end)
+            yield Extra(kinds.VIDEO, data=data[at:stop])
+            at = stop
         else:
             stop = _next_known(data, at + 1, end)
             unknown += stop - at
@@ -120,5 +122,8 @@ def _samsung(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]]
     starts = range(head + _SAMSUNG_ENTRY, end - 8 - _SAMSUNG_ENTRY + 1, _SAMSUNG_ENTRY)
     back = max((int.from_bytes(data[at + 4 : at + 8], "little") for at in starts), default=0)
     first = max(start, head - back)
-    more = (Extra(kinds.VIDEO),) if _SAMSUNG_VIDEO in data[first:head] else ()
+    more: tuple[Extra, ...] = ()
+    if (named := data.find(_SAMSUNG_VIDEO, first, head)) >= 0:
+        start = named + len(_SAMSUNG_VIDEO)
+        more = (Extra(kinds.VIDEO, data=data[start : _past_boxes(data, start, head)]),)
     return end - first, (*more, Extra(kinds.SAMSUNG))

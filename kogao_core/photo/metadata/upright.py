@@ -1,4 +1,4 @@
-"""EXIF and XMP blocks of a photo that was turned upright, changed in place.
+"""How a stored picture becomes upright, and EXIF blocks whose numbers follow it, changed in place.
 
 Blocks are patched, not rebuilt: makers' notes hold offsets that don't survive a move.
 """
@@ -7,25 +7,63 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from PIL.ExifTags import Base as Tag
 
 PREFIX: Final = b"Exif\0\0"
-_SHORT, _LONG = 3, 4
-_XMP_ORIENTATION: Final = re.compile(rb"""(tiff:Orientation(?:=["']|>)\s*)([1-8])""")
-_XMP_WIDTH, _XMP_HEIGHT = (
-    re.compile(rb"""((?:tiff:Image%s|exif:Pixel%sDimension)(?:=["']|>)\s*)[0-9]+""" % names)
-    for names in ((b"Width", b"X"), (b"Length", b"Y"))
+_CODES: Final = {3: "H", 4: "I", 5: "Q"}  # of types; a rational is moved as a whole
+# Pairs of the first, the EXIF and the interoperability directory that change places with the sides.
+_SIDES: Final[tuple[tuple[int, int], ...]] = (
+    (Tag.ImageWidth, Tag.ImageLength),
+    (Tag.XResolution, Tag.YResolution),
+    (Tag.FocalPlaneXResolution, Tag.FocalPlaneYResolution),
+    (Tag.RelatedImageWidth, Tag.RelatedImageLength),
 )
-_XMP_THUMBNAILS: Final = (b"xmp:Thumbnails>", b"xap:Thumbnails>")
+_SUBJECTS: Final = (0x9214, Tag.SubjectLocation)  # the first is its area
+_FURTHER: Final = (Tag.ExifOffset, Tag.ExifInteroperabilityOffset)
+_ORIENTATION: Final = re.compile(rb"""tiff:Orientation(?:=["']|>)\s*([1-8])""")
+_DAMAGED: Final = (struct.error, KeyError)
 
 
 @dataclass(frozen=True, slots=True)
-class _Number:
-    """Where a whole number of a directory entry lies."""
+class Turn:
+    """How a picture as it is stored becomes upright."""
+
+    orientation: int  # EXIF's, 1 to 8; at 1 it stays as it lies, whatever its file says
+    # Of the result, px.
+    width: int
+    height: int
+
+    @property
+    def swaps_sides(self) -> bool:
+        """Whether rows become columns."""
+        return self.orientation >= 5
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether writing would be seen in a mirror."""
+        return self.orientation in (2, 4, 5, 7)
+
+    def place(self, at: Sequence[Any], ends: Sequence[Any]) -> tuple[Any, Any]:
+        """Return a place (x, y) of the stored picture in the upright one, which ends at `ends`."""
+        x, y = self.sides(at)
+        return (
+            ends[0] - x if self.orientation in (2, 3, 6, 7) else x,
+            ends[1] - y if self.orientation in (3, 4, 7, 8) else y,
+        )
+
+    def sides(self, of: Sequence[Any]) -> tuple[Any, Any]:
+        """Return what goes along x and y of the stored picture, along those of the upright one."""
+        return (of[1], of[0]) if self.swaps_sides else (of[0], of[1])
+
+
+@dataclass(frozen=True, slots=True)
+class _Numbers:
+    """Where whole or rational numbers of a directory entry lie."""
 
     at: int
     code: str
@@ -38,69 +76,89 @@ class _Tiff:
         self.data = bytearray(block.removeprefix(PREFIX))
         self._order = {b"II": "<", b"MM": ">"}[bytes(self.data[:2])]
 
-    def read(self, number: _Number) -> int:
-        value: int = struct.unpack_from(self._order + number.code, self.data, number.at)[0]
-        return value
+    def all(self, numbers: _Numbers) -> tuple[int, ...]:
+        return struct.unpack_from(self._order + numbers.code, self.data, numbers.at)
 
-    def write(self, number: _Number, value: int) -> None:
-        struct.pack_into(self._order + number.code, self.data, number.at, value)
+    def read(self, numbers: _Numbers) -> int:
+        return self.all(numbers)[0]
+
+    def write(self, numbers: _Numbers, *values: int) -> None:
+        struct.pack_into(self._order + numbers.code, self.data, numbers.at, *values)
 
     def main(self) -> int:
         """Return where the first directory starts."""
-        return self.read(_Number(4, "I"))
+        return self.read(_Numbers(4, "I"))
 
-    def next_link(self, start: int) -> _Number:
+    def next_link(self, start: int) -> _Numbers:
         """Return the pointer from a directory to the next one."""
-        return _Number(start + 2 + 12 * self.read(_Number(start, "H")), "I")
+        return _Numbers(start + 2 + 12 * self.read(_Numbers(start, "H")), "I")
 
-    def numbers(self, start: int) -> dict[int, _Number]:
-        """Return the single whole numbers of a directory by tag."""
-        return dict(self._entries(start))
-
-    def _entries(self, start: int) -> Iterator[tuple[int, _Number]]:
+    def entries(self, start: int) -> dict[int, _Numbers]:
+        """Return the numbers of a directory by tag; of the long lists none."""
+        found = {}
         for at in range(start + 2, self.next_link(start).at, 12):
-            kind, count = self.read(_Number(at + 2, "H")), self.read(_Number(at + 4, "I"))
-            if count == 1 and kind in (_SHORT, _LONG):
-                yield self.read(_Number(at, "H")), _Number(at + 8, "H" if kind == _SHORT else "I")
+            (tag, kind), count = self.all(_Numbers(at, "2H")), self.read(_Numbers(at + 4, "I"))
+            if kind in _CODES and 1 <= count <= 4:
+                code = f"{count}{_CODES[kind]}"
+                inline = struct.calcsize(f"={code}") <= 4
+                found[tag] = _Numbers(at + 8 if inline else self.read(_Numbers(at + 8, "I")), code)
+        return found
 
 
 def orientation(exif: bytes | None, xmp: bytes | None) -> int:
     """Return the orientation 1 to 8 that a file asks for; EXIF goes before XMP, 1 if neither."""
     if exif:
-        try:
+        with suppress(*_DAMAGED):  # a damaged block can't ask for anything
             tiff = _Tiff(exif)
-            turn = tiff.numbers(tiff.main()).get(Tag.Orientation)
+            turn = tiff.entries(tiff.main()).get(Tag.Orientation)
             if turn is not None:
                 value = tiff.read(turn)
                 return value if 1 <= value <= 8 else 1
-        except (struct.error, KeyError):
-            pass  # a damaged block can't ask for anything
-    found = _XMP_ORIENTATION.search(xmp or b"")
-    return int(found[2]) if found else 1
+    found = _ORIENTATION.search(xmp or b"")
+    return int(found[1]) if found else 1
 
 
-def upright_exif(exif: bytes, width: int, height: int) -> bytes:
-    """Return an EXIF block for upright pixels of the size given, without its thumbnail.
+def turned_exif(exif: bytes, turn: Turn) -> bytes:
+    """Return an EXIF block for a picture that was turned, without its thumbnail.
 
-    The thumbnail would show the face as it was. A block that can't be parsed is returned as is.
+    The thumbnail would show the face as it was. What can't be parsed stays as it is.
     """
     try:
         tiff = _Tiff(exif)
-        main = tiff.main()
-        numbers = tiff.numbers(main)
-        if Tag.ExifOffset in numbers:
-            numbers |= tiff.numbers(tiff.read(numbers[Tag.ExifOffset]))
-        for tag, value in (
-            (Tag.Orientation, 1),
-            (Tag.ExifImageWidth, width),
-            (Tag.ExifImageHeight, height),
-        ):
-            if tag in numbers:
-                tiff.write(numbers[tag], value)
-        _drop_thumbnail(tiff, main)
-    except (struct.error, KeyError):
+        main = start = tiff.main()
+    except _DAMAGED:
         return exif
+    with suppress(*_DAMAGED):
+        for further in (*_FURTHER, None):
+            numbers = tiff.entries(start)
+            _turn(tiff, numbers, turn)
+            if further not in numbers:
+                break
+            start = tiff.read(numbers[further])
+    with suppress(*_DAMAGED):
+        _drop_thumbnail(tiff, main)
     return PREFIX + bytes(tiff.data)
+
+
+def _turn(tiff: _Tiff, numbers: dict[int, _Numbers], turn: Turn) -> None:
+    """Turn what a directory counts in the picture's axes."""
+    sizes = ((Tag.ExifImageWidth, turn.width), (Tag.ExifImageHeight, turn.height))
+    upright = ((Tag.Orientation, 1),) if turn.orientation != 1 else ()
+    for tag, value in (*upright, *sizes):
+        if tag in numbers:
+            tiff.write(numbers[tag], value)
+    for pair in _SIDES:
+        if turn.swaps_sides and set(pair) <= numbers.keys():
+            first, second = (numbers[tag] for tag in pair)
+            one, other = tiff.read(first), tiff.read(second)
+            tiff.write(first, other)
+            tiff.write(second, one)
+    for tag in _SUBJECTS:
+        values = tiff.all(numbers[tag]) if tag in numbers else ()
+        if len(values) >= 2:
+            at = turn.place(values, (turn.width - 1, turn.height - 1))
+            size = turn.sides(values[2:]) if len(values) == 4 else values[2:]
+            tiff.write(numbers[tag], *(max(0, number) for number in at), *size)
 
 
 def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
@@ -108,7 +166,7 @@ def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
     second = tiff.read(link)
     if not second:
         return
-    numbers = tiff.numbers(second)
+    numbers = tiff.entries(second)
     tiff.write(link, 0)
     if Tag.JpegIFOffset not in numbers or Tag.JpegIFByteCount not in numbers:
         return
@@ -118,22 +176,3 @@ def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
         del tiff.data[start:]
     else:
         tiff.data[start:end] = bytes(end - start)
-
-
-def upright_xmp(xmp: bytes, width: int, height: int) -> bytes:
-    """Return an XMP packet for upright pixels of the size given, without its thumbnails."""
-    xmp = _XMP_ORIENTATION.sub(rb"\g<1>1", xmp)
-    for pattern, value in ((_XMP_WIDTH, width), (_XMP_HEIGHT, height)):
-        xmp = pattern.sub(rb"\g<1>%d" % value, xmp)
-    for name in _XMP_THUMBNAILS:
-        xmp = _without(xmp, b"<" + name, b"</" + name)
-    return xmp
-
-
-def _without(text: bytes, start: bytes, end: bytes) -> bytes:
-    # In one pass: a hostile text may start a million times and never end.
-    kept, at = [], 0
-    while (first := text.find(start, at)) >= 0 and (last := text.find(end, first)) >= 0:
-        kept.append(text[at:first])
-        at = last + len(end)
-    return b"".join([*kept, text[at:]])

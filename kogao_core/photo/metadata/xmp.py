@@ -6,6 +6,7 @@ expat finds the places; nothing is parsed and written anew.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Final
 from xml.parsers import expat
 
@@ -107,3 +108,13 @@ def attribute_spans(packet: bytes, start: int) -> list[Span]:
     end = tag_end(packet, start)
     found = _ATTRIBUTE.finditer(packet, start + 1 + len(tag_name(packet, start)), end)
     return [part.span() for part in found if part[1] != b"xmlns" and part[1][:6] != b"xmlns:"]
+
+
+def replaced(packet: bytes, new: Mapping[Span, bytes]) -> bytes:
+    """Return a packet with other bytes at some places; one within another is passed over."""
+    kept, at = [], 0
+    for (start, end), content in sorted(new.items()):
+        if start >= at:
+            kept += [packet[at:start], content]
+            at = end
+    return b"".join([*kept, packet[at:]])

@@ -1,0 +1,173 @@
+"""Trials of setting, as table 2 counts them: one photo set once, by a person or by the machine.
+
+A file holds a line of JSON for each trial and mode; a correction after applying adds the line anew,
+longer, and the last line of a trial counts::
+
+    {"version": 2, "trial": "9f1c…", "mode": "manual", "person": "anna", "photo": "a.jpg",
+     "width": 960, "height": 720, "order": 3, "practice": false, "cold": false, "looking_s": 6.1,
+     "setting_s": 22.8, "corrections_s": [2.2], "faces": [{"outline": [[…], …], …}], "at": "2026-…"}
+
+Lines are only ever added, whole; a last line that was cut off when a program was killed is left
+out on reading.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+
+from kogao_core.base.atomic import appended
+from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile, Node, parse
+from kogao_core.faces.differences import differences, matching
+from kogao_core.faces.face import Face
+from kogao_core.projects.json import MOST_FACES, face_dict
+from kogao_core.projects.json import faces as faces_of
+from kogao_core.recipe.recipe import PAPER
+
+VERSION: Final = 2
+Mode = Literal["manual", "automatic"]
+_LONGEST_S: Final = 86_400.0
+_MOST_PX: Final = 1_000_000
+_MOST_TRIALS: Final = 100_000
+_MOST_BYTES: Final = 2**21  # of a line
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One photo set once."""
+
+    trial: str  # its name: lines of the same name and mode are one trial, of which the last counts
+    mode: Mode
+    person: str  # who set it, a code; empty where nobody said
+    photo: str  # name of its file, without the folder
+    # Its size, px.
+    width: int
+    height: int
+    order: int  # which photo of a session it was, from 1; 0 outside of one
+    practice: bool  # whether it was to learn how it goes; table 2 leaves those out
+    cold: bool  # of automatic setting: whether the networks were loaded in that time
+    looking_s: float  # from the moment the photo was seen to the first point, s
+    setting_s: float  # from the moment the photo was seen to applying, s
+    corrections_s: tuple[float, ...]  # from each change after applying to applying again, s
+    faces: tuple[
+        Face, ...
+    ]  # what was set, with all targets, px of the photo; in shares of its longer
+    # side in files
+    at: str  # when, ISO 8601 with the time zone
+
+    @property
+    def total_s(self) -> float:
+        """All of the setting, corrections with it, s."""
+        return self.setting_s + sum(self.corrections_s)
+
+    @property
+    def landmarks(self) -> int:
+        """How many landmarks were set on outlines."""
+        return sum(len(face.outline) for face in self.faces)
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """How far points set by hand lie from those found, means over them, % of the eyes' distance."""
+
+    landmarks: float
+    targets: float
+
+
+def apart(by_hand: Sequence[Face], found: Sequence[Face]) -> Apart | None:
+    """Compare the points of two modes on one photo; None where no face is the same."""
+    pairs = []
+    for face in by_hand:
+        place = matching(face, found)
+        if place is not None:
+            far = differences(face, found[place], (PAPER, PAPER))
+            unit = 100.0 / found[place].interocular_px
+            pairs.append((unit * far.landmarks_px.mean(), unit * far.targets_px.mean()))
+    return Apart(*np.mean(pairs, axis=0).tolist()) if pairs else None
+
+
+def now() -> str:
+    """Return the time as a trial keeps it."""
+    return datetime.now().astimezone().isoformat(timespec="seconds")
+
+
+def append(path: Path, trial: Trial) -> None:
+    """Add a trial to a file, which is made if need be."""
+    values = {field.name: getattr(trial, field.name) for field in dataclasses.fields(Trial)}
+    values["faces"] = [face_dict(face, max(trial.width, trial.height)) for face in trial.faces]
+    with appended(path) as file:
+        file.write(json.dumps({"version": VERSION, **values}, ensure_ascii=False).encode() + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read(path: Path) -> list[Trial]:
+    """Return the trials of a file, oldest first, each as it was last written. Raises BadFile."""
+    found: dict[tuple[str, str], Trial] = {}
+    lines = path.read_bytes().split(b"\n")
+    for number, line in enumerate(lines, start=1):
+        try:
+            if line.strip():
+                trial = _trial(parse(line, _MOST_BYTES))
+                found[trial.trial, trial.mode] = trial
+        except BadFile as error:
+            if _was_cut_off(line):
+                continue
+            raise BadFile(
+                Text(
+                    "line {number} of {path} is no trial: {error}",
+                    number=number,
+                    path=path,
+                    error=error,
+                )
+            ) from None
+    return list(found.values())
+
+
+def _was_cut_off(line: bytes) -> bool:
+    return line.startswith(b"{") and not line.rstrip().endswith(b"}")
+
+
+def _trial(node: Node) -> Trial:
+    node.only({"version", *(field.name for field in dataclasses.fields(Trial))})
+    node.field("version").whole(VERSION, VERSION)
+    mode: Any = node.field("mode").text(20, get_args(Mode))
+    size = node.field("width").whole(1, _MOST_PX), node.field("height").whole(1, _MOST_PX)
+    faces = faces_of(node.field("faces").items(MOST_FACES), max(size))
+    if not faces:
+        node.field("faces").refuse(Text("must hold a face"))
+    return Trial(
+        node.field("trial").text(64),
+        mode,
+        node.field("person").text(100),
+        node.field("photo").text(1024),
+        *size,
+        node.field("order").whole(0, _MOST_TRIALS),
+        node.field("practice").flag(),
+        node.field("cold").flag(),
+        node.field("looking_s").number(0.0, _LONGEST_S),
+        node.field("setting_s").number(0.0, _LONGEST_S),
+        tuple(
+            one.number(0.0, _LONGEST_S) for one in node.field("corrections_s").items(_MOST_TRIALS)
+        ),
+        faces,
+        _time(node.field("at")),
+    )
+
+
+def _time(node: Node) -> str:
+    text = node.text(40)
+    try:
+        datetime.fromisoformat(text)
+    except ValueError:
+        node.refuse("must be a time such as 2026-11-21T15:04:13+00:00")
+    return text

@@ -1,0 +1,231 @@
+"""From which distance on faces look unnatural: a curve through the answers, and how sure it is.
+
+scipy comes with the extra ``experiments``.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.lab.study.tally import Answered
+
+Floats = npt.NDArray[np.float64]
+RESAMPLES: Final = 400
+_SEED: Final = 20110
+_LEAST_ANSWERS: Final = 20
+_LAPSES: Final = np.array([0.0, 0.01, 0.02, 0.03, 0.05, 0.08])
+_ROUNDS: Final = 30
+_TESTED: Final = 0.5  # % of D: the difference that the hint about raters is for
+# Quantiles of the normal distribution: of 5 %, two-sided, and that with a power of 80 %.
+_TWO_SIDED: Final = 1.959964
+_QUANTILES: Final = _TWO_SIDED + 0.841621
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A figure with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @staticmethod
+    def of(value: float, resampled: Floats) -> Estimate:
+        """Return a figure with the percentiles of its resamples."""
+        low, high = np.percentile(resampled, (2.5, 97.5))
+        return Estimate(float(value), float(low), float(high))
+
+    @property
+    def told_apart(self) -> bool:
+        """Whether 0 lies outside the interval."""
+        return self.low > 0.0 or self.high < 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Share of "unnatural" by achieved distance x: ``lapse + (1 - 2 lapse) / (1 + e^-(x - m)/s)``.
+
+    `middle` m is where half of the answers are "unnatural", `scale` s how gently the curve climbs,
+    both % of D; `lapse` are answers that miss the key, a share at either end.
+    """
+
+    middle: Estimate
+    scale: Estimate
+    lapse: float
+    answers: int
+
+    def at(self, achieved: Floats) -> Floats:
+        """Return the share at some distances, 0 to 1."""
+        steps = (achieved - self.middle.value) / self.scale.value
+        return self.lapse + (1.0 - 2.0 * self.lapse) / (1.0 + np.exp(-steps))
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """The curve of a study, and those of its centres, from the same resamples."""
+
+    whole: Curve
+    centers: Mapping[int, Curve]
+    # How much later half is reached than with the first of `centers`; % of D.
+    later: Mapping[int, Estimate]
+    # Cochran's Q over answers of one rater about one face at one distance asked for: the chance of
+    # such differences if the centre made none. None where nobody judged all centres.
+    p: float | None
+    raters: int
+    faces: int
+    # Raters, with faces in proportion, to tell 0.5 % of D between two centres, 4 times of 5.
+    raters_needed: int | None
+
+
+def is_here() -> bool:
+    """Return whether scipy is there."""
+    return find_spec("scipy") is not None
+
+
+def fitted(rows: Sequence[Answered]) -> Curves | None:
+    """Fit curves to the answers about table 1's pictures and the photo as it is.
+
+    Raters and faces are drawn again, both with replacement (Owen, Annals of Applied Statistics 1,
+    2007, 386-411), since answers of one rater, or about one face, hang together. None where that
+    can't be done: fewer than 20 answers, two raters, two faces or two kinds of answers.
+    """
+    usable = [
+        row
+        for row in rows
+        if row.variant.kind in ("table1", "control") and row.record.answer is not None
+        if row.meaning.measured is not None and row.meaning.measured.achieved >= 0.0
+    ]
+    cells = _Cells(usable)
+    if len(usable) < _LEAST_ANSWERS or min(cells.asked.shape[0], cells.faces) < 2:
+        return None
+    if not 0 < cells.hits.sum() < cells.asked.sum():
+        return None
+    draw = np.random.default_rng(_SEED)
+    weights = [cells.resampled(draw) for _ in range(RESAMPLES)]
+    centers = sorted({int(center) for center in cells.center} - {0})
+    members = {center: np.isin(cells.center, (center, 0)) for center in centers}
+    whole, _ = cells.curve(np.ones(len(cells.center), bool), weights)
+    found = {center: cells.curve(inside, weights) for center, inside in members.items()}
+    later, needed = _compared(found, cells.asked.shape[0])
+    by_center = {center: one for center, (one, _) in found.items()}
+    return Curves(
+        whole, by_center, later, _cochran(usable), cells.asked.shape[0], cells.faces, needed
+    )
+
+
+def _compared(
+    found: Mapping[int, tuple[Curve, Floats]], raters: int
+) -> tuple[dict[int, Estimate], int | None]:
+    """Return differences to the first centre, and raters needed."""
+    (_, (base, resampled)), *others = found.items()
+    later = {
+        center: Estimate.of(one.middle.value - base.middle.value, theirs - resampled)
+        for center, (one, theirs) in others
+    }
+    if not others:
+        return later, None
+    # Half an interval: a few wild resamples don't move it, as they do a deviation.
+    error = np.mean([(one.high - one.low) / (2.0 * _TWO_SIDED) for one in later.values()])
+    return later, int(np.ceil(raters * (_QUANTILES * error / _TESTED) ** 2))
+
+
+def _cochran(rows: Sequence[Answered]) -> float | None:
+    """Return the p of Cochran's Q (Biometrika 37, 1950, 256-266) of the centres."""
+    from scipy.stats import chi2  # an extra
+
+    blocks: defaultdict[tuple[object, ...], dict[int, bool]] = defaultdict(dict)
+    for row in rows:
+        if row.variant.kind == "table1":
+            where = row.key.identity, row.meaning.subject, row.session.rater, row.variant.percent
+            blocks[where][row.variant.center] = row.record.answer == "unnatural"
+    centers = sorted({center for block in blocks.values() for center in block})
+    whole = [block for block in blocks.values() if len(block) == len(centers)]
+    said = np.array([[block[center] for center in centers] for block in whole], int)
+    count = len(centers)
+    if count < 2 or not said.size:
+        return None
+    spread = count * said.sum() - (said.sum(axis=1) ** 2).sum()
+    if spread == 0:
+        return None
+    between = count * (said.sum(axis=0) ** 2).sum() - said.sum() ** 2
+    return float(chi2.sf((count - 1) * between / spread, count - 1))
+
+
+class _Cells:
+    """Answers counted by rater and picture."""
+
+    def __init__(self, rows: Sequence[Answered]) -> None:
+        raters = {name: n for n, name in enumerate(sorted({row.session.rater for row in rows}))}
+        names = sorted({(row.key.identity, row.record.picture) for row in rows})
+        places = {name: n for n, name in enumerate(names)}
+        self.hits, self.asked = np.zeros((2, len(raters), len(places)))
+        self.achieved, self.center = np.zeros(len(places)), np.zeros(len(places), int)
+        face_of, faces = np.zeros(len(places), int), dict[tuple[str, int], int]()
+        for row in rows:
+            place = places[row.key.identity, row.record.picture]
+            face = row.key.identity, row.meaning.subject
+            face_of[place] = faces.setdefault(face, len(faces))
+            assert row.meaning.measured is not None
+            self.achieved[place] = row.meaning.measured.achieved
+            # The photo as it is belongs to every centre.
+            self.center[place] = 0 if row.variant.kind == "control" else row.variant.center
+            self.asked[raters[row.session.rater], place] += 1
+            self.hits[raters[row.session.rater], place] += row.record.answer == "unnatural"
+        self._face_of, self.faces = face_of, len(faces)
+
+    def resampled(self, draw: np.random.Generator) -> tuple[Floats, Floats]:
+        """Return hits and answers of each picture after raters and faces are drawn again."""
+        rater, face = (
+            draw.multinomial(n, np.full(n, 1.0 / n)) for n in (len(self.asked), self.faces)
+        )
+        weight = face[self._face_of]
+        return (rater @ self.hits) * weight, (rater @ self.asked) * weight
+
+    def curve(
+        self, inside: npt.NDArray[np.bool_], weights: Sequence[tuple[Floats, Floats]]
+    ) -> tuple[Curve, Floats]:
+        """Fit the curve of some pictures. Result: with the middles of all resamples."""
+        hits, asked = (
+            np.array([own.sum(axis=0), *drawn])[:, inside]
+            for own, drawn in zip((self.hits, self.asked), zip(*weights, strict=True), strict=True)
+        )
+        middle, scale, lapse = _fitted(self.achieved[inside], hits, asked)
+        middles, scales = Estimate.of(middle[0], middle[1:]), Estimate.of(scale[0], scale[1:])
+        return Curve(middles, scales, float(lapse[0]), int(asked[0].sum())), middle[1:]
+
+
+def _fitted(at: Floats, hits: Floats, asked: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return middle, scale and lapse of greatest likelihood, for each row of hits and answers.
+
+    Fisher's scoring of ``a + b x`` for each of a few lapses, all rows at once.
+    """
+    from scipy.special import expit  # an extra
+
+    span = max(float(np.ptp(at)), 1.0)
+    x, h, n = at - at.mean(), hits[:, None, :], asked[:, None, :]
+    lapse = _LAPSES[:, None]
+    a = np.zeros((len(hits), len(_LAPSES), 1))
+    b = np.full_like(a, 8.0 / span)
+    for _ in range(_ROUNDS):
+        rise = expit(a + b * x)
+        share = np.clip(lapse + (1.0 - 2.0 * lapse) * rise, 1e-9, 1.0 - 1e-9)
+        steep = np.maximum((1.0 - 2.0 * lapse) * rise * (1.0 - rise), 1e-9)
+        score = (h - n * share) * steep / (share * (1.0 - share))
+        weight = n * steep**2 / (share * (1.0 - share)) + 1e-9
+        w0, w1, w2 = ((weight * x**k).sum(axis=2, keepdims=True) for k in range(3))
+        u0, u1 = (score.sum(axis=2, keepdims=True), (score * x).sum(axis=2, keepdims=True))
+        inverse = 1.0 / (w0 * w2 - w1 * w1 + 1e-12)
+        # Small steps where answers are all but separated, and no curve steeper than they can tell.
+        a += np.clip((w2 * u0 - w1 * u1) * inverse, -2.0, 2.0)
+        b = np.clip(b + (w0 * u1 - w1 * u0) * inverse, 0.5 / span, 100.0 / span)
+        a = np.clip(a, -b * 1.5 * span, b * 1.5 * span)
+    likelihood = (h * np.log(share) + (n - h) * np.log1p(-share)).sum(axis=2)
+    best = np.arange(len(hits)), likelihood.argmax(axis=1), 0
+    return at.mean() - (a / b)[best], (1.0 / b)[best], _LAPSES[best[1]]

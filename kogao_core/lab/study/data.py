@@ -1,0 +1,160 @@
+"""A study's answers for other programs: one long table, one of raters, a codebook, an R script.
+
+Plain CSV in UTF-8: names of columns in ASCII, a point before decimals, 0 and 1 for no and yes, an
+empty field where there is nothing. pandas, R, jamovi and JASP take it as it is.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any, Final, Generic, TypeVar
+
+from kogao_core.base.language import Text
+from kogao_core.lab.study.quality import Quality
+from kogao_core.lab.study.session import Display
+from kogao_core.lab.study.tally import Answered, Tally
+
+_Row = TypeVar("_Row")
+
+
+@dataclass(frozen=True, slots=True)
+class Column(Generic[_Row]):
+    """A column of a table: its name, what it says, and how a row fills it."""
+
+    name: str
+    meaning: str
+    value: Callable[[Tally, _Row], Any]
+
+
+def _display(find: Callable[[Display], Any]) -> Callable[[Tally, Answered], Any]:
+    def value(_: Tally, row: Answered) -> Any:
+        return None if row.record.display is None else find(row.record.display)
+
+    return value
+
+
+def _is_unnatural(_: Tally, row: Answered) -> int | None:
+    return None if row.record.answer is None else int(row.record.answer == "unnatural")
+
+
+_MEASURED: Final = "achieved: how far landmarks came towards the centre, % of D"
+ANSWERS: Final[Sequence[Column[Answered]]] = (
+    Column("study", "the study's name", lambda _, row: row.key.identity),
+    Column("rater", "the rater's code", lambda _, row: row.session.rater),
+    Column("trial", "place in the rater's order, from 1", lambda _, row: row.place),
+    Column("picture", "the picture's file", lambda _, row: row.record.picture),
+    Column(
+        "subject",
+        "the face: its photo's file",
+        lambda _, row: row.key.subjects[row.meaning.subject].name,
+    ),
+    Column(
+        "kind",
+        "table1, figure11, control (the photo as it is), catch (cut in two) or "
+        "satisfaction (of oneself)",
+        lambda _, row: row.variant.kind,
+    ),
+    Column(
+        "asked_percent", "warp distance asked for, % of D", lambda _, row: row.variant.percent
+    ),
+    Column(
+        "achieved_percent",
+        _MEASURED,
+        lambda _, row: row.meaning.measured and row.meaning.measured.achieved,
+    ),
+    Column("center", "centre candidate, 1 to 4", lambda _, row: row.variant.center),
+    Column("lattice", "lattice spacing R, as the recipe's unit says",
+           lambda _, row: row.variant.lattice),
+    Column(
+        "lattice_in_warps",
+        "lattice spacing in mean warp distances",
+        lambda _, row: row.meaning.measured and row.meaning.measured.lattice_in_warps,
+    ),
+    Column("fit", "how the lattice takes up the moves", lambda _, row: row.key.recipe.fit),
+    Column("answer", "natural or unnatural", lambda _, row: row.record.answer),
+    Column("unnatural", "1 where the answer was unnatural", _is_unnatural),
+    Column("grade", "0 to 100", lambda _, row: row.record.grade),
+    Column(
+        "ms",
+        "from the painted picture to the answer, ms; without away_ms where that is given",
+        lambda _, row: row.record.took_ms,
+    ),
+    Column(
+        "away_ms",
+        "ms in another tab or window meanwhile; empty in logs before version 3",
+        lambda _, row: row.record.away_ms,
+    ),
+    Column("shown_width", "width of the picture, CSS px", _display(lambda d: d.shown[0])),
+    Column("shown_height", "height of the picture, CSS px", _display(lambda d: d.shown[1])),
+    Column("window_width", "width of the viewport, CSS px", _display(lambda d: d.window[0])),
+    Column(
+        "window_height", "height of the viewport, CSS px", _display(lambda d: d.window[1])
+    ),
+    Column("pixel_ratio", "device px a CSS px", _display(lambda d: d.ratio)),
+    Column(
+        "degrees",
+        "width of the picture, degrees of visual angle; empty where not measured",
+        _display(lambda d: d.degrees),
+    ),
+    Column("distance_mm", "distance of the eyes, mm", _display(lambda d: d.distance_mm)),
+    Column("counts", "1 where the report counts the answer",
+           lambda tally, row: int(not tally.reasons(row))),
+    Column("why_not", "why it doesn't", lambda tally, row: _joined(tally.reasons(row))),
+)  # fmt: skip
+RATERS: Final[Sequence[Column[Quality]]] = (
+    Column("rater", "the rater's code", lambda _, one: one.rater),
+    Column("answers", "answers that weren't taken back", lambda _, one: one.answers),
+    Column("median_ms", "median of ms", lambda _, one: one.median_ms),
+    Column("quick", "share of answers before the least time", lambda _, one: one.quick),
+    Column(
+        "unnatural_share",
+        "share of unnatural, without catch pictures",
+        lambda _, one: one.unnatural,
+    ),
+    Column("longest_run", "most answers in a row that are the same",
+           lambda _, one: one.longest_run),
+    Column("twin_pairs", "pairs of pictures that are the same", lambda _, one: one.pairs),
+    Column("twins_agreeing", "of these, answered the same", lambda _, one: one.agreeing),
+    Column("catches", "catch pictures", lambda _, one: one.catches),
+    Column("caught", "of these, called unnatural", lambda _, one: one.caught),
+    Column("away_total_ms", "ms in another tab or window during trials",
+           lambda _, one: one.away_ms),
+    Column("taken_back", "answers that were taken back", lambda _, one: one.taken_back),
+    Column("rater_counts", "1 where the report counts the rater",
+           lambda _, one: int(not one.reasons)),
+    Column("rater_why_not", "why it doesn't", lambda _, one: _joined(one.reasons)),
+)  # fmt: skip
+
+
+def files(tally: Tally) -> dict[str, str]:
+    """Return the text of each file by its name."""
+    codebook = [
+        (file, column.name, column.meaning)
+        for file, columns in (("answers.csv", ANSWERS), ("raters.csv", RATERS))
+        for column in columns
+    ]
+    return {
+        "answers.csv": _filled(ANSWERS, tally, tally.answers),
+        "raters.csv": _filled(RATERS, tally, tally.raters.values()),
+        "codebook.csv": _csv([("file", "column", "meaning"), *codebook]),
+        "model.R": resources.files(__package__).joinpath("model.R").read_text(encoding="utf-8"),
+    }
+
+
+def _filled(columns: Sequence[Column[Any]], tally: Tally, rows: Iterable[Any]) -> str:
+    head = [column.name for column in columns]
+    return _csv([head, *([column.value(tally, row) for column in columns] for row in rows)])
+
+
+def _csv(rows: Iterable[Sequence[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def _joined(reasons: Sequence[Text]) -> str:
+    return "; ".join(map(str, reasons))

@@ -1,0 +1,184 @@
+"""What follows a JPEG's picture in its file and can go along: a gain map for HDR, and a film.
+
+The gain map is a small JPEG file of how much brighter each place is on an HDR screen. Behind the
+picture come such pictures, which the index of CIPA DC-007 (MPF) counts, and the film last.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from PIL import Image as Pillow
+
+from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.stderr import hushed
+from kogao_core.photo.formats.turning import as_stored, turn_upright
+from kogao_core.photo.jpeg import segments
+from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.metadata import container, contents, kinds
+from kogao_core.photo.model import Companion, Photo, is_same
+
+Move = Callable[[Image], Image]
+_MODES: Final = ("L", "RGB")
+_MPF: Final = 0xE2
+_PRIMARY: Final = 0x030000  # MPF's type of the picture itself; 0 is that of a gain map
+_ENTRY: Final = ">IIIHH"
+_MPF_NAME: Final = b"MPF\0"  # behind which offsets count
+_SIZE_AT: Final = (
+    4 + len(_MPF_NAME) + 54
+)  # of the picture's own, in the index as it is written here
+
+
+def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
+    """Return a photo whose gain map for HDR goes along when a changed JPEG is written from it.
+
+    Parameters
+    ----------
+    photo : Photo
+        A JPEG as it was read.
+    move : callable
+        Given an upright picture of the whole photo in another size, uint8 (H, W) or (H, W, 3);
+        returns it with what was done to the photo, such as `Rendering.warped`.
+    film : bool
+        Keep a motion photo's video, too, which shows the face as it was.
+
+    Returns
+    -------
+    Photo
+        For `write`; the same where there is nothing to go along.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> face = kogao.template_face((450, 480), 400)
+    >>> rendering = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5))
+    >>> along = kogao.accompanied(photo, rendering.warped)
+    >>> note = kogao.write(along, rendering.pixels, "with-hdr.jpg")
+    >>> along.companions  # the sample is no HDR photo
+    ()
+    """
+    found: list[Companion] = []
+    for extra in photo.extras:
+        if extra.kind is kinds.VIDEO and film and extra.data and _tells_film(photo):
+            found.append(Companion(kinds.VIDEO, extra.data))
+        elif extra.kind is kinds.GAIN_MAP and (before := _decoded(extra.data)) is not None:
+            after = move(turn_upright(before, photo.orientation))
+            found.append(Companion(kinds.GAIN_MAP, extra.data, after))
+    one_each = {one.kind: one for one in reversed(found)}
+    return dataclasses.replace(photo, companions=tuple(reversed(one_each.values())))
+
+
+def _tells_film(photo: Photo) -> bool:
+    return photo.xmp is not None and container.tells_film(photo.xmp)
+
+
+def has_gain_map(photo: Photo) -> bool:
+    """Tell whether a photo is one for HDR screens, by a gain map that can go along."""
+    return any(one.kind is kinds.GAIN_MAP and _mode(one.data) in _MODES for one in photo.extras)
+
+
+def _mode(data: bytes) -> str:
+    try:
+        with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
+            return image.mode
+    except Exception:  # decoders raise almost anything on damaged files
+        return ""
+
+
+def _decoded(data: bytes) -> Image | None:
+    """Return a gain map's pixels as stored: uint8 (H, W) or (H, W, 3); None where there is none."""
+    if _mode(data) not in _MODES:
+        return None
+    try:
+        with hushed(), Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
+            return np.array(image)
+    except Exception:  # as above
+        return None
+
+
+def settled(photo: Photo, folder: Path) -> Photo:
+    """Return a photo whose companions are the files to write."""
+    done = (
+        Companion(one.kind, _encoded(one.data, one.pixels, photo.orientation, folder))
+        for one in photo.companions
+    )
+    return dataclasses.replace(photo, companions=tuple(done))
+
+
+def _encoded(data: bytes, pixels: Image | None, orientation: int, folder: Path) -> bytes:
+    """Return a gain map with other pixels: headers and unchanged blocks are its own."""
+    before = None if pixels is None else _decoded(data)
+    if before is None or pixels is None:
+        return data
+    after = np.ascontiguousarray(as_stored(pixels, orientation))
+    if is_same(before, after):
+        return data
+    with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
+        coding = contents.jpeg_coding(image)
+
+    def encode(box: Box) -> bytes:
+        with io.BytesIO() as out:
+            tables = [list(table) for table in coding.tables] if coding is not None else None
+            subsampling = coding.subsampling if coding is not None else 0
+            part = Pillow.fromarray(np.ascontiguousarray(after[box.slices]))
+            part.save(out, "JPEG", qtables=tables, subsampling=subsampling)
+            return out.getvalue()
+
+    try:
+        fresh = keep_blocks(data, before, after, encode, folder).data
+    except CannotKeepBlocks:
+        fresh = encode(Box.of(after))
+    return segments.with_headers(fresh, data)
+
+
+def joined(photo: Photo, picture: bytes) -> bytes:
+    """Return a JPEG file with its companions behind it, and an index of the pictures among them."""
+    pictures = [one.data for one in photo.companions if one.kind is kinds.GAIN_MAP]
+    if pictures:
+        index = _index(0, [len(one) for one in pictures])
+        at = segments.end_of_headers(picture)
+        size = len(picture) + len(index)
+        base = at + 4 + len(_MPF_NAME)
+        picture = picture[:at] + _index(size, [len(one) for one in pictures], base) + picture[at:]
+    films = [one.data for one in photo.companions if one.kind is kinds.VIDEO]
+    return b"".join([picture, *pictures, *films])
+
+
+def grown(pieces: Pieces, more: int) -> Pieces:
+    """Return a file whose index says that its picture is longer: signing will put more into it."""
+    data = bytearray(b"".join(pieces))
+    with io.BytesIO(data) as file:
+        at = 2
+        for code, one in segments.segments(file):
+            if code == _MPF and one[4:].startswith(_MPF_NAME):
+                (size,) = struct.unpack_from(">I", data, at + _SIZE_AT)
+                struct.pack_into(">I", data, at + _SIZE_AT, size + more)
+            at += len(one)
+    return [bytes(data)]
+
+
+def _index(size: int, lengths: list[int], base: int = 0) -> bytes:
+    """Return the segment that counts pictures: the first of a size, and what follows it at once.
+
+    `base` is where its offsets count from in the file.
+    """
+    entries, at = [struct.pack(_ENTRY, _PRIMARY, size, 0, 0, 0)], size
+    for length in lengths:
+        entries.append(struct.pack(_ENTRY, 0, length, at - base, 0, 0))
+        at += length
+    listed = b"".join(entries)
+    head = struct.pack(">2sHIH", b"MM", 42, 8, 3)
+    place = len(head) + 3 * 12 + 4
+    tags = struct.pack(
+        ">HHI4sHHIIHHIII", 0xB000, 7, 4, b"0100", 0xB001, 4, 1, len(entries),
+        0xB002, 7, len(listed), place, 0,
+    )  # fmt: skip
+    return segments.segment(_MPF, _MPF_NAME + head + tags + listed)

@@ -1,0 +1,85 @@
+"""AVIF: what Pillow's libavif does to a photo, and what it would do to its metadata."""
+
+import io
+import struct
+
+import cv2
+import files
+import numpy as np
+import pytest
+from PIL import Image
+from scenes import textured_photo
+
+from kogao_core import photo
+from kogao_core.photo import in_place
+
+
+@pytest.fixture
+def source(tmp_path):
+    (tmp_path / "in.png").write_bytes(files.png(textured_photo(64, 48, 3), 6))
+    return photo.read(tmp_path / "in.png")
+
+
+def test_the_exif_block_lies_there_byte_for_byte(source, tmp_path):
+    """Pillow would write another, in which a maker's note lies elsewhere."""
+    photo.write(source, source.pixels // 2, tmp_path / "out.avif")
+    photo.write(source, source.pixels // 2, tmp_path / "out.jpg")
+    blocks = [photo.read(tmp_path / f"out{suffix}").exif for suffix in (".jpg", ".avif")]
+    assert blocks[0] == blocks[1]
+    assert files.MAKER_NOTE in blocks[1]
+
+
+@pytest.mark.parametrize("block", [b"Exif\0\0no TIFF at all", b"Exif\0\0II*\0\x08"])
+def test_a_block_that_is_none_is_left_out_and_said(source, tmp_path, block):
+    damaged = photo.Photo(source.pixels, source.path, "PNG", exif=block)
+    said = photo.write(damaged, source.pixels // 2, tmp_path / "out.avif")
+    assert "the EXIF block is damaged, and AVIF can't hold it" in said
+    assert photo.read(tmp_path / "out.avif").exif is None
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+def test_more_bits_are_said_and_not_written_in_place(tmp_path, bits):
+    path = tmp_path / "in.avif"
+    deep = textured_photo(64, 48, 3).astype(np.uint16) << (bits - 8)
+    done, data = cv2.imencode(".avif", deep, [cv2.IMWRITE_AVIF_DEPTH, bits])
+    assert done
+    path.write_bytes(data.tobytes())
+    shown = photo.read(path)
+    assert shown.notes == (f"converted from {bits} bits to 8",)
+    with pytest.raises(photo.RefusedOutput, match="wouldn't come back as it is"):
+        in_place.check_in_place(shown)
+
+
+def test_wide_colours_without_a_profile_are_said(tmp_path):
+    with io.BytesIO() as out:
+        Image.fromarray(textured_photo(64, 48, 3)).save(out, "AVIF")
+        data = out.getvalue()
+    at = data.index(b"colrnclx") + 8
+    for primaries, curve in ((1, 13), (12, 13), (9, 16)):
+        path = tmp_path / f"{primaries}.avif"
+        path.write_bytes(data[:at] + struct.pack(">HH", primaries, curve) + data[at + 4 :])
+        said = " ".join(photo.read(path).notes)
+        assert ("wide colours are named without a profile" in said) == (primaries != 1)
+
+
+def test_another_brand_before_it_is_still_avif(tmp_path):
+    data = files.avif(np.zeros((16, 16, 3), np.uint8))
+    (tmp_path / "in.avif").write_bytes(data.replace(b"ftypavif", b"ftypmif1", 1))
+    assert photo.read(tmp_path / "in.avif").format == "AVIF"
+
+
+def test_a_gain_map_and_a_depth_map_beside_the_picture_are_named(tmp_path):
+    for name, words in (
+        (b"urn:com:apple:photo:2020:aux:hdrgainmap\0", "the HDR gain map"),
+        (b"urn:mpeg:mpegB:cicp:systems:auxiliary:depth\0", "the depth map"),
+        (b"urn:mpeg:mpegB:cicp:systems:auxiliary:alpha\0", ""),
+    ):
+        (tmp_path / "in.avif").write_bytes(
+            files.avif(textured_photo(64, 48, 3))
+            + struct.pack(">I", 8 + len(name))
+            + b"free"
+            + name
+        )
+        names = [extra.name for extra in photo.read(tmp_path / "in.avif").extras]
+        named = [name for name in names if name != "the maker's note"]
+        assert [words in one for one in named] == [True] * bool(words)

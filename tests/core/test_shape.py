@@ -1,0 +1,106 @@
+"""Width, length and parts of a face are set directly: signed, and whatever the warp distance."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scenes import mirrored, oval_face, textured_photo
+
+from kogao_core.faces.targets import aim
+from kogao_core.pipeline import render
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.settings import SETTINGS, SHAPE
+from kogao_core.warp.surround import forehead_pairs
+
+STILL = Recipe(percent=0)
+FACE = oval_face(center=(239.5, 200.0), size=0.4, forehead=True)
+OUTLINE = tuple(name for name in SHAPE if name != "forehead_height")
+
+
+def with_only(name, value, recipe=STILL):
+    return dataclasses.replace(recipe, **{name: value})
+
+
+def moves(recipe, face=FACE):
+    return aim(face, recipe).displacement_px
+
+
+def test_as_much_of_width_and_of_length_is_the_papers_move():
+    both = dataclasses.replace(STILL, width=-6, length=-6)
+    np.testing.assert_allclose(moves(both), moves(Recipe(percent=6)), atol=1e-9)
+
+
+@pytest.mark.parametrize(("direct", "zone"), [("jaw_width", "jaw"), ("chin_length", "chin")])
+def test_a_part_at_amount_0_goes_as_its_zone_alone_would(direct, zone):
+    alone = Recipe(percent=6, **{name: 0 for name in ("cheeks", "jaw", "chin") if name != zone})
+    np.testing.assert_allclose(moves(with_only(direct, -6)), moves(alone), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", OUTLINE)
+@pytest.mark.parametrize("percent", [0, 4])
+def test_each_works_at_any_amount_by_the_same_way_in_and_out(name, percent):
+    base = Recipe(percent=percent)
+    plain = moves(base)
+    inwards, outwards = (moves(with_only(name, value, base)) - plain for value in (-5, 5))
+    assert np.hypot(*inwards.T).max() > 2.0
+    np.testing.assert_allclose(inwards, -outwards, atol=1e-9)
+
+
+def test_width_moves_nothing_along_the_head_and_length_nothing_across_it():
+    assert np.abs(moves(with_only("width", -8))[:, 1]).max() < 1e-9
+    assert np.abs(moves(with_only("length", -8))[:, 0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("follows", [0.0, 50.0, 100.0])
+@pytest.mark.parametrize("value", [-8.0, 8.0])
+def test_the_hairline_goes_by_itself_as_far_as_it_is_told(follows, value):
+    recipe = dataclasses.replace(STILL, head_follows=follows, forehead_height=value)
+    made = render(textured_photo(), [FACE], recipe)
+    assert made.pixels.tobytes() != textured_photo().tobytes()
+    top, shown = (points[6] for points in forehead_pairs(FACE, recipe, made.pairs[0]))
+    center = made.pairs[0].center_px
+    assert shown[1] - top[1] == pytest.approx(value / 100 * (top[1] - center[1]), rel=0.05)
+    # What the lattice makes of it; the landmarks stay, and so do the eyes.
+    assert made.field.at([shown])[0, 1] == pytest.approx(top[1] - shown[1], rel=0.35)
+    assert np.abs(made.field.at(np.vstack([FACE.outline, FACE.eyes]))).max() < 0.3
+
+
+def test_a_narrower_face_has_a_narrower_forehead_and_slimmer_cheeks_lower_none():
+    ends = {}
+    for name in ("width", "cheeks_width"):
+        recipe = with_only(name, -8)
+        there, shown = forehead_pairs(FACE, recipe, aim(FACE, recipe))
+        ends[name] = shown - there
+        assert np.abs(shown[:, 0] - 239.5).sum() < np.abs(there[:, 0] - 239.5).sum()
+        assert np.abs(ends[name][6]).max() < 0.3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_is_asked_for_nothing_folds(seed):
+    rng = np.random.default_rng(seed)
+    values = {name: float(rng.uniform(*SETTINGS[name].within)) for name in SHAPE}
+    recipe = Recipe(percent=float(rng.uniform(0, 12)), **values)
+    made = render(textured_photo(), [FACE], recipe)
+    assert not made.one_to_one.folds
+    assert made.one_to_one.settled
+
+
+def test_a_mirrored_photo_is_made_the_mirrored_result():
+    recipe = Recipe(percent=3, width=4, jaw_width=-7, left_width=-6, forehead_height=5)
+    swapped = dataclasses.replace(recipe, left_width=0, right_width=-6)
+    photo = textured_photo()
+    other_photo, other = mirrored(photo, FACE)
+    one = render(photo, [FACE], recipe).pixels
+    two = render(other_photo, [other], swapped).pixels
+    assert np.percentile(np.abs(one.astype(int) - two[:, ::-1]), 99.9) <= 2
+
+
+def test_at_0_they_are_as_if_they_werent_there():
+    plain = render(textured_photo(), [FACE], PAPER)
+    assert not any(getattr(PAPER, name) for name in SHAPE)
+    older = {name: value for name, value in PAPER.to_dict().items() if name not in SHAPE}
+    assert Recipe.from_dict(older) == PAPER
+    np.testing.assert_array_equal(
+        plain.pairs[0].target_px,
+        FACE.outline + 0.04 * (plain.pairs[0].center_px - FACE.outline),
+    )
