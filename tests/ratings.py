@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import random
+from pathlib import Path
+
+from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.results import Log
 from kogao_core.lab.study.session import Answer, Display, Record, Session
 
 DISPLAY = Display((960, 720), (1280, 960), 1.25, 19.5, 600.0)
@@ -29,6 +34,13 @@ def judged(session: Session, answer: Answer = "natural", grade: int = 50) -> Rec
 def taken_back(session: Session) -> Record:
     """The last answer taken back."""
     return Record(_next(session), session.answered[-1].picture, back=True)
+
+
+def log_of(path: Path, study: Study, rater: str) -> Log:
+    """A session's log, in an order drawn by chance where it is new."""
+    blocks = (study.practice, study.ratings, study.satisfaction)
+    order = [name for block in blocks for name in random.sample(block, len(block))]
+    return Log(path, study, rater, order)
 
 
 def _next(session: Session) -> int:

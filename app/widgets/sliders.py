@@ -75,7 +75,8 @@ class GestureSlider(QSlider):
     def amount(self) -> float:
         """Return the value shown: one that was typed may lie between two steps."""
         step = self.value()
-        return self._exact if self.scale.step(self._exact) == step else self.scale.value(step)
+        nearest = min(max(self.scale.step(self._exact), self.minimum()), self.maximum())
+        return self._exact if nearest == step else self.scale.value(step)
 
     def amount_text(self) -> str:
         """Return how the value shown reads."""

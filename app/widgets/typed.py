@@ -34,17 +34,18 @@ class SliderScale:
     text: Callable[[float], str]  # how a value reads
     # The value that a number typed in place of the one in `text` stands for.
     typed: Callable[[float], float] = lambda number: round(number, _DECIMALS)
+    least: float | None = None  # the least that may be typed, where the slider ends above it
 
     @property
     def ends(self) -> tuple[str, str]:
         """How the least and the largest value read."""
-        return self.text(self.value(self.low)), self.text(self.value(self.high))
+        return self.text(self._least), self.text(self.value(self.high))
 
     def read(self, text: str) -> float | None:
         """Return the value that a user has typed, with or without its unit; None for no value."""
         number = number_in(text, self._words(*self.ends))
         value = None if number is None else self.typed(number)
-        inside = value is not None and self.value(self.low) <= value <= self.value(self.high)
+        inside = value is not None and self._least <= value <= self.value(self.high)
         return value if inside else None
 
     def figure(self, value: float) -> float:
@@ -52,6 +53,10 @@ class SliderScale:
         text = self.text(value)
         number = number_in(text, self._words(text))
         return value if number is None else number
+
+    @property
+    def _least(self) -> float:
+        return self.value(self.low) if self.least is None else self.least
 
     def _words(self, *texts: str) -> set[str]:
         return {word.casefold() for text in texts for word in _WORD.findall(text)}

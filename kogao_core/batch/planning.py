@@ -14,6 +14,7 @@ from kogao_core.batch.tasks import Task
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import READABLE
+from kogao_core.projects.interchange import file_for
 from kogao_core.projects.project import load
 from kogao_core.projects.sidecar import sheet_of, sidecar_of
 from kogao_core.recipe.recipe import Recipe
@@ -37,10 +38,13 @@ def plan(
     report: Path | None = None,
     doubtful: bool = False,
     export: Export = AS_IT_IS,
+    points: Path | None = None,
+    points_map: str | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    Result: in the order of the inputs; `run` does them. Raises NothingToDo.
+    `points` is a file of landmarks, or a folder of them by the photos' names. Result: in the order
+    of the inputs; `run` does them. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -72,6 +76,8 @@ def plan(
             done=keys.get(str(output), ""),
             doubtful=doubtful,
             export=export,
+            points="" if points is None else str(file_for(photo, points)),
+            points_map=points_map,
         )
         for output, photo in found.items()
     ]

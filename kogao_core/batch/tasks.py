@@ -16,13 +16,14 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.faces.doubt import AllDoubted, choose
-from kogao_core.faces.face import LandmarkSource
+from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import CHOICES, source
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering
+from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
@@ -54,6 +55,8 @@ class Task:
     done: str = ""
     doubtful: bool = False  # whether doubtful faces are worked on, too
     export: Export = AS_IT_IS  # size, quality, colours and the like of results
+    points: str = ""  # a file of landmarks to take instead of looking for faces, or ""
+    points_map: str | None = None  # which of its points are which, see `interchange.template`
 
     def rooted(self) -> Task:
         """Return a task that names the same files in whatever folder a worker was started."""
@@ -69,6 +72,7 @@ class Task:
             source=_rooted(self.source),
             output=_rooted(self.output),
             project=_rooted(self.project),
+            points=_rooted(self.points),
             landmarks=_rooted(model) if model and is_file else model,
             disclosure=replace(told, font=_rooted(told.font) if told.font else None),
         )
@@ -137,12 +141,19 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
 
 
 def _found(task: Task, photo: Photo) -> Applied:
-    faces = _source(task.landmarks).find(photo.pixels)
+    faces = _given(task, photo) if task.points else _source(task.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
     chosen = choose(faces, task.which, Box.of(photo.pixels), doubtful=task.doubtful)
     recipe = Recipe.from_dict(task.recipe)
     return Applied(chosen.faces, recipe, NOTHING, chosen.note, others=chosen.others)
+
+
+def _given(task: Task, photo: Photo) -> list[Face]:
+    mapping = None if task.points_map is None else interchange.template(task.points_map)
+    faces = interchange.read(Path(task.points), mapping)
+    interchange.check_inside(faces, Box.of(photo.pixels))
+    return faces
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:
@@ -168,10 +179,11 @@ def _key(task: Task) -> str:
     """Return the hash of files and choices; empty while one of the files can't be read."""
     choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
     told = asdict(task.disclosure), asdict(task.export)
-    chosen = json.dumps([*choices, *told], sort_keys=True)
+    points = [task.points_map or ""] * bool(task.points)
+    chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     label = task.disclosure.picture
-    files = task.source, task.project, task.output, label.file if label else ""
+    files = task.source, task.project, task.points, task.output, label.file if label else ""
     for path in map(Path, filter(None, files)):
         if not path.is_file():  # a pipe would be waited for
             return ""

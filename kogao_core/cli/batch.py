@@ -16,6 +16,7 @@ import click
 from kogao_core import batch
 from kogao_core.base import installed, wording
 from kogao_core.base.language import Text, tr, translated
+from kogao_core.base.strict import BadFile
 from kogao_core.batch import NoWorkers, Outcome, Task, Workers
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.photo.disclosure.disclosing import Disclosure
@@ -62,6 +63,7 @@ from kogao_core.photo.export import Export
 @words.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
 @common.limits_megapixels
 @reading.chooses_landmarks
+@reading.takes_point_files
 @words.option(
     "--dask", metavar="ADDRESS", excludes=("--jobs",),
     help="Let a dask.distributed cluster work (the extra [cluster]); it sees the files, "
@@ -91,14 +93,19 @@ def command(
     """Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."""
     recipe = options.recipe_of(recipe_file, choices)
     report = report or folder / batch.REPORT
+    points, points_map = reading.point_files()
     with ending.stopping(ValueError, ending.USAGE):
         export = dataclasses.replace(export, ending=f".{form}" if form else "", name=name)
-    with ending.stopping(batch.NothingToDo, ending.USAGE):
+    with (
+        ending.stopping(BadFile, ending.UNREADABLE),
+        ending.stopping(batch.NothingToDo, ending.USAGE),
+    ):
         tasks = batch.plan(
             _expanded(inputs), folder, recipe,
             which=which, max_megapixels=max_megapixels, landmarks=landmarks,
             projects=projects, suffix=f".{suffix}", disclosure=disclosure,
             report=None if again else report, doubtful=doubtful, export=export,
+            points=points, points_map=points_map,
         )  # fmt: skip
         if not force and not report.exists():
             _check_free(tasks)

@@ -269,9 +269,8 @@ chooses_percent = words.option(
     "--percent", type=float, help=_with_default(SETTINGS["percent"], "4")
 )
 # For a command that repeats the paper's work.
-chooses_as_the_paper = words.together(
-    _recipe_file(Text("A saved recipe (JSON) [the paper's].")), chooses_faces
-)
+takes_papers_recipe = _recipe_file(Text("A saved recipe (JSON) [the paper's]."))
+chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 
 
 def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:

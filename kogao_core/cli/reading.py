@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import click
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
+from kogao_core.base.strict import BadFile
 from kogao_core.cli import ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces import landmarks
@@ -18,6 +19,8 @@ from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
 from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here, source
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
+from kogao_core.projects import interchange
+from kogao_core.projects.interchange import PointSet
 
 # The usual endings of the formats that can be written.
 ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
@@ -47,8 +50,34 @@ _SEARCHING: Final = (
 takes_photo = words.together(
     click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
 )
+_POINTS: Final = "kogao_core.points"  # of what `--points` gave, in the command's context
+
+
+def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:
+    def keep(context: click.Context, _: click.Parameter, value: Any) -> None:
+        context.meta[f"{_POINTS}.{kind}"] = value
+
+    return keep
+
+
+# For all that takes photos alike: `find_faces` and `points_of` ask the context.
+takes_point_files = words.together(
+    words.option(
+        "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
+        expose_value=False, callback=_keep("place"),
+        help="Take the landmarks from a .tem, .pts, .csv or .json file, or from that of the "
+        "photo's name in a folder, instead of looking for faces.",
+    ),
+    words.option(
+        "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
+        help="Which of a file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
+        "[by their number: 27, 68 or 189].",
+    ),
+)  # fmt: skip
 takes_photos = words.together(
-    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO), *_SEARCHING
+    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),
+    *_SEARCHING,
+    takes_point_files,
 )
 
 
@@ -111,13 +140,40 @@ def mention_fallback(wanted: str | None) -> None:
         )
 
 
+def point_files() -> tuple[Path | None, str | None]:
+    """Return the path and the mapping that ``--points`` and ``--points-map`` gave, or stop."""
+    given = click.get_current_context().meta
+    place, mapping = given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
+    if mapping is not None:
+        with ending.stopping(ValueError, ending.USAGE):
+            interchange.template(mapping)
+    return place, mapping
+
+
+def points_of(photo: Photo) -> list[tuple[Face, PointSet]] | None:
+    """Return the faces that ``--points`` has for a photo, with all their points, or stop.
+
+    Result: None where that wasn't given.
+    """
+    place, mapping = point_files()
+    if place is None:
+        return None
+    template = None if mapping is None else interchange.template(mapping)
+    with ending.stopping(BadFile, ending.UNREADABLE):
+        found = interchange.read_all(interchange.file_for(photo.path, place), template)
+        interchange.check_inside([face for face, _ in found], Box.of(photo.pixels))
+    return found
+
+
 def find_faces(
     photo: Photo, landmarks: str | None, known: LandmarkSource | None = None
 ) -> list[Face]:
     """Find the faces, `in_reading_order`, or stop where there is none.
 
-    The source is the one of `landmarks`, where it isn't `known` already.
+    The source is the one of `landmarks`, where it isn't `known` already; ``--points`` goes before.
     """
+    if (given := points_of(photo)) is not None:
+        return [face for face, _ in given]
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
             faces = (known or landmark_source(landmarks)).find(photo.pixels)

@@ -15,7 +15,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.originals import Originals
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, options, points, projects, reading, summary, words
+from kogao_core.cli import common, ending, options, projects, reading, summary, words
 from kogao_core.cli import json_file as to_json
 from kogao_core.faces.face import Face
 from kogao_core.photo import (
@@ -67,7 +67,7 @@ def _corners(value: str) -> list[list[float]]:
     help="With --in-place: IN is a copy that another program made for this; keep no original.",
 )  # fmt: skip
 @options.chooses
-@points.takes_points
+@reading.takes_point_files
 @words.option(
     "--protect", "lines", multiple=True, metavar="'X,Y X,Y'", callback=_lines,
     help="A line, or more corners, that must not move, px of the upright photo; repeatable.",
@@ -104,8 +104,6 @@ def command(
     which: str,
     doubtful: bool,
     recipe_file: Path | None,
-    points_file: Path | None,
-    points_map: str | None,
     lines: list[Any],
     width_px: float,
     feather_px: float,
@@ -122,7 +120,7 @@ def command(
         projects.refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
     path = reading.input_path(source, sample)
-    is_searched = project_file is None and points_file is None
+    is_searched = project_file is None and reading.point_files()[0] is None
     known = reading.landmark_source(landmarks) if is_searched else None
     to = _checked_output(path, sample, output, in_place, save_project, force, export)
     to_json.check(json_file, force)
@@ -136,7 +134,7 @@ def command(
         done = projects.applied(project_file, photo, sha256)
     else:
         protection = _protection(photo, lines, width_px, feather_px)
-        found = points.faces(photo, points_file, points_map, landmarks, known)
+        found = reading.find_faces(photo, landmarks, known)
         chosen = reading.chosen(photo, found, which, doubtful)
         done = Applied(chosen.faces, recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()

@@ -35,7 +35,7 @@ UNNATURAL: Final = (
 class Naturalness:
     """A warp judged by table 1."""
 
-    percent: float  # warp distance, % of D
+    percent: float  # warp distance, % of D; below 0 the face gets larger, which nobody was asked
     # Share of answers that called such a face unnatural, %; a straight line between the published
     # distances, the nearest published value beyond them.
     unnatural: float
@@ -70,10 +70,15 @@ def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalnes
 
 
 def percent_of(pairs: Pairs) -> float:
-    """Return the mean warp distance of a face in % of D, targets placed by hand included."""
-    radius = np.linalg.norm(pairs.source_px - pairs.center_px, axis=1)
+    """Return the mean warp distance of a face in % of D, targets placed by hand included.
+
+    Result: below 0 where the face as a whole gets larger.
+    """
+    outwards = pairs.source_px - pairs.center_px
+    radius = np.linalg.norm(outwards, axis=1)
     moved = np.linalg.norm(pairs.displacement_px, axis=1)
-    return 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
+    sign = -1.0 if (pairs.displacement_px * outwards).sum() < 0.0 else 1.0
+    return sign * 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
 
 
 def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:

@@ -42,7 +42,8 @@ class Recipe:
     Parameters
     ----------
     percent : float
-        Warp distance in % of D, the landmark-to-centre distance (section 3.2), 0 to 15.
+        Warp distance in % of D, the landmark-to-centre distance (section 3.2), -15 to 15; below 0
+        faces get larger.
     center : int
         Centre candidate 1 to 4 on the line from the eyes to the mouth (figure 7a).
     lattice : float

@@ -283,9 +283,11 @@ _ALL: Final = (
     Setting(
         "percent",
         Text("Warp distance"),
-        Text("How far landmarks move, in % of D, their distance to the centre"),
+        Text(
+            "How far landmarks move, in % of D, their distance to the centre; below 0, away from it"
+        ),
         Text("section 3.2"),
-        within=(0.0, 15.0),
+        within=(-15.0, 15.0),
         unit=Text("% of D"),
         per_face=True,
     ),
@@ -526,7 +528,9 @@ ZONES: Final = {
     setting.name: setting.word or setting.title for setting in _ALL if setting.needs == "zones"
 }
 # What reshapes the face directly, whatever the warp distance.
-SHAPE: Final = tuple(setting.name for setting in _ALL if setting.within == _SIGNED)
+SHAPE: Final = tuple(
+    setting.name for setting in _ALL if setting.within == _SIGNED and setting.name != "percent"
+)
 # What each face may choose for itself.
 FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
 

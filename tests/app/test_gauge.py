@@ -113,3 +113,18 @@ def test_where_more_than_the_face_moves_it_says_whose_figure_that_is_and_warns_o
     opened.editor.recipe.set_field("keep_features", True)
     opened.editor.document.commit()
     assert gauge(opened).text.text().startswith("the face alone: ")
+
+
+def test_a_face_that_gets_larger_is_judged_by_nobody(opened):
+    field = opened.panel("recipe").percent.field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "-4")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    opened.settle()
+    assert opened.state.recipe.percent == -4.0
+    assert field.text().startswith("-4")
+    gauge = opened.panel("recipe").gauge
+    assert gauge.text.text() == "larger: nobody was asked"
+    opened.press_key(opened.panel("recipe").percent.slider, Qt.Key.Key_PageUp)
+    assert opened.state.recipe.percent > 0.0

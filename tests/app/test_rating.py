@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import urllib.error
 import urllib.request
+from collections import Counter
 
 import pytest
 from kogao_app.features.experiments import rating
@@ -16,11 +18,13 @@ from ratings import judged, taken_back
 from timeouts import LONGEST_S
 
 from kogao_core.lab.study import page, plan, results
+from kogao_core.lab.study.conduct import Conduct
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.session import Session
 
 NAMES = tuple(f"{number:016x}.jpg" for number in range(30))
 STUDY = Study("a-study", NAMES[:25], NAMES[25:])
+SINGLE = Study("single", NAMES[:25], (), (), (NAMES[:25],), (NAMES[:2],))
 
 
 @pytest.fixture
@@ -79,9 +83,10 @@ def test_without_a_browser_the_address_can_be_copied(empty, study, monkeypatch):
 
 
 @pytest.fixture
-def script(qapp, tmp_path):  # noqa: ARG001
+def script(qapp, tmp_path, request):  # noqa: ARG001
     """Run an expression of the page's script, as far as it needs no page."""
-    found = re.search(r"<script>(.*?)// What keeps", page.page(STUDY, tmp_path), re.DOTALL)
+    shown = page.page(getattr(request, "param", STUDY), tmp_path)
+    found = re.search(r"<script>(.*?)// What keeps", shown, re.DOTALL)
     text = found[1]
     engine = QJSEngine()
 
@@ -93,9 +98,61 @@ def script(qapp, tmp_path):  # noqa: ARG001
     return run
 
 
+def test_an_order_follows_from_the_study_and_the_code(script):
+    again = script("[fresh('r1'), fresh('r1'), fresh('r2')]")
+    assert again[0] == again[1]
+    assert again[0]["order"] != again[2]["order"]
+
+
+FACES = tuple(tuple(f"{face:08x}{number:08x}.jpg" for number in range(13)) for face in range(10))
+DESIGNED = Study(
+    "designed",
+    tuple(name for face in FACES for name in face[:12]),
+    tuple(face[12] for face in FACES),
+    tuple(f"f{number:015x}.jpg" for number in range(4)),
+    FACES,
+    tuple(face[:2] for face in FACES),
+    Conduct(faces_each=4, swap_keys=True),
+)
+
+
+@pytest.mark.parametrize("script", [DESIGNED], indirect=True)
+def test_raters_in_turn_judge_every_face_as_often_with_either_keys(script):
+    begun = script("Array.from({ length: 20 }, (_, k) => fresh('r' + k, k))")
+    seen = Counter()
+    for one in begun:
+        session = Session(DESIGNED, one["rater"], tuple(one["order"]), keys=one["keys"])
+        assert session.order[:4] != DESIGNED.practice or session.order[4:] != DESIGNED.ratings
+        seen.update((name, one["keys"]) for name in one["order"])
+    # 20 raters of 4 faces of 10: each face 8 times, half of them with F for natural.
+    judged = [*DESIGNED.ratings, *DESIGNED.satisfaction]
+    assert {seen[name, keys] for name in judged for keys in ("fj", "jf")} == {4}
+    assert {sum(seen[name, keys] for keys in ("fj", "jf")) for name in DESIGNED.practice} == {20}
+
+
+@pytest.mark.parametrize("script", [DESIGNED], indirect=True)
+def test_pictures_of_one_face_and_twins_dont_follow_one_another(script):
+    face_of = {name: number for number, face in enumerate(FACES) for name in face}
+    for one in script("Array.from({ length: 100 }, (_, k) => fresh('r' + k, k))"):
+        order = one["order"][4:52]
+        faces = [face_of[name] for name in order]
+        assert all(first != second for first, second in itertools.pairwise(faces))
+        for twins in DESIGNED.twins:
+            places = [order.index(name) for name in twins if name in order]
+            assert len(places) in (0, 2)
+            assert not places or abs(places[0] - places[1]) > 3
+
+
+@pytest.mark.parametrize("script", [SINGLE], indirect=True)
+def test_twins_of_a_single_face_are_kept_apart(script):
+    for one in script("Array.from({ length: 200 }, (_, k) => fresh('r' + k, k))"):
+        first, second = (one["order"].index(name) for name in SINGLE.twins[0])
+        assert abs(first - second) > 3
+
+
 def test_what_the_page_saves_is_read_like_the_programs(script, tmp_path):
     begun = script("fresh('r1')")
-    session = Session(STUDY, "r1", tuple(begun["order"]))
+    session = Session(STUDY, "r1", tuple(begun["order"]), keys=begun["keys"])
     for _ in range(26):
         session.take(judged(session, "unnatural"))
     session.take(taken_back(session))
@@ -108,6 +165,6 @@ def test_what_the_page_saves_is_read_like_the_programs(script, tmp_path):
 
 def test_the_orders_that_the_page_draws_are_even(script):
     """Chi square of 24 degrees, 1 in 10^9; 1,500 orders."""
-    first = script("Array.from({ length: 1500 }, () => fresh('r1').order[0])")
+    first = script("Array.from({ length: 1500 }, (_, k) => fresh('r' + k).order[0])")
     counts = [first.count(name) for name in STUDY.ratings]
     assert sum((count - 60.0) ** 2 / 60.0 for count in counts) < 94.0

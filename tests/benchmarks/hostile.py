@@ -19,6 +19,7 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import files
+import metadata_cases
 from damaging import bytewise, parts, trials
 from scenes import oval_face
 
@@ -28,7 +29,13 @@ STRUCTURED = 0.6  # share of changes that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow
 POINTS = faces_text([oval_face(40, 40, size=0.5)]).encode()
 SUFFIXES = (".jpg", ".png", ".tif", ".webp")
-MORE = (["--disclose"], ["--label", "Retouched"], ["--percent", "0"], ["--save-project"])
+MORE = (
+    ["--motion", "keep"],
+    ["--disclose"],
+    ["--label", "Retouched"],
+    ["--percent", "0"],
+    ["--save-project"],
+)
 
 
 @functools.cache
@@ -55,6 +62,7 @@ def seeds() -> dict[str, bytes]:
     found["16-bit png"] = cv2.imencode(".png", deep)[1].tobytes()
     for suffix, make in files.MAKERS.items():
         found[f"{suffix[1:]} with all metadata"] = make(picture, 6)
+    found["hdr"], found["motion"] = metadata_cases.ultra_hdr(), metadata_cases.motion_photo()
     found["heic"], found["dng"] = files.heic(picture), files.dng()
     return found
 

@@ -108,7 +108,7 @@ def study() -> dict[str, bytes]:
     key = plan.Key("a-study", "s", PAPER, (photographed,), meanings, made)
     order = (*rated, *graded)
     asked = session.Session(shown, "r1", order)
-    lines = [{**results.header(shown, "r1", "program"), "order": list(order)}]
+    lines = [{**results.header(shown, "r1", "program"), "keys": "fj", "order": list(order)}]
     while asked.current is not None:
         is_graded = asked.current in graded
         said = ratings.graded(asked, 90) if is_graded else ratings.answered(asked, "natural")

@@ -20,6 +20,7 @@ import kogao_core as kogao
 from kogao_core import photo
 from kogao_core.photo import accompanied
 from kogao_core.photo.metadata import kinds
+from kogao_core.warp.field import shown_at
 
 SIZE, SCALE = (352, 256), 2  # of the upright picture; of its gain map
 OPLUS, XIAOMI = (f"http://ns.{name}.com/photos/1.0/camera/" for name in ("oplus", "xiaomi"))
@@ -252,3 +253,18 @@ def test_googles_own_reader_sees_the_hdr_picture_warped(tmp_path, scale, most):
     far = cv2.dilate(moved.astype(np.uint8), np.ones((24 * scale, 24 * scale), np.uint8)) == 0
     assert far.any()
     assert not np.abs(after - before)[far].any()
+
+
+@pytest.mark.parametrize("percent", [4, 10])
+def test_a_region_that_held_a_face_still_does(percent):
+    """So regions of faces stay as they are: their own finders differ by more."""
+    face, picture = oval_face(*SIZE), textured_photo(*SIZE, 1)
+    rendering = kogao.render(picture, [face], kogao.Recipe(percent=percent))
+    before = np.vstack([face.outline, face.eyes, face.mouth])
+    after = shown_at(rendering.field, before)
+    (left, top), (right, bottom) = before.min(axis=0), before.max(axis=0)
+    (least_x, least_y), (most_x, most_y) = after.min(axis=0), after.max(axis=0)
+    assert left <= least_x < most_x <= right
+    assert top - 1.0 <= least_y < most_y <= bottom
+    kept = (most_x - least_x) * (most_y - least_y) / ((right - left) * (bottom - top))
+    assert kept > (1.0 - percent / 50.0) ** 2

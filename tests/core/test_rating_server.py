@@ -49,8 +49,13 @@ class Page:
 
     def open(self):
         told = json.loads(self.ask(f"sessions/{self.rater}", {}))
+        if "number" in told:
+            told = self.begin(NAMES)
         self.session = Session(STUDY, self.rater, tuple(told["order"]))
         return told
+
+    def begin(self, order):
+        return json.loads(self.ask(f"sessions/{self.rater}", {"order": order, "keys": "fj"}))
 
     def send(self, record):
         self.ask(f"sessions/{self.rater}/lines", record.to_dict())
@@ -90,7 +95,7 @@ def refusal(act, *arguments, **headers):
 def test_a_session_from_its_page_to_the_log(folder, serve):
     page = Page(serve())
     assert b"Natural or unnatural?" in page.ask("")
-    assert json.loads(page.ask("sessions")) == []
+    assert json.loads(page.ask("sessions/r1", {})) == {"number": 0}
     assert page.open()["records"] == []
     for number in range(6):
         assert page.ask(page.session.current).endswith(page.session.current.encode())
@@ -98,10 +103,9 @@ def test_a_session_from_its_page_to_the_log(folder, serve):
         assert len(log(folder).records) == number + 1, "it is on the disk when the page hears of it"
     page.send(taken_back(page.session))
     page.judge(1)
-    assert json.loads(page.ask("sessions")) == [{"rater": "r1", "done": 6, "total": 8}]
     page.send(graded(page.session, 70))
     page.send(graded(page.session, None))
-    assert json.loads(page.ask("sessions")) == []
+    assert json.loads(page.ask("sessions/r2", {})) == {"number": 1}
     held = log(folder)
     assert held.records == tuple(page.session.records)
     assert held.session(STUDY).current is None
@@ -132,7 +136,6 @@ def test_a_session_goes_on_in_its_own_order_after_the_program_was_killed(folder,
     path = folder / plan.RATINGS_FOLDER / "r1.jsonl"
     with path.open("ab") as file:
         file.write(b'{"n": 4, "picture": "00')  # as if it had died in the middle of a line
-    assert json.loads(other.ask("sessions")) == [{"rater": "r1", "done": 3, "total": 8}]
     told = other.open()
     assert told["order"] == order
     assert [line["n"] for line in told["records"]] == [1, 2, 3]
@@ -303,7 +306,26 @@ def test_replies_are_kept_by_nobody_and_framed_by_nobody(serve):
         assert not any(name.startswith("Access-Control") for name in headers)
 
 
-@pytest.mark.parametrize("length", ["5000", "-1", "x", ""])
+def test_nobody_hears_of_other_raters(serve):
+    page = Page(serve())
+    page.open()
+    page.judge(2)
+    code, told = refusal(page.ask, "sessions")
+    assert (code, told) == (404, {"problem": "there is no such picture"})
+    assert b"r1" not in page.ask("")
+
+
+@pytest.mark.parametrize(
+    "order", [NAMES[:-1], [*NAMES[1:], NAMES[0]], [*NAMES[:-1], NAMES[0]], ["../x"], "x"]
+)
+def test_a_session_that_isnt_the_studys_isnt_begun(serve, order):
+    page = Page(serve())
+    assert refusal(page.begin, order)[0] == 400
+    assert json.loads(page.ask("sessions/r1", {})) == {"number": 0}
+    assert page.open()["records"] == []
+
+
+@pytest.mark.parametrize("length", ["5000000", "-1", "x", ""])
 def test_a_body_that_is_no_answer_isnt_read(serve, length):
     server = serve()
     path = f"/{server.token}/sessions/r1"

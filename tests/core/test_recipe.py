@@ -20,7 +20,7 @@ from kogao_core.recipe.settings import CENTERS, SETTINGS
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("percent", -1),
+        ("percent", -16),
         ("percent", 99),
         ("percent", math.nan),
         ("percent", "4"),

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from pseudolocale import PseudoTranslations
-from ratings import DISPLAY, answered, graded, judged, taken_back
+from ratings import DISPLAY, answered, graded, judged, log_of, taken_back
 from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
@@ -38,8 +38,7 @@ from kogao_core.lab.study import (
     words,
 )
 from kogao_core.lab.study.plan import Study
-from kogao_core.lab.study.results import Log
-from kogao_core.lab.study.session import Record, Session, drawn_order
+from kogao_core.lab.study.session import Record, Session
 from kogao_core.lab.study.statistics import Grades, Share
 from kogao_core.lab.study.tally import tally
 from kogao_core.lab.study.variants import LATTICES, Variant, variants
@@ -222,16 +221,6 @@ def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):
 # ---- the order ------------------------------------------------------------------------------
 
 
-def test_orders_are_even_and_grades_come_last():
-    """Every picture comes first about equally often: chi square of 24 degrees, 1 in 10^9."""
-    orders = [drawn_order(STUDY) for _ in range(1500)]
-    for order in orders[:10]:
-        assert sorted(order[:25]) == list(STUDY.ratings)
-        assert sorted(order[25:]) == list(STUDY.satisfaction)
-    counts = np.array([sum(order[0] == name for order in orders) for name in STUDY.ratings])
-    assert ((counts - 60.0) ** 2 / 60.0).sum() < 94.0
-
-
 def test_the_page_says_every_word_in_the_language_at_work(tmp_path, pseudolocale, gathered):  # noqa: ARG001
     text = page.page(STUDY, tmp_path)
     assert '<html lang="xx">' in text
@@ -324,7 +313,7 @@ def test_records_that_dont_follow_are_refused(record):
 
 
 def test_what_was_logged_is_read_again(tmp_path):
-    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
     while len(log.session.answered) < 29:
         log.add(judged(log.session))
     log.add(graded(log.session, None, took_ms=7))
@@ -333,7 +322,7 @@ def test_what_was_logged_is_read_again(tmp_path):
     assert held.records == tuple(log.session.records)
     assert held.records[0].display == DISPLAY
     assert (held.study, held.rater, held.torn) == ("a-study", "r1", 0)
-    assert Log(log.path, STUDY, "r1").session == log.session
+    assert log_of(log.path, STUDY, "r1").session == log.session
     head = json.loads(log.path.read_text().splitlines()[0])
     assert head["order"] == list(log.session.order)
     assert head["surround"] == results.SURROUND
@@ -344,7 +333,7 @@ DISPLAYED = ("shown", "window", "ratio", "away", "degrees", "distance")
 
 def test_a_log_of_the_version_before_counts_and_goes_on(tmp_path):
     """It names no order, and tells nothing of how pictures were displayed."""
-    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
     for _ in range(7):
         log.add(judged(log.session))
     log.add(taken_back(log.session))
@@ -354,13 +343,13 @@ def test_a_log_of_the_version_before_counts_and_goes_on(tmp_path):
             line.pop(name, None)
     lines[0]["version"] = 1
     log.path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    again = Log(log.path, STUDY, "r1")
+    again = log_of(log.path, STUDY, "r1")
     assert [one.picture for one in again.session.answered] == list(log.session.order[:6])
     assert again.session.current == log.session.order[6]
 
 
 def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
-    whole = Log(tmp_path / "whole.jsonl", STUDY, "r1")
+    whole = log_of(tmp_path / "whole.jsonl", STUDY, "r1")
     for _ in range(3):
         whole.add(judged(whole.session))
     written = whole.path.read_bytes()
@@ -368,7 +357,7 @@ def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
     for end in range(start, len(written) + 1):
         path = tmp_path / f"cut-{end}.jsonl"
         path.write_bytes(written[:end])
-        log = Log(path, STUDY, "r1")
+        log = log_of(path, STUDY, "r1")
         kept = len(log.session.answered)
         # A line whose newline alone is missing is whole.
         assert kept == (3 if end >= len(written) - 1 else 2)
@@ -382,7 +371,7 @@ def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
 def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
     path = tmp_path / "r.jsonl"
     path.write_bytes(b'{"format": "kogao-rat')
-    log = Log(path, STUDY, "r1")
+    log = log_of(path, STUDY, "r1")
     log.add(judged(log.session))
     held = results.load(path)
     assert (len(held.records), held.torn) == (1, 1)
@@ -390,7 +379,7 @@ def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
 
 @pytest.mark.parametrize("fails", ["write", "fsync"])
 def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeypatch, fails):
-    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
     log.add(judged(log.session))
     before, write = log.path.read_bytes(), os.write
 
@@ -412,7 +401,7 @@ def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeyp
     assert held.torn == 0
 
 
-HEAD = json.dumps({**results.header(STUDY, "r1", "page"), "order": NAMES}) + "\n"
+HEAD = json.dumps({**results.header(STUDY, "r1", "page"), "keys": "fj", "order": NAMES}) + "\n"
 
 
 MORE = ', "away": 0, "degrees": null, "distance": null'
@@ -433,6 +422,7 @@ def line(said, seen='"shown": [960, 720], "window": [1280, 960], "ratio": 1', mo
         HEAD.replace(NAMES[0], NAMES[1]),
         HEAD.replace(NAMES[0], "../" + NAMES[0]),
         HEAD.replace('"order"', '"other"'),
+        HEAD.replace('"fj"', '"xy"'),
         HEAD.replace('"r1"', '"../r1"'),
         line('"answer": "perhaps", "ms": 1'),
         line('"answer": "natural", "ms": -1'),
@@ -461,10 +451,10 @@ def test_strange_files_of_ratings_are_refused_in_a_sentence(tmp_path, text):
 
 
 def test_a_log_of_another_study_is_left_alone(tmp_path):
-    log = Log(tmp_path / "r.jsonl", STUDY, "r1")
+    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
     before = log.path.read_bytes()
     with pytest.raises(BadFile, match="another study or rater"):
-        Log(log.path, STUDY, "r2")
+        log_of(log.path, STUDY, "r2")
     assert log.path.read_bytes() == before
 
 
@@ -524,7 +514,7 @@ def test_grades_have_mean_and_sample_deviation():
 def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER, took_ms=900):
     """Write made-up ratings into a copy of a study."""
     study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))
-    log = Log(folder / place / f"{rater}.jsonl", study, rater)
+    log = log_of(folder / place / f"{rater}.jsonl", study, rater)
     while log.session.current is not None and len(log.session.answered) != count:
         meaning = key.pictures[log.session.current]
         answer = "unnatural" if said(meaning) else "natural"
@@ -672,6 +662,25 @@ def test_twins_that_are_answered_alike_are_counted(tmp_path):
     assert {variant.kind for variant in found.shares()} == {"table1", "figure11", "control"}
 
 
+def test_below_0_a_face_becomes_larger_by_as_much():
+    shown = subject(1)
+    smaller, larger = (
+        pictures.drawn(shown, Variant("table1", percent, 2, 1.0, "exact"), PAPER)[1]
+        for percent in (4.0, -4.0)
+    )
+    assert (smaller.achieved, larger.achieved) == (4.0, -4.0)
+
+
+@pytest.mark.parametrize("lattice", LATTICES)
+def test_a_matched_picture_achieves_what_its_name_says(lattice):
+    variant = Variant("figure11", 4.0, 2, lattice)
+    _, plain = pictures.drawn(subject(1), variant, PAPER)
+    _, matched = pictures.drawn(subject(1), variant, PAPER, match=True)
+    assert plain.asked is None
+    assert matched.achieved == pytest.approx(4.0, abs=0.002)
+    assert matched.asked == pytest.approx(4.0 * 4.0 / plain.achieved, rel=0.01)
+
+
 def test_a_catch_picture_is_cut_in_two():
     shown = subject(1)
     drawn, _ = pictures.drawn(shown, Variant("catch", 0.0, 2, 1.0), PAPER)
@@ -701,7 +710,7 @@ def test_the_answers_leave_as_one_table_with_a_codebook(copy):
     key = found.keys[0]
     for row in rows:
         meaning = key.pictures[row["picture"]]
-        assert float(row["asked_percent"]) == meaning.variant.percent
+        assert float(row["percent"]) == float(row["asked_percent"]) == meaning.variant.percent
         assert float(row["achieved_percent"]) == meaning.measured.achieved
         assert row["subject"] == key.subjects[meaning.subject].name
         assert row["counts"] == str(int(row["rater"] == "r1"))
@@ -739,7 +748,7 @@ def test_ratings_that_cant_be_used_are_named_and_stop_nothing(copy):
     lines = gap.path.read_bytes().splitlines(keepends=True)
     gap.path.write_bytes(b"".join([*lines[:9], *lines[10:]]))
     (copy / "notes.jsonl").write_text("hello\n")
-    Log(copy / "stray.jsonl", STUDY, "r1")
+    log_of(copy / "stray.jsonl", STUDY, "r1")
     found = counted(copy, other.path)
     why = {path.name: str(reason) for path, reason in found.refused}
     assert set(why) == {"r1.jsonl", "r2.jsonl", "notes.jsonl", "stray.jsonl"}
@@ -785,7 +794,7 @@ def as_version_1(copy):
     del key["origin"], key["rules"]
     key |= {"version": 1, "subjects": [face["name"] for face in key["subjects"]]}
     for picture in key["pictures"].values():
-        del picture["achieved"], picture["lattice_in_warps"]
+        del picture["achieved"], picture["lattice_in_warps"], picture["asked"], picture["fit"]
     path.write_text(json.dumps(key))
 
 

@@ -2,12 +2,14 @@
 
 import time
 
+import numpy as np
 import pytest
 from browser import Browser
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.lab.study import making, plan, quality, results
+from kogao_core.lab.study import making, plan, quality, report, results
+from kogao_core.lab.study.conduct import Conduct
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.tally import tally
 from kogao_core.lab.study.variants import Variant
@@ -56,7 +58,8 @@ def browse(tmp_path):
         browsers.append(Browser(tmp_path / f"profile {len(browsers)}"))
         browsers[-1].resize(*size)
         browsers[-1].open(address)
-        begin(browsers[-1], rater)
+        if rater is not None:
+            begin(browsers[-1], rater)
         return browsers[-1]
 
     yield start
@@ -235,8 +238,9 @@ def test_the_page_from_the_disk_saves_what_the_report_reads(study, browse, tmp_p
     page.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     press(page, "f", "j")
     page.open((study / making.PAGE_FILE).as_uri())
-    assert page.ask("document.querySelector('#sessions button').textContent") == "r-1: 2 of 4"
+    assert page.ask("document.getElementById('rater').value") == "r-1"
     begin(page, "r-1")
+    assert place(page) == "2 of 4"
     press(page, "Backspace", "f", "f", "s")
     page.ask("document.querySelector('#end .save').click()")
     path = tmp_path / "ratings-r-1.jsonl"
@@ -263,3 +267,174 @@ def test_the_page_hints_at_nothing_and_asks_nobody_else(address, browse):
     assert all(one.startswith((origin, "data:")) for one in asked)
     refused = page.ask("fetch('http://127.0.0.2:9/').then(() => 'reached', () => 'refused')")
     assert refused == "refused"
+
+
+# ---- how a session is held ------------------------------------------------------------------
+
+
+@pytest.fixture
+def held(tmp_path, browse):
+    """Serve a study that is held in some way, and open its page."""
+    servers = []
+
+    def start(window=(1366, 768), query="", **conduct):
+        choices = making.Choices(
+            variants=(*KINDS[:3], Variant("control", 0.0, 2, 1.0)),
+            practice=conduct.pop("practice", 0),
+            conduct=Conduct(**conduct),
+        )
+        face = Subject("a.png", textured_photo(320, 240), (oval_face(320, 240),))
+        folder = tmp_path / "held"
+        making.make([at_paper_size(face)], folder, choices, other=at_paper_size(face))
+        servers.append(Server(folder))
+        servers[-1].start()
+        page = browse(servers[-1].address + query, None, window)
+        return page, folder
+
+    yield start
+    for server in servers:
+        server.stop()
+
+
+def click(page, selector):
+    """Click as a hand would: what needs a gesture has one."""
+    x, y = page.ask(
+        f"(({{x, y, width, height}}) => [x + width / 2, y + height / 2])"
+        f"(document.querySelector('{selector}').getBoundingClientRect())"
+    )
+    for kind in ("mousePressed", "mouseReleased"):
+        page.call(
+            "Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1
+        )  # fmt: skip
+
+
+def measure(page, px_per_mm):
+    """Say how large a card is on this screen."""
+    click(page, "#begin button")
+    page.until("!document.getElementById('measure').hidden")
+    page.ask(f"width.value = {85.6 * px_per_mm}, width.dispatchEvent(new Event('input'))")
+    click(page, "#measured button")
+    page.until("!document.getElementById('judge').hidden")
+
+
+@pytest.mark.parametrize(
+    ("size", "px_per_mm"), [((1366, 768), 3.97), ((1920, 1080), 3.78)], ids=["laptop", "desk"]
+)
+def test_a_size_in_degrees_is_the_same_on_every_screen(held, size, px_per_mm):
+    page, folder = held(size, size="10deg", distance_mm=570)
+    measure(page, px_per_mm)
+    press(page, "f")
+    # The browser's zoom: a CSS px is larger, and there are fewer.
+    page.resize(*(round(side / 1.5) for side in size), ratio=1.5)
+    press(page, "f")
+    (path,) = (folder / plan.RATINGS_FOLDER).iterdir()
+    first, second = results.load(path).records
+    wide_mm = 2.0 * 570.0 * np.tan(np.radians(5.0))
+    assert first.display.shown[0] == pytest.approx(wide_mm * px_per_mm, rel=0.01)
+    assert second.display.shown[0] == pytest.approx(wide_mm * px_per_mm / 1.5, rel=0.01)
+    for record in (first, second):
+        assert record.display.degrees == pytest.approx(10.0, rel=0.02)
+        assert record.display.distance_mm == 570.0
+
+
+def test_a_screen_that_is_too_small_is_refused_with_the_reason(held):
+    page, folder = held((390, 844), size="640px")
+    page.call(
+        "Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=3.0,
+        mobile=True, screenWidth=390, screenHeight=844,
+    )  # fmt: skip
+    click(page, "#begin button")
+    page.until("!document.getElementById('trouble').hidden")
+    said = page.ask("document.getElementById('problem').textContent")
+    assert said.startswith(
+        "This screen is too small for this study: its pictures need 640 \N{MULTIPLICATION SIGN} 480"
+    )
+    assert "390 \N{MULTIPLICATION SIGN} 844" in said
+    page.press("f")
+    (path,) = (folder / plan.RATINGS_FOLDER).iterdir()
+    assert results.load(path).records == ()
+
+
+def test_without_the_full_screen_nothing_is_judged(held):
+    page, folder = held(full_screen=True, size="640px")
+    click(page, "#begin button")
+    page.until("document.fullscreenElement")
+    press(page, "f")
+    page.ask("document.exitFullscreen()")
+    page.until("!document.fullscreenElement && document.getElementById('picture').hidden")
+    page.press("f")
+    assert "on the full screen only" in page.ask("document.getElementById('problem').textContent")
+    click(page, "#full")
+    page.until("document.fullscreenElement")
+    press(page, "j")
+    (path,) = (folder / plan.RATINGS_FOLDER).iterdir()
+    assert [one.answer for one in results.load(path).records] == ["natural", "unnatural"]
+
+
+def test_a_session_from_consent_to_its_code_for_whoever_pays(held):
+    page, folder = held(
+        query="?PROLIFIC_PID=5F3A&number=1", practice=1, swap_keys=True, break_every=2,
+        consent="You may stop.\n\nAt any time.", instructions="Look well.",
+        debriefing="It was about chins.", completion_code="ABC-1",
+    )  # fmt: skip
+    text = page.ask("document.body.innerText")
+    assert "You may stop.\n\nAt any time." in text
+    assert "Look well." in text
+    assert "ABC-1" not in text
+    click(page, "#begin button")
+    page.ask("new Promise(requestAnimationFrame)")
+    assert not page.ask("document.getElementById('start').hidden"), "nobody has agreed yet"
+    click(page, "#agree")
+    click(page, "#begin button")
+    page.until("!document.getElementById('judge').hidden")
+    assert place(page) == "Practice 0 of 1"
+    path = folder / plan.RATINGS_FOLDER / "5f3a.jsonl"
+    seen(page)
+    page.press("j")  # natural, for this rater
+    page.until("!document.getElementById('pause').hidden")
+    assert "now it begins" in page.ask("document.getElementById('paused').textContent")
+    click(page, "#resume")
+    press(page, "j")
+    seen(page)
+    page.press("f")
+    page.until("!document.getElementById('pause').hidden")
+    assert page.ask("document.getElementById('paused').textContent") == "A break"
+    page.press("Enter")
+    page.until("!document.getElementById('judge').hidden")
+    press(page, "f", "f")
+    page.until("!document.getElementById('end').hidden")
+    said = page.ask("document.getElementById('end').innerText")
+    assert "It was about chins." in said
+    assert "Your completion code: ABC-1" in said
+    logged = results.load(path)
+    assert logged.keys == "jf"
+    found = [one.answer for one in logged.records]
+    assert found == ["natural", "natural", "unnatural", "unnatural", "unnatural"]
+    counted = tally([(folder, plan.key_path(folder))])
+    assert [row.place for row in counted.answers] == [2, 3, 4, 5], "practice isn't counted"
+    assert counted.subjects == 1
+
+
+def test_naturalness_can_be_graded(held):
+    page, folder = held(task="slider")
+    click(page, "#begin button")
+    page.until("!document.getElementById('judge').hidden")
+    for grade in (10, 60, 70, 80):
+        seen(page)
+        before = place(page)
+        page.press("f")
+        page.press("s")  # what isn't of oneself can't be skipped
+        page.ask(f"grade.value = {grade}, grade.dispatchEvent(new Event('input'))")
+        click(page, "#enter")
+        page.until(
+            f"document.getElementById('place').textContent !== '{before}'"
+            " || document.getElementById('judge').hidden"
+        )
+    counted = tally([(folder, plan.key_path(folder))])
+    assert [row.record.grade for row in counted.answers] == [10, 60, 70, 80]
+    grades = counted.naturalness()
+    assert sum(one.mean for one in grades.values()) == 220.0
+    table = report.report(counted).tables[0]
+    assert "Naturalness, 0 to 100" in str(table.caption)
+    for row in counted.answers:
+        assert f"{row.record.grade}.0" in str(table)

@@ -14,12 +14,12 @@ import urllib.request
 import click
 import pytest
 from PIL import Image, ImageOps
-from ratings import judged
+from ratings import judged, log_of
 from timeouts import LONGEST_S
 
 from kogao_core.lab.study import plan
+from kogao_core.lab.study.conduct import Conduct
 from kogao_core.lab.study.origin import PictureFigures
-from kogao_core.lab.study.results import Log
 
 
 @pytest.fixture
@@ -30,10 +30,11 @@ def cli(cli):
 def answer_all(folder, rater):
     """Rate everything by a rule: these are nobody's ratings."""
     key = plan.load_key(plan.key_path(folder))
-    log = Log(folder / plan.RATINGS_FOLDER / f"{rater}.jsonl", plan.load_study(folder), rater)
+    log = log_of(folder / plan.RATINGS_FOLDER / f"{rater}.jsonl", plan.load_study(folder), rater)
     while log.session.current is not None:
         meaning = key.pictures[log.session.current]
-        answer = "unnatural" if meaning.variant.percent > 6.0 else "natural"
+        strange = meaning.variant.percent > 6.0 or meaning.variant.kind == "catch"
+        answer = "unnatural" if strange else "natural"
         log.add(judged(log.session, answer, 92))
 
 
@@ -75,6 +76,40 @@ def test_a_study_is_made_answered_and_reported(cli, works, portrait, tmp_path):
     assert "--force" in err
 
 
+def test_a_study_of_ones_own_design(works, portrait, tmp_path):
+    (tmp_path / "consent.txt").write_text("You may stop.\n\nAt any time.\n")
+    folder = tmp_path / "own"
+    works(
+        "make", portrait, "-o", folder, "--percents", "-4,3", "--centers", "2", "--lattices", "",
+        "--fits", "exact,approximation", "--match", "--practice", "2", "--catch",
+        "--picture-size", "12deg", "--distance", "57", "--consent", tmp_path / "consent.txt",
+        "--swap-keys", "--faces-each", "1",
+    )  # fmt: skip
+    study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))
+    assert study.conduct == Conduct(
+        size="12deg", distance_mm=570, consent="You may stop.\n\nAt any time.", swap_keys=True,
+        faces_each=1,
+    )  # fmt: skip
+    assert (len(study.ratings), len(study.practice)) == (5, 2)
+    made = {
+        (one.variant.percent, one.variant.fit): one.measured
+        for one in key.pictures.values()
+        if one.variant.kind == "table1"
+    }
+    assert len(made) == 4
+    for (percent, fit), measured in made.items():
+        assert measured.achieved == pytest.approx(percent, abs=0.002)
+        assert (abs(measured.asked) < 0.95 * abs(percent)) == (fit == "approximation")
+    answer_all(folder, "synthetic-1")
+    said = works("report", folder, "--data", tmp_path / "data")
+    assert re.search(r"candidate\s2, exact fit +0\.0 %", said)
+    lines = (tmp_path / "data" / "answers.csv").read_text().splitlines()
+    assert len(lines) == 1 + 5, "practice isn't among them"
+    assert {path.name for path in (tmp_path / "data").iterdir()} == {
+        "answers.csv", "raters.csv", "codebook.csv", "model.R",
+    }  # fmt: skip
+
+
 def test_two_faces_with_one_seed_share_nothing(cli, works, portrait, tmp_path):
     other = tmp_path / "other.png"
     with Image.open(portrait) as image:
@@ -107,7 +142,11 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
     for wanted, words, *arguments in (
         (2, "isn't empty", "make", portrait, "-o", tmp_path / "full"),
         (2, "list such as", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,x"),
-        (2, "different sizes", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
+        (2, "different numbers", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
+        (2, "within -15..15", "make", portrait, "-o", tmp_path / "new", "--percents", "-4,20"),
+        (2, "a list such as exact", "make", portrait, "-o", tmp_path / "new", "--fits", "exact,x"),
+        (2, "no size such as", "make", portrait, "-o", tmp_path / "new", "--picture-size", "large"),
+        (3, "a text in UTF-8", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
         (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
         (3, "holds no study", "report", tmp_path / "full"),
         (3, "holds no study", "rate", tmp_path / "full"),
@@ -122,7 +161,7 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
 
     made = []
 
-    def full(*arguments):
+    def full(*arguments, **_):
         made.append(arguments)
         if len(made) == 5:
             raise OSError(28, "No space left on device")

@@ -4,6 +4,7 @@ import gettext
 import json
 import os
 import re
+from typing import get_args
 
 import click
 import pytest
@@ -15,6 +16,7 @@ from kogao_core.cli import commands as commands_of_cli
 from kogao_core.cli import words
 from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
+from kogao_core.lab.study.conduct import Task
 from kogao_core.recipe.settings import CORNERS, SETTINGS
 
 WORD = re.compile(r"[A-Za-z]{2,}")
@@ -39,7 +41,7 @@ TYPED = {*NAMED, *(word for way in COMMANDS for word in way.split())}
 TYPED |= {one.name for setting in SETTINGS.values() for one in setting.alternatives}
 TYPED |= {choice.name for choice in CHOICES} | {"all", "both", "control", "points", "lanczos"}
 TYPED |= {word for corner in CORNERS for word in corner.split("-")} | {"desktop"}
-TYPED |= {*language.languages(), "percent", "format", "faces"}
+TYPED |= {*language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
 
 
 def plain(text, names=TYPED):

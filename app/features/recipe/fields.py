@@ -43,6 +43,7 @@ def percent() -> SliderScale:
         lambda n: n / 10,
         lambda v: round(v * 10),
         lambda v: tr("{v} % of D", v=_figure(v)),
+        least=(SETTINGS["percent"].within or (0.0,))[0],
     )
 
 

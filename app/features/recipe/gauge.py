@@ -96,9 +96,13 @@ def _of_whom(found: Naturalness, words: str) -> str:
     return tr("the face alone: {words}", words=words)
 
 
+def _unasked(found: Naturalness) -> str:
+    return tr("larger: nobody was asked") if found.percent < 0.0 else tr("nothing moves")
+
+
 def _word(found: Naturalness) -> str:
     if found.percent <= 0.0:
-        return tr("nothing moves")
+        return _unasked(found)
     if found.percent > DISTANCES[-1]:
         return tr("⚠ looks unnatural") if found.warns else tr("looks unnatural")
     if found.beyond_limit:
@@ -109,7 +113,7 @@ def _word(found: Naturalness) -> str:
 def _words(found: Naturalness) -> str:
     share = tr("{n:.1f} % found it unnatural", n=found.unnatural)
     if found.percent <= 0.0:
-        return tr("nothing moves")
+        return _unasked(found)
     if found.percent < DISTANCES[0]:
         return tr("≤ {n:.1f} % found it unnatural", n=found.unnatural)
     if found.percent > DISTANCES[-1]:

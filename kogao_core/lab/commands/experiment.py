@@ -16,7 +16,7 @@ from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
-from kogao_core.lab.commands import figures, outputs, study
+from kogao_core.lab.commands import figures, outputs, stimuli, study
 from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
@@ -103,8 +103,9 @@ class Work:
 
     def _subject(self, path: Path, source: LandmarkSource) -> Subject:
         photo = reading.read_photo(path, self._given["max_megapixels"])
+        known = reading.points_of(photo)
         with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
-            faces = source.find(photo.pixels)
+            faces = [face for face, _ in known] if known else source.find(photo.pixels)
         if not faces:
             raise ending.Stop(
                 Text("no face in {path}; leave it out or crop closer", path=path), ending.NO_FACE
@@ -233,4 +234,5 @@ def methods_command(repeats: int, **given: Any) -> int:
 
 
 command.add_command(figures.command)
+command.add_command(stimuli.command)
 command.add_command(study.command)

@@ -48,8 +48,9 @@ def command(
 ) -> int:
     """Draw the paper's figures of photos.
 
-    Landmarks and targets (4, 5), centre candidates (7), lattice (2), domains (14, 15), before and
-    after (16), cut to the paper's 4 : 3 round the faces.
+    Landmarks and targets (4, 5), directions (6), centre candidates (7), lattice (2), one point (1),
+    control points of two (3), small, large and four lattices (8 to 10), domains (12 to 15), before
+    and after (16), cut to the paper's 4 : 3 round the faces.
     """
     recipe = options.paper_recipe_of(recipe_file, percent)
     photos = reading.input_paths(inputs, sample)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import click
 
@@ -15,21 +15,23 @@ from kogao_core.base import interrupts
 from kogao_core.base.language import Text, tr
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, projects, reading, words
+from kogao_core.cli import common, ending, options, projects, reading, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import select
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
 from kogao_core.lab.study import making, pictures, plan, sources, tally
+from kogao_core.lab.study.conduct import Conduct, Task
 from kogao_core.lab.study.making import Choices
 from kogao_core.lab.study.plan import Key
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.variants import variants
 from kogao_core.lab.subjects import Subject
-from kogao_core.recipe.recipe import PAPER
+from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
 _LARGEST_LATTICE: Final = 8.0
+_TEXT: Final = click.Path(path_type=Path)
 
 
 @words.group("study")
@@ -41,18 +43,50 @@ def command() -> None:
     """
 
 
-def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
-    try:
-        sizes = tuple(float(part) for part in value.split(",") if part)
-    except ValueError:
+def _numbers(low: float, high: float) -> Callable[..., tuple[float, ...]]:
+    """Return what reads a list of different numbers within a range."""
+
+    def read(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
+        try:
+            found = tuple(float(part) for part in value.split(",") if part)
+        except ValueError:
+            raise words.bad_value(
+                Text("{value} is not a list such as 0.5,1,2.", value=shown(value))
+            ) from None
+        if len(set(found)) != len(found) or not all(low <= one <= high for one in found):
+            raise words.bad_value(
+                Text(
+                    "{value} must be different numbers within {low:g}..{high:g}.",
+                    value=shown(value), low=low, high=high,
+                )
+            )  # fmt: skip
+        return found
+
+    return read
+
+
+def _fits(_: click.Context, __: click.Parameter, value: str | None) -> tuple[Fit, ...] | None:
+    if value is None:
+        return None
+    given = value.split(",")
+    found = tuple(fit for fit in get_args(Fit) if fit in given)
+    if len(found) != len(given):
         raise words.bad_value(
-            Text("{value} is not a list such as 0.5,1,2.", value=shown(value))
-        ) from None
-    if len(set(sizes)) != len(sizes) or not all(0.1 <= size <= _LARGEST_LATTICE for size in sizes):
-        raise words.bad_value(
-            Text("{value} must be different sizes within 0.1..8.", value=shown(value))
+            Text("{value} is not a list such as exact,approximation.", value=shown(value))
         )
-    return sizes
+    return found
+
+
+def _text(path: Path | None) -> str:
+    """Return what a file says, or nothing where none is named."""
+    if path is None:
+        return ""
+    try:
+        return path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError):
+        raise ending.Stop(
+            Text("{path} can't be read as a text in UTF-8", path=path), ending.UNREADABLE
+        ) from None
 
 
 @command.command("make")
@@ -62,38 +96,110 @@ def _sizes(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ..
     help="A new folder for the raters; the key is written beside it.",
 )  # fmt: skip
 @words.option(
-    "--lattices", callback=_sizes, default="0.25,0.5,1,2", show_default=True, metavar="R,R,...",
+    "--lattices", callback=_numbers(0.1, _LARGEST_LATTICE), default="0.25,0.5,1,2",
+    show_default=True, metavar="R,R,...",
     help="Lattice sizes of figure 11, in landmark spacings.",
 )  # fmt: skip
+@words.option(
+    "--percents", callback=_numbers(-15.0, 15.0), default="2,4,6,8,10", show_default=True,
+    metavar="P,P,...", help="Distances of table 1, % of D; below 0 larger.",
+)  # fmt: skip
+@words.option(
+    "--centers", callback=_numbers(1.0, len(PAPER_CENTERS)), default="1,2,3,4", show_default=True,
+    metavar="C,C,...", help="Centre candidates of table 1.",
+)  # fmt: skip
+@words.option(
+    "--fits", callback=_fits, metavar="FIT,FIT,...",
+    help="Fits of table 1's pictures: approximation, exact, multilevel [the recipe's].",
+)  # fmt: skip
+@words.option(
+    "--match", is_flag=True,
+    help="Distances are those achieved; what is asked for follows, picture by picture.",
+)  # fmt: skip
+@options.takes_papers_recipe
 @words.option("--control", is_flag=True, help="Show each photo as it is, too.")
 @words.option("--catch", is_flag=True, help="Show each face cut in two, too: who looks?")
 @words.option(
     "--satisfaction", is_flag=True,
     help="At the end raters grade the picture of themselves from 0 to 100.",
 )  # fmt: skip
+@words.option(
+    "--practice", type=click.IntRange(0, 8), default=0, show_default=True,
+    help="Begin with this many pictures of the sample portrait, which don't count.",
+)  # fmt: skip
+@words.option(
+    "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
+    help="Ask for natural or unnatural, or for a grade from 0 to 100.",
+)  # fmt: skip
+@words.option(
+    "--faces-each", type=click.IntRange(0), default=0, show_default=True,
+    help="Faces that one rater judges, in balanced blocks; 0 for all.",
+)  # fmt: skip
+@words.option("--swap-keys", is_flag=True, help="F and J change places for half of the raters.")
+@words.option(
+    "--break-every", type=click.IntRange(0), default=0, show_default=True,
+    help="Answers between two breaks; 0 for none.",
+)  # fmt: skip
+@words.option(
+    "--picture-size", "size", default="fit", show_default=True, metavar="SIZE",
+    help="The pictures' long side, such as 640px or 12deg; fit fills the window.",
+)  # fmt: skip
+@words.option(
+    "--distance", type=click.FloatRange(10.0, 1000.0), default=60.0, show_default=True,
+    metavar="CM", help="From the eyes to the screen, for a size in degrees.",
+)  # fmt: skip
+@words.option("--full-screen", is_flag=True, help="Show pictures on the full screen only.")
+@words.option("--consent", type=_TEXT, metavar="FILE", help="What raters must agree to.")
+@words.option("--instructions", type=_TEXT, metavar="FILE", help="Instead of the page's own.")
+@words.option("--debriefing", type=_TEXT, metavar="FILE", help="What raters read at the end.")
+@words.option("--completion-code", default="", help="Shown at the end, for whoever pays.")
 @words.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
 def make(
     inputs: Sequence[Path],
     sample: bool,
     folder: Path,
     lattices: tuple[float, ...],
+    percents: tuple[float, ...],
+    centers: tuple[float, ...],
+    fits: tuple[Fit, ...] | None,
+    match: bool,
+    recipe_file: Path | None,
     control: bool,
     catch: bool,
     satisfaction: bool,
+    practice: int,
+    distance: float,
     seed: str | None,
     landmarks: str | None,
     max_megapixels: float,
+    **held: Any,
 ) -> None:
     """Make a study of the largest face in each photo."""
     photos = reading.input_paths(inputs, sample)
     with ending.stopping(making.RefusedFolder, ending.USAGE):
         making.check_folder(folder)
-    kinds = variants(PAPER, lattices, control=control, catch=catch, satisfaction=satisfaction)
+    recipe = options.paper_recipe_of(recipe_file, None)
+    kinds = variants(
+        recipe,
+        lattices,
+        percents=percents,
+        centers=tuple(map(int, centers)),
+        fits=fits,
+        control=control,
+        catch=catch,
+        satisfaction=satisfaction,
+    )
     source = reading.landmark_source(landmarks)
+    texts = ("consent", "instructions", "debriefing")
+    held |= {name: _text(held[name]) for name in texts}
     with ending.stopping(ValueError, ending.USAGE):
-        choices = making.Choices(PAPER, kinds, seed, source.name)
+        conduct = Conduct(**held, distance_mm=round(10.0 * distance))
+        choices = making.Choices(recipe, kinds, seed, source.name, match, practice, conduct)
+    other = None
+    if practice:
+        (other,) = _subjects([reading.input_path(None, True)], landmarks, max_megapixels)
     with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
-        key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices)
+        key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices, other)
     ending.print_text(
         tr(
             "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
@@ -119,10 +225,12 @@ def _subjects(
     return found
 
 
-def _make(subjects: Sequence[Subject], folder: Path, choices: Choices) -> Key:
+def _make(
+    subjects: Sequence[Subject], folder: Path, choices: Choices, other: Subject | None
+) -> Key:
     progress = ProgressLine()
     progress.begin(tr("pictures for {folder}", folder=folder))
-    key = making.make(subjects, folder, choices, progress.step)
+    key = making.make(subjects, folder, choices, progress.step, other)
     progress.end()
     return key
 

@@ -1,4 +1,4 @@
-"""The paper's figures 4, 5, 7, 12, 14, 15 and 16, drawn from any photo."""
+"""The paper's figures, but for those of what it asked people, drawn from any photo."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Affine, Array, Box, Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.naturalness import DISTANCES
-from kogao_core.faces.targets import aim, center_candidates
+from kogao_core.faces.targets import Pairs, aim, center_candidates
 from kogao_core.lab.reports.drawing import Dots, Drawing, Mark, Strokes, Word
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DOMAINS, PAPER_CENTERS
-from kogao_core.warp.domain import mask_of
-from kogao_core.warp.lattice import Lattice
+from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.domain import mask_of, reduce
+from kogao_core.warp.field import Field
+from kogao_core.warp.fit import fit
+from kogao_core.warp.lattice import ORDER, Lattice
 
 LANDMARK: Final = "#56b4e9"
 TARGET: Final = "#d55e00"
@@ -32,6 +35,13 @@ _LETTER: Final = 0.02  # of the width
 _DOT: Final = 0.004  # of the width
 _PROCESSED, _LEFT_OUT = 150, 255  # greys of figures 12 to 15
 _NEVER_ZERO: Final = 1e-9
+_CHIN: Final = 10  # of the outline's 21 points
+_FOUR: Final = (0, 6, 14, 20)  # landmarks that figures 12 and 13 show apart
+_FAR_PERCENT: Final = 30.0  # of D, so that one point's move is seen in print
+_SEEN_PX: Final = 0.5  # a threshold whose domain differs from the lossless one in print
+# Of figures 8 to 10, in landmark spacings; the paper's own sizes aren't told.
+_SMALL_LATTICE, _LARGE_LATTICE = 0.25, 4.0
+_LATTICES: Final = (0.25, 0.5, 1.0, 2.0)
 
 
 def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
@@ -44,6 +54,14 @@ def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
         lattice,
         domains,
         before_after,
+        one_point,
+        overlap,
+        directions,
+        small_lattice,
+        large_lattice,
+        lattice_sizes,
+        selection,
+        threshold,
     )
     return [draw(shown, rendering) for draw in made]
 
@@ -162,6 +180,144 @@ def before_after(shown: Subject, rendering: Rendering) -> Drawing:
     return _side_by_side("before-after", [shown.pixels, rendering.pixels])
 
 
+# -- figures 1, 3, 6, 8 to 10, 12 and 13 -----------------------------------------------------------
+
+
+def one_point(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw one feature point with its target, and what comes of moving it alone (figure 1)."""
+    pairs = rendering.pairs[0]
+    (source,), toward = pairs.source_px[[_CHIN]], pairs.center_px - pairs.source_px[_CHIN]
+    goal = source + _FAR_PERCENT / 100.0 * toward
+    field = _field_of(shown, rendering, Pairs(source[None], goal[None], pairs.center_px))
+    dot = 2.0 * _DOT * shown.size[0]
+    marks = (
+        Strokes(np.array([[source, goal]]), 2.0, TARGET),
+        Dots(goal[None], dot, TARGET, filled=False),
+        Dots(source[None], dot, LANDMARK),
+    )
+    marked = Drawing("", shown.pixels, marks).painted()
+    return _side_by_side("one-point", [marked, _warped(shown, field)])
+
+
+def overlap(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the 4 x 4 control points of two landmarks near each other, and those of both (3)."""
+    one, places = rendering.field.lattices[0], rendering.pairs[0].target_px[[_CHIN, _CHIN + 2]]
+    grid, dot = one.grid, _DOT * shown.size[0]
+    around = np.arange(-1, ORDER - 1)
+    marks: list[Mark] = [Strokes(_grid_lines(one), 1.0, LATTICE)]
+    nodes = []
+    for place in places:
+        (i, _), (j, _) = (grid.locate(place[axis : axis + 1], axis) for axis in (0, 1))
+        at = np.dstack(np.meshgrid(grid.node_px(i + around, 0), grid.node_px(j + around, 1)))
+        nodes.append(at.reshape(-1, 2))
+    shared = (np.abs(nodes[0][:, None] - nodes[1]).max(axis=2) < 1e-6 * grid.spacing_px).any(axis=1)
+    return Drawing(
+        "overlap",
+        shown.pixels,
+        (
+            *marks,
+            Dots(nodes[0], 1.2 * dot, LANDMARK),
+            Dots(nodes[1], 1.2 * dot, TARGET),
+            Dots(nodes[0][shared], 1.8 * dot, CENTER),
+            Dots(places, dot, _INK),
+        ),
+    )
+
+
+def directions(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the lines from the landmarks to the centre, on which the targets lie (figure 6)."""
+    dot = _DOT * shown.size[0]
+    marks: list[Mark] = []
+    for face, pairs in zip(shown.faces, rendering.pairs, strict=True):
+        ends = np.broadcast_to(pairs.center_px, pairs.source_px.shape)
+        marks += [
+            Strokes(np.array([[face.eye_center, face.mouth_center]]), 1.5, CENTER),
+            Strokes(np.stack([pairs.source_px, ends], axis=1), 1.0, TARGET),
+            Dots(pairs.target_px, dot, TARGET, filled=False),
+            Dots(pairs.source_px, dot, LANDMARK),
+            Dots(pairs.center_px[None], 1.5 * dot, CENTER),
+        ]
+    return Drawing("directions", shown.pixels, tuple(marks))
+
+
+def small_lattice(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the photo, the result of R = 1, and that of a very small lattice (figure 8)."""
+    panels = [_at_lattice(shown, rendering, size).pixels for size in (1.0, _SMALL_LATTICE)]
+    return _side_by_side("small-lattice", [shown.pixels, *panels])
+
+
+def large_lattice(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the domains of R = 1 and of a very large lattice, with their control points (9)."""
+    panels = []
+    for size in (1.0, _LARGE_LATTICE):
+        made = _at_lattice(shown, rendering, size)
+        mask = mask_of(made.field, Box.of(shown.pixels), "threshold")
+        panels.append(_over(shown, mask, made.field.lattices))
+    return _side_by_side("large-lattice", panels)
+
+
+def lattice_sizes(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the results of the four lattice sizes that people were asked about (figure 10)."""
+    panels = [_at_lattice(shown, rendering, size).pixels for size in _LATTICES]
+    return _side_by_side("lattice-sizes", panels)
+
+
+def selection(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the conventional domain of four landmarks, and that of their control points (12)."""
+    field = _of_four(shown, rendering)
+    image = Box.of(shown.pixels)
+    masks = [mask_of(field, image, name) for name in ("image", "control-points")]
+    marked = [_over(shown, mask, field.lattices, _four(rendering)) for mask in masks]
+    return _side_by_side("selection", marked)
+
+
+def threshold(shown: Subject, rendering: Rendering) -> Drawing:
+    """Draw the same four landmarks' control points, and the pixels that move by T (figure 13)."""
+    field, image = _of_four(shown, rendering), Box.of(shown.pixels)
+    masks = (
+        mask_of(field, image, "control-points"),
+        mask_of(field, image, "threshold", max(rendering.recipe.threshold_px, _SEEN_PX)),
+    )
+    panels = [_over(shown, mask, field.lattices, _four(rendering)) for mask in masks]
+    return _side_by_side("threshold", panels)
+
+
+def _four(rendering: Rendering) -> Array:
+    return np.asarray(rendering.pairs[0].target_px[list(_FOUR)])
+
+
+def _of_four(shown: Subject, rendering: Rendering) -> Field:
+    pairs, few = rendering.pairs[0], list(_FOUR)
+    chosen = Pairs(pairs.source_px[few], pairs.target_px[few], pairs.center_px)
+    return _field_of(shown, rendering, chosen)
+
+
+def _field_of(shown: Subject, rendering: Rendering, pairs: Pairs) -> Field:
+    recipe = dataclasses.replace(rendering.recipe, fit="approximation")
+    return Field(fit([pairs], [shown.faces[0].anchor], [recipe]))
+
+
+def _warped(shown: Subject, field: Field) -> Image:
+    canvas = Canvas(shown.pixels)
+    canvas.warp(field, reduce(field, Box.of(shown.pixels), "threshold"), "bilinear")
+    return canvas.pixels
+
+
+def _at_lattice(shown: Subject, rendering: Rendering, size: float) -> Rendering:
+    recipe = dataclasses.replace(rendering.recipe, lattice=size, lattice_unit="spacing")
+    return render(shown.pixels, shown.faces, recipe)
+
+
+def _over(
+    shown: Subject, mask: Image, lattices: Sequence[Lattice], points: Array | None = None
+) -> Image:
+    """Return a domain in grey with the lattice over it, and points."""
+    marks: list[Mark] = [Strokes(_grid_lines(one), 1.0, LATTICE) for one in lattices]
+    if points is not None:
+        marks.append(Dots(points, 1.5 * _DOT * shown.size[0], _INK))
+    return Drawing("", _mask(mask), tuple(marks)).painted()
+
+
 def _side_by_side(name: str, panels: Sequence[Image]) -> Drawing:
     height, width = panels[0].shape[:2]
     gap = round(_GAP * width)
@@ -174,6 +330,6 @@ def _side_by_side(name: str, panels: Sequence[Image]) -> Drawing:
     letter_px = _LETTER * width
     words = [
         Word((n * (each + gap) + 0.5 * letter_px, 1.5 * letter_px), f"({letter})", letter_px, _INK)
-        for n, letter in zip(range(len(panels)), "abc", strict=False)
+        for n, letter in zip(range(len(panels)), "abcd", strict=False)
     ]
     return Drawing(name, np.hstack(row[:-1]), tuple(words))

@@ -60,12 +60,16 @@ class Drawing:
     marks: tuple[Mark, ...] = ()  # in px of the picture
     exact: bool = False  # keep the very pixels in an SVG, too (PNG inside); JPEG otherwise
 
-    def png(self) -> bytes:
-        """Return the drawing as a PNG file."""
+    def painted(self) -> Image:
+        """Return the picture with its marks, as pixels."""
         canvas = np.ascontiguousarray(self.pixels).copy()
         for mark in self.marks:
             _paint(canvas, mark)
-        return png(canvas)
+        return canvas
+
+    def png(self) -> bytes:
+        """Return the drawing as a PNG file."""
+        return png(self.painted())
 
     def svg(self) -> bytes:
         """Return the drawing as an SVG file that asks for nothing outside itself."""

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.lab.study.tally import Answered
+from kogao_core.lab.study.variants import Group
 
 Floats = npt.NDArray[np.float64]
 RESAMPLES: Final = 400
@@ -72,9 +73,9 @@ class Curves:
     """The curve of a study, and those of its centres, from the same resamples."""
 
     whole: Curve
-    centers: Mapping[int, Curve]
-    # How much later half is reached than with the first of `centers`; % of D.
-    later: Mapping[int, Estimate]
+    groups: Mapping[Group, Curve]  # by centre and fit
+    # How much later half is reached than with the first of them; % of D.
+    later: Mapping[Group, Estimate]
     # Cochran's Q over answers of one rater about one face at one distance asked for: the chance of
     # such differences if the centre made none. None where nobody judged all centres.
     p: float | None
@@ -109,25 +110,25 @@ def fitted(rows: Sequence[Answered]) -> Curves | None:
         return None
     draw = np.random.default_rng(_SEED)
     weights = [cells.resampled(draw) for _ in range(RESAMPLES)]
-    centers = sorted({int(center) for center in cells.center} - {0})
-    members = {center: np.isin(cells.center, (center, 0)) for center in centers}
-    whole, _ = cells.curve(np.ones(len(cells.center), bool), weights)
-    found = {center: cells.curve(inside, weights) for center, inside in members.items()}
+    groups = sorted({group for group in cells.group if group is not None})
+    members = {group: np.array([one in (group, None) for one in cells.group]) for group in groups}
+    whole, _ = cells.curve(np.ones(len(cells.group), bool), weights)
+    found = {group: cells.curve(inside, weights) for group, inside in members.items()}
     later, needed = _compared(found, cells.asked.shape[0])
-    by_center = {center: one for center, (one, _) in found.items()}
+    by_group = {group: one for group, (one, _) in found.items()}
     return Curves(
-        whole, by_center, later, _cochran(usable), cells.asked.shape[0], cells.faces, needed
+        whole, by_group, later, _cochran(usable), cells.asked.shape[0], cells.faces, needed
     )
 
 
 def _compared(
-    found: Mapping[int, tuple[Curve, Floats]], raters: int
-) -> tuple[dict[int, Estimate], int | None]:
+    found: Mapping[Group, tuple[Curve, Floats]], raters: int
+) -> tuple[dict[Group, Estimate], int | None]:
     """Return differences to the first centre, and raters needed."""
     (_, (base, resampled)), *others = found.items()
     later = {
-        center: Estimate.of(one.middle.value - base.middle.value, theirs - resampled)
-        for center, (one, theirs) in others
+        group: Estimate.of(one.middle.value - base.middle.value, theirs - resampled)
+        for group, (one, theirs) in others
     }
     if not others:
         return later, None
@@ -140,15 +141,15 @@ def _cochran(rows: Sequence[Answered]) -> float | None:
     """Return the p of Cochran's Q (Biometrika 37, 1950, 256-266) of the centres."""
     from scipy.stats import chi2  # an extra
 
-    blocks: defaultdict[tuple[object, ...], dict[int, bool]] = defaultdict(dict)
+    blocks: defaultdict[tuple[object, ...], dict[Group, bool]] = defaultdict(dict)
     for row in rows:
         if row.variant.kind == "table1":
             where = row.key.identity, row.meaning.subject, row.session.rater, row.variant.percent
-            blocks[where][row.variant.center] = row.record.answer == "unnatural"
-    centers = sorted({center for block in blocks.values() for center in block})
-    whole = [block for block in blocks.values() if len(block) == len(centers)]
-    said = np.array([[block[center] for center in centers] for block in whole], int)
-    count = len(centers)
+            blocks[where][row.variant.group] = row.record.answer == "unnatural"
+    groups = sorted({group for block in blocks.values() for group in block})
+    whole = [block for block in blocks.values() if len(block) == len(groups)]
+    said = np.array([[block[group] for group in groups] for block in whole], int)
+    count = len(groups)
     if count < 2 or not said.size:
         return None
     spread = count * said.sum() - (said.sum(axis=1) ** 2).sum()
@@ -166,7 +167,8 @@ class _Cells:
         names = sorted({(row.key.identity, row.record.picture) for row in rows})
         places = {name: n for n, name in enumerate(names)}
         self.hits, self.asked = np.zeros((2, len(raters), len(places)))
-        self.achieved, self.center = np.zeros(len(places)), np.zeros(len(places), int)
+        self.achieved = np.zeros(len(places))
+        self.group: list[Group | None] = [None] * len(places)
         face_of, faces = np.zeros(len(places), int), dict[tuple[str, int], int]()
         for row in rows:
             place = places[row.key.identity, row.record.picture]
@@ -174,8 +176,8 @@ class _Cells:
             face_of[place] = faces.setdefault(face, len(faces))
             assert row.meaning.measured is not None
             self.achieved[place] = row.meaning.measured.achieved
-            # The photo as it is belongs to every centre.
-            self.center[place] = 0 if row.variant.kind == "control" else row.variant.center
+            # The photo as it is belongs to every group.
+            self.group[place] = None if row.variant.kind == "control" else row.variant.group
             self.asked[raters[row.session.rater], place] += 1
             self.hits[raters[row.session.rater], place] += row.record.answer == "unnatural"
         self._face_of, self.faces = face_of, len(faces)

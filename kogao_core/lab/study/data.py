@@ -41,6 +41,11 @@ def _is_unnatural(_: Tally, row: Answered) -> int | None:
     return None if row.record.answer is None else int(row.record.answer == "unnatural")
 
 
+def _asked(_: Tally, row: Answered) -> float:
+    found = row.meaning.measured
+    return row.variant.percent if found is None or found.asked is None else found.asked
+
+
 _MEASURED: Final = "achieved: how far landmarks came towards the centre, % of D"
 ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("study", "the study's name", lambda _, row: row.key.identity),
@@ -59,8 +64,11 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
         lambda _, row: row.variant.kind,
     ),
     Column(
-        "asked_percent", "warp distance asked for, % of D", lambda _, row: row.variant.percent
+        "percent",
+        "warp distance, % of D, as designed; below 0 larger",
+        lambda _, row: row.variant.percent,
     ),
+    Column("asked_percent", "the same as the recipe asked for it", _asked),
     Column(
         "achieved_percent",
         _MEASURED,
@@ -74,7 +82,8 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
         "lattice spacing in mean warp distances",
         lambda _, row: row.meaning.measured and row.meaning.measured.lattice_in_warps,
     ),
-    Column("fit", "how the lattice takes up the moves", lambda _, row: row.key.recipe.fit),
+    Column("fit", "how the lattice takes up the moves", lambda _, row: row.variant.fit),
+    Column("natural_key", "the key that said natural", lambda _, row: row.session.keys[0].upper()),
     Column("answer", "natural or unnatural", lambda _, row: row.record.answer),
     Column("unnatural", "1 where the answer was unnatural", _is_unnatural),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),

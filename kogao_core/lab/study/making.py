@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import secrets
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -13,9 +15,10 @@ from kogao_core.base.atomic import aside, put
 from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
 from kogao_core.lab.study import page, pictures, plan
+from kogao_core.lab.study.conduct import CONDUCT, Conduct
 from kogao_core.lab.study.origin import Origin, PhotoRecord, digest
 from kogao_core.lab.study.plan import Key, Meaning, Study
-from kogao_core.lab.study.variants import Variant, variants
+from kogao_core.lab.study.variants import Variant, practice, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.recipe.recipe import PAPER, Recipe
 
@@ -36,6 +39,9 @@ class Choices:
     variants: tuple[Variant, ...] = variants()  # the pictures of each subject
     seed: str | None = None  # brings the same pictures of the same faces again; drawn when absent
     landmarks: str = ""  # name of the source that found the faces, for the key
+    match: bool = False  # whether percentages are what is achieved
+    practice: int = 0  # pictures to practise with, of a face that isn't among those judged
+    conduct: Conduct = CONDUCT  # how sessions are held
 
     def __post_init__(self) -> None:
         """Refuse a seed that a key couldn't hold."""
@@ -72,23 +78,30 @@ def make(
     folder: Path,
     choices: Choices | None = None,
     progress: Progress = no_progress,
+    other: Subject | None = None,
 ) -> Key:
-    """Make a study of some subjects. Result: what each picture is. Raises RefusedFolder."""
+    """Make a study of some subjects. Result: what each picture is. Raises RefusedFolder.
+
+    The face of `other` is for practice.
+    """
     choices = choices or Choices()
     check_folder(folder)
+    todo = [(subject, choices.variants) for subject in subjects]
+    if other is not None:
+        todo.append((other, practice(choices.practice, choices.recipe)))
     seed = choices.seed or secrets.token_hex(_SEED_BYTES)
     # All of it aside first: a study that can't be finished leaves nothing behind.
     with aside(folder.resolve().parent) as place:
         drawn, ready = place / "drawn", place / "ready"
         drawn.mkdir()
         ready.mkdir()
-        meanings = dict(_drawn(subjects, choices, seed, drawn, progress))
+        meanings = dict(_drawn(todo, choices, seed, drawn, progress))
         pictures.write_all({name: drawn / name for name in meanings}, ready, seed)
-        identity = hashlib.sha256("".join(sorted(meanings)).encode()).hexdigest()[:16]
-        _write_lists(Study(identity, _of(meanings, False), _of(meanings, True)), ready)
-        faces = tuple(map(PhotoRecord.of, subjects))
+        study = _study(meanings, choices.conduct)
+        _write_lists(study, ready)
+        faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)
         made = Origin.now(choices.landmarks)
-        key = Key(identity, seed, choices.recipe, faces, meanings, made)
+        key = Key(study.identity, seed, choices.recipe, faces, meanings, made)
         _put_in_place(ready, key, folder)
     return key
 
@@ -118,19 +131,47 @@ def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
 
 
 def _drawn(
-    subjects: Sequence[Subject], choices: Choices, seed: str, place: Path, progress: Progress
+    todo: Sequence[tuple[Subject, Sequence[Variant]]],
+    choices: Choices,
+    seed: str,
+    place: Path,
+    progress: Progress,
 ) -> Iterator[tuple[str, Meaning]]:
-    total = len(subjects) * len(choices.variants)
-    for index, subject in enumerate(subjects):
+    done, total = 0, sum(len(kinds) for _, kinds in todo)
+    for index, (subject, kinds) in enumerate(todo):
         content = digest(subject, choices.recipe)
-        for number, variant in enumerate(choices.variants, start=1):
+        for variant in kinds:
             name = plan.picture_name(seed, content, index, variant)
-            data, measured = pictures.drawn(subject, variant, choices.recipe)
+            data, measured = pictures.drawn(subject, variant, choices.recipe, match=choices.match)
             (place / name).write_bytes(data)
-            progress(index * len(choices.variants) + number, total)
+            done += 1
+            progress(done, total)
             yield name, Meaning(index, variant, measured)
 
 
-def _of(meanings: dict[str, Meaning], grades: bool) -> tuple[str, ...]:
-    graded = {name for name, one in meanings.items() if one.variant.kind == "satisfaction"}
-    return tuple(sorted(name for name in meanings if (name in graded) == grades))
+def _study(meanings: Mapping[str, Meaning], conduct: Conduct) -> Study:
+    """Return the raters' half: all in the order of names, which tells nothing."""
+
+    def grouped(key: Callable[[Meaning], Hashable], *left_out: str) -> tuple[tuple[str, ...], ...]:
+        found: defaultdict[Hashable, list[str]] = defaultdict(list)
+        for name, one in sorted(meanings.items()):
+            if one.variant.kind not in left_out:
+                found[key(one)].append(name)
+        return tuple(sorted(map(tuple, found.values())))
+
+    blocks: defaultdict[str, list[str]] = defaultdict(list)
+    for name, one in sorted(meanings.items()):
+        kind = one.variant.kind
+        blocks[kind if kind in ("satisfaction", "practice") else "ratings"].append(name)
+    told = [*sorted(meanings), json.dumps(conduct.to_dict(), sort_keys=True)]
+    identity = hashlib.sha256("".join(told).encode()).hexdigest()[:16]
+    same = grouped(lambda one: (one.subject, one.variant.what), "satisfaction", "practice")
+    return Study(
+        identity,
+        tuple(blocks["ratings"]),
+        tuple(blocks["satisfaction"]),
+        tuple(blocks["practice"]),
+        grouped(lambda one: one.subject, "practice"),
+        tuple(names for names in same if len(names) > 1),
+        conduct,
+    )

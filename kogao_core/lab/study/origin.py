@@ -85,6 +85,8 @@ class PictureFigures:
     achieved: float
     # Lattice spacing in mean warp distances, the paper's R in figures 10 and 11.
     lattice_in_warps: float | None
+    # What the recipe asked for, % of D, where that was chosen so that something else is achieved.
+    asked: float | None = None
 
     @staticmethod
     def of(rendering: Rendering) -> PictureFigures:
@@ -97,10 +99,13 @@ class PictureFigures:
         )
 
     @staticmethod
-    def parse(achieved: Node, in_warps: Node) -> PictureFigures:
+    def parse(node: Node) -> PictureFigures:
         """Read what a key holds."""
-        ratio = None if in_warps.value is None else in_warps.number(0.0, _LARGEST)
-        return PictureFigures(achieved.number(-100.0, 100.0), ratio)
+        ratio, asked = (
+            None if one.value is None else one.number(-_LARGEST, _LARGEST)
+            for one in (node.field("lattice_in_warps"), node.field("asked"))
+        )
+        return PictureFigures(node.field("achieved").number(-100.0, 100.0), ratio, asked)
 
 
 def digest(subject: Subject, recipe: Recipe) -> str:

@@ -7,13 +7,74 @@ function word(name, values) {
   return study.words[name].replace(/\{(\w+)\}/g, (_, field) => values[field]);
 }
 
-function drawn(names) {
-  const left = [...names];
-  return names.map(() => left.splice(Math.floor(Math.random() * left.length), 1)[0]);
+// Numbers from 0 to 1 that follow from a text: FNV-1a, then xorshift (Marsaglia, 2003).
+function chance(text) {
+  let state = 2166136261;
+  for (const letter of text) state = Math.imul(state ^ letter.charCodeAt(0), 16777619);
+  state = state || 1;
+  const next = () => {
+    state ^= state << 13;
+    state ^= state >>> 17;
+    state ^= state << 5;
+    return (state >>> 0) / 4294967296;
+  };
+  // The first ones of two texts that are alike are alike.
+  for (let k = 0; k < 20; k++) next();
+  return next;
 }
 
-function fresh(rater) {
-  return { rater, order: [...drawn(study.ratings), ...drawn(study.satisfaction)], records: [] };
+function drawn(names, next) {
+  const left = [...names];
+  return names.map(() => left.splice(Math.floor(next() * left.length), 1)[0]);
+}
+
+// Keeps pictures of one face from following one another, where that can be.
+function apart(names) {
+  const face = new Map(names.map((name) => [name, study.faces.findIndex((one) => one.includes(name))]));
+  const left = [...names];
+  const order = [];
+  const count = new Map();
+  for (const one of face.values()) count.set(one, (count.get(one) || 0) + 1);
+  while (left.length) {
+    const last = face.get(order[order.length - 1]);
+    // A face with more than half of what is left comes now, or couldn't be kept apart later.
+    const due = [...count].find(([one, many]) => 2 * many > left.length && one !== last);
+    const next = left.find((name) => (due ? face.get(name) === due[0] : face.get(name) !== last)) || left[0];
+    left.splice(left.indexOf(next), 1);
+    count.set(face.get(next), count.get(face.get(next)) - 1);
+    order.push(next);
+  }
+  return order;
+}
+
+// Whether pictures that are the same lie more than three places apart.
+function untwinned(order) {
+  return study.twins.every((twins) => {
+    const places = twins.map((name) => order.indexOf(name)).filter((place) => place >= 0).sort((a, b) => a - b);
+    return places.every((place, k) => !k || place - places[k - 1] > 3);
+  });
+}
+
+// How a session begins; all of it follows from study, code and number. Numbers in turn give every face as often, and
+// both ways of the keys to each block of faces; without one, chance does.
+function fresh(rater, number) {
+  const next = chance(study.study + ":" + rater);
+  const faces = study.faces.length;
+  const each = Math.min(study.conduct.faces_each || faces, faces);
+  const divisor = (a, b) => (b ? divisor(b, a % b) : a);
+  const blocks = faces / divisor(faces, each) || 1;
+  if (number === undefined) number = Math.floor(next() * blocks * 2);
+  const judged = new Set();
+  for (let k = 0; k < each; k++) for (const name of study.faces[(number * each + k) % faces]) judged.add(name);
+  const block = (names) => {
+    const own = names.filter((name) => !faces || judged.has(name));
+    let order = apart(drawn(own, next));
+    for (let tries = 0; tries < 100 && !untwinned(order); tries++) order = apart(drawn(own, next));
+    return order;
+  };
+  const keys = study.conduct.swap_keys && Math.floor(number / blocks) % 2 ? "jf" : "fj";
+  const order = [...drawn(study.practice, next), ...block(study.ratings), ...block(study.satisfaction)];
+  return { rater, order, keys, records: [] };
 }
 
 // The answers that stand, oldest first.
@@ -24,14 +85,19 @@ function standing(records) {
 }
 
 function file(session) {
-  const head = Object.assign({}, study.header, { rater: session.rater, order: session.order });
+  const { rater, order, keys } = session;
+  const head = Object.assign({}, study.header, { rater, keys, order });
   return [head, ...session.records].map((line) => JSON.stringify(line) + "\n").join("");
 }
 
 // What keeps the sessions: the program that served the page, or this browser. `add` says how the session stands.
 const program = {
-  sessions: () => ask("sessions"),
-  open: (rater) => ask("sessions/" + rater, {}),
+  open: async (rater) => {
+    const told = await ask("sessions/" + rater, {});
+    if (told.records) return told;
+    const { order, keys } = fresh(rater, asked("number") || told.number);
+    return ask("sessions/" + rater, { order, keys });
+  },
   add: async (session, line) => {
     const further = await ask("sessions/" + session.rater + "/lines", line);
     return further.records ? further : Object.assign({}, session, { records: [...session.records, line] });
@@ -60,12 +126,7 @@ const browser = {
       return null;
     }
   },
-  sessions: async () => Object.keys(localStorage)
-    .filter((key) => key.startsWith(browser.place))
-    .sort()
-    .map((key) => browser.stored(key.slice(browser.place.length)))
-    .map(({ rater, order, records }) => ({ rater, done: standing(records).length, total: order.length })),
-  open: async (rater) => browser.stored(rater) || fresh(rater),
+  open: async (rater) => browser.stored(rater) || fresh(rater, asked("number")),
   add: async (session, line) => {
     // Another tab may have gone on with the same session.
     const kept = browser.stored(session.rater);
@@ -80,15 +141,30 @@ const browser = {
   },
 };
 
+// What the address says of the session: its number, or the rater's code under one of the names that are usual.
+function asked(...names) {
+  const said = new URLSearchParams(location.search);
+  const value = names.map((name) => said.get(name)).find((one) => one);
+  return value && names[0] === "number" ? Number(value) : value;
+}
+
 if (typeof document !== "undefined") begin();
 
 function begin() {
   const part = (id) => document.getElementById(id);
   const keeper = study.served ? program : browser;
+  const { conduct } = study;
+  const slider = conduct.task === "slider";
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
   const scales = [1, 3 / 4, 1 / 2, 1 / 3];
+  const fixed = conduct.size !== "fit";
+  const degrees = conduct.size.endsWith("deg") ? parseFloat(conduct.size) : null;
   let session = null;
   let scale = null;
+  // Device px a mm of this screen, by a card.
+  let density = null;
+  // After how many answers the last pause was.
+  let pausedAt = null;
   let shownAt = 0;
   // Time, ms, in which another tab or window was in front, since the picture was painted; from when on one is.
   let away = 0;
@@ -108,32 +184,50 @@ function begin() {
     for (const main of document.querySelectorAll("main")) main.hidden = main.id !== id;
   }
 
-  async function welcome() {
+  function welcome() {
     const pictures = study.ratings.length;
     for (const told of document.querySelectorAll(study.served ? ".alone" : ".served")) told.remove();
-    part("task").textContent = word(pictures === 1 ? "task_one" : "task", { n: pictures });
+    // Which key says what is known once a session has begun; its buttons tell.
+    if (slider || conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
+    document.body.classList.toggle("grades", slider || study.satisfaction.length > 0);
+    const task = slider ? "task_slider" : pictures === 1 ? "task_one" : "task";
+    const each = conduct.faces_each ? fresh("any", 0).order.filter((name) => study.ratings.includes(name)).length : pictures;
+    say("instructions", conduct.instructions || word(task, { n: each }));
+    say("consent", conduct.consent);
+    part("agreeing").hidden = !conduct.consent;
+    part("agree").required = Boolean(conduct.consent);
     part("then").hidden = !study.satisfaction.length;
+    part("window").hidden = fixed;
+    const given = asked("rater", "PROLIFIC_PID", "participant", "workerId");
     const code = crypto.getRandomValues(new Uint8Array(4));
-    part("rater").value = [...code].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+    part("rater").value = given ? given.toLowerCase() : kept("kogao-rater")
+      || [...code].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+    part("rater").readOnly = Boolean(given);
+    name_keys("fj");
     only("start");
+    if (study.served) return;
     try {
-      const sessions = await keeper.sessions();
-      if (!study.served) localStorage.setItem("kogao-study", "1");
-      part("unfinished").hidden = !sessions.length;
-      part("sessions").replaceChildren(...sessions.map(entry));
+      localStorage.setItem("kogao-study", "1");
     } catch (problem) {
-      say("warning", study.served ? problem.message
-        : word("keeps_nothing"));
+      say("warning", word("keeps_nothing"));
     }
   }
 
-  function entry(begun) {
-    const item = document.createElement("li");
-    const button = document.createElement("button");
-    button.textContent = begun.rater + ": " + word("place", begun);
-    button.addEventListener("click", () => open(begun.rater));
-    item.append(button);
-    return item;
+  // The code of this tab, so that loading it again goes on; another rater opens another one.
+  function kept(name, value) {
+    try {
+      if (value) sessionStorage.setItem(name, value);
+      return sessionStorage.getItem(name);
+    } catch (problem) {
+      return null;
+    }
+  }
+
+  function name_keys(keys) {
+    const [natural, unnatural] = keys.toUpperCase();
+    for (const told of document.querySelectorAll("kbd.natural")) told.textContent = natural;
+    for (const told of document.querySelectorAll("kbd.unnatural")) told.textContent = unnatural;
+    part("answers").classList.toggle("swapped", keys === "jf");
   }
 
   async function open(rater) {
@@ -143,25 +237,60 @@ function begin() {
       return say("warning", problem.message);
     }
     say("warning", "");
+    kept("kogao-rater", rater);
+    name_keys(session.keys || "fj");
+    part("mine").textContent = word("code", { rater });
     const last = standing(session.records).pop();
-    scale = last && last.shown ? Math.max(...last.shown) / Math.max(...study.box) : null;
-    show();
+    scale = !fixed && last && last.shown ? Math.max(...last.shown) / Math.max(...study.box) : null;
+    if (degrees === null) return show();
+    only("measure");
+    part("distance").textContent = word("distance", { cm: conduct.distance_mm / 10 });
+    size_card();
+  }
+
+  function size_card() {
+    part("card").style.width = part("width").value + "px";
+  }
+
+  function full() {
+    const page = document.documentElement;
+    if (conduct.full_screen && page.requestFullscreen) page.requestFullscreen().catch(() => {});
+  }
+
+  // A break, or the end of practice, before the picture that is next.
+  function pause(at) {
+    const practised = at === study.practice.length && at > 0;
+    const judged = at - study.practice.length;
+    const due = conduct.break_every && judged > 0 && judged < study.ratings.length
+      && judged % conduct.break_every === 0;
+    if (pausedAt === at || !(practised || due) || !session.records.length) return false;
+    pausedAt = at;
+    only("pause");
+    part("paused").textContent = word(practised ? "practised" : "break");
+    part("so_far").textContent = practised ? "" : part("place").textContent;
+    part("paused").focus();
+    return true;
   }
 
   function show() {
     const at = done();
     const total = session.order.length;
-    say("trouble", "");
+    const practising = at < study.practice.length;
+    trouble("");
     part("progress").max = total;
     part("progress").value = at;
-    part("place").textContent = word("place", { done: at, total });
+    part("place").textContent = practising
+      ? word("practice", { done: at, total: study.practice.length })
+      : word("place", { done: at - study.practice.length, total: total - study.practice.length });
     part("back").disabled = !at;
     if (at >= total) return finish();
+    if (pause(at)) return;
     only("judge");
-    const grading = at >= study.ratings.length;
-    part("question").textContent = grading
-      ? word("ask_satisfied")
-      : word("ask_natural");
+    const own = study.satisfaction.includes(session.order[at]);
+    const grading = own || slider;
+    part("question").textContent = word(own ? "ask_satisfied" : slider ? "ask_slider" : "ask_natural");
+    part("scale").textContent = word(own ? "scale_satisfied" : "scale_natural");
+    part("skip").hidden = !own;
     part("answers").hidden = grading;
     part("grades").hidden = !grading;
     touched = false;
@@ -171,6 +300,12 @@ function begin() {
     part("question").focus();
     draw(session.order[at]);
     if (at + 1 < total) new Image().src = session.order[at + 1];
+  }
+
+  function trouble(text, full) {
+    part("problem").textContent = text;
+    part("full").hidden = !full;
+    part("trouble").hidden = !text;
   }
 
   function fits(scale) {
@@ -183,21 +318,43 @@ function begin() {
     ready = false;
     picture.hidden = true;
     picture.onload = lay;
-    picture.onerror = () => say("trouble", word("missing", { name }));
+    picture.onerror = () => trouble(word("missing", { name }));
     picture.src = name;
+  }
+
+  // CSS px a mm, whatever the browser's zoom.
+  const css_density = () => density / devicePixelRatio;
+
+  // The session's scale, CSS px a px of a picture; null where that is still to be found.
+  function wanted() {
+    if (!fixed) return scale || scales.find(fits) || scales[scales.length - 1];
+    const long = Math.max(...study.box);
+    if (degrees === null) return parseFloat(conduct.size) / long;
+    return 2 * conduct.distance_mm * Math.tan(degrees * Math.PI / 360) * css_density() / long;
+  }
+
+  // Why the picture can't be shown now; an empty text where it can.
+  function obstacle() {
+    const lacking = conduct.full_screen && !document.fullscreenElement;
+    if (lacking) return word(document.documentElement.requestFullscreen ? "not_full" : "never_full");
+    if (fits(scale)) return "";
+    const need = study.box.map((side) => Math.round(scale * side));
+    const room = [screen.width, screen.height];
+    const never = need.some((side, axis) => side > room[axis]);
+    return word(never ? "small_screen" : "larger", { size: need.join(" × "), screen: room.join(" × ") });
   }
 
   // Shows the picture at the session's scale; its time begins after the frame that paints it.
   function lay() {
     const picture = part("picture");
-    if (ready && fits(scale)) return;
-    scale = scale || scales.find(fits) || scales[scales.length - 1];
+    const scaled = wanted();
+    if (ready && scaled === scale && !obstacle()) return;
+    scale = scaled;
     ready = false;
-    picture.hidden = !fits(scale);
-    if (picture.hidden) {
-      return say("trouble", word("larger", { size: study.box.map((side) => Math.round(scale * side)).join(" × ") }));
-    }
-    say("trouble", "");
+    const problem = obstacle();
+    picture.hidden = Boolean(problem);
+    trouble(problem, problem === word("not_full"));
+    if (problem) return;
     picture.width = scale * picture.naturalWidth;
     picture.height = scale * picture.naturalHeight;
     requestAnimationFrame(() => requestAnimationFrame((now) => {
@@ -215,13 +372,13 @@ function begin() {
     try {
       session = await keeper.add(session, line);
     } catch (problem) {
-      return say("trouble", problem.message);
+      return trouble(problem.message);
     } finally {
       busy = false;
     }
     show();
     if (session.records[session.records.length - 1] !== line) {
-      say("trouble", word("elsewhere"));
+      trouble(word("elsewhere"));
     }
   }
 
@@ -235,6 +392,7 @@ function begin() {
 
   function answer(said) {
     if (!ready || part("judge").hidden) return;
+    if (wanted() !== scale) return lay(); // moved to another screen
     attend();
     const took = performance.now() - shownAt - away;
     // What is pressed sooner was meant for the picture before.
@@ -246,15 +404,19 @@ function begin() {
       shown: [Math.round(box.width), Math.round(box.height)],
       window: [innerWidth, innerHeight],
       ratio: devicePixelRatio,
-      degrees: null,
-      distance: null,
+      degrees: density && 360 / Math.PI * Math.atan(box.width / css_density() / 2 / conduct.distance_mm),
+      distance: density && conduct.distance_mm,
     }));
   }
 
   const grading = () => !part("grades").hidden;
   const judge = (said) => { if (!grading()) answer({ answer: said }); };
   const grade = () => { if (grading() && touched) answer({ grade: Number(part("grade").value) }); };
-  const skip = () => { if (grading()) answer({ grade: null }); };
+  const skip = () => { if (!part("grades").hidden && !part("skip").hidden) answer({ grade: null }); };
+
+  function relay() {
+    if (session && !part("judge").hidden && part("picture").complete) lay();
+  }
 
   function back() {
     const last = standing(session.records).pop();
@@ -272,14 +434,29 @@ function begin() {
   function finish() {
     only("end");
     part("said").textContent = word("said", { n: done(), rater: session.rater });
+    say("debriefing", conduct.debriefing);
+    say("completion", conduct.completion_code && word("completion", { code: conduct.completion_code }));
     if (part("hand")) part("hand").textContent = word("hand", { file: "ratings-" + session.rater + ".jsonl" });
     part("thanks").focus();
   }
 
   part("begin").addEventListener("submit", (event) => {
     event.preventDefault();
+    full();
     open(part("rater").value);
   });
+  part("agree").addEventListener("invalid", () => part("agree").setCustomValidity(word("disagrees")));
+  part("agree").addEventListener("change", () => part("agree").setCustomValidity(""));
+  part("width").addEventListener("input", size_card);
+  part("measured").addEventListener("submit", (event) => {
+    event.preventDefault();
+    density = part("card").getBoundingClientRect().width * devicePixelRatio / 85.6;
+    full();
+    show();
+  });
+  part("resume").addEventListener("click", show);
+  part("full").addEventListener("click", full);
+  document.addEventListener("fullscreenchange", relay);
   part("grades").addEventListener("submit", (event) => {
     event.preventDefault();
     grade();
@@ -297,10 +474,17 @@ function begin() {
   for (const button of document.querySelectorAll(".save")) button.addEventListener("click", save);
   for (const change of ["focus", "blur"]) addEventListener(change, attend);
   document.addEventListener("visibilitychange", attend);
-  addEventListener("resize", () => { if (session && !part("judge").hidden && part("picture").complete) lay(); });
+  addEventListener("resize", relay);
   document.addEventListener("keydown", (event) => {
-    if (!part("start").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
-    const keys = { f: () => judge("natural"), j: () => judge("unnatural"), s: skip, backspace: back };
+    if (!part("pause").hidden && event.key === "Enter") {
+      event.preventDefault();
+      return show();
+    }
+    if (part("judge").hidden && part("end").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
+    const [natural, unnatural] = session.keys || "fj";
+    const keys = {
+      [natural]: () => judge("natural"), [unnatural]: () => judge("unnatural"), s: skip, backspace: back,
+    };
     const does = keys[event.key.toLowerCase()];
     if (does) {
       event.preventDefault();

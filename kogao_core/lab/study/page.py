@@ -56,7 +56,7 @@ def _data(study: Study, folder: Path, served: bool) -> str:
 def _box(study: Study, folder: Path) -> tuple[int, int]:
     """Return the width and height, px, that every picture fits in."""
     sizes = []
-    for name in (*study.ratings, *study.satisfaction):
+    for name in (*study.ratings, *study.satisfaction, *study.practice):
         try:
             with Pillow.open(folder / name) as picture:
                 sizes.append(picture.size)

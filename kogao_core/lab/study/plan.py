@@ -20,16 +20,17 @@ from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import system_reason
+from kogao_core.lab.study.conduct import CONDUCT, Conduct
 from kogao_core.lab.study.origin import Origin, PhotoRecord, PictureFigures
 from kogao_core.lab.study.quality import RULES, Rules
 from kogao_core.lab.study.variants import Kind, Variant
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import PAPER_CENTERS
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
 STUDY_FILE: Final = "study.json"
 RATINGS_FOLDER: Final = "ratings"
 SUFFIX: Final = ".jpg"
-VERSION: Final = 1
+VERSION: Final = 2
 KEY_VERSION: Final = 3
 _STUDY_FORMAT: Final = "kogao-study"
 _KEY_FORMAT: Final = "kogao-study-key"
@@ -48,6 +49,11 @@ class Study:
     identity: str  # which study; ratings carry it
     ratings: tuple[str, ...]  # pictures to be called natural or unnatural
     satisfaction: tuple[str, ...]  # pictures to be graded from 0 to 100
+    practice: tuple[str, ...] = ()  # pictures that come first and don't count
+    # Pictures of one face, and those that are the same: neither should follow one another.
+    faces: tuple[tuple[str, ...], ...] = ()
+    twins: tuple[tuple[str, ...], ...] = ()
+    conduct: Conduct = CONDUCT
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -57,6 +63,10 @@ class Study:
             "study": self.identity,
             "ratings": list(self.ratings),
             "satisfaction": list(self.satisfaction),
+            "practice": list(self.practice),
+            "faces": list(map(list, self.faces)),
+            "twins": list(map(list, self.twins)),
+            "conduct": self.conduct.to_dict(),
         }
 
 
@@ -129,12 +139,21 @@ def is_rater(code: str) -> bool:
 def load_study(folder: Path) -> Study:
     """Read the raters' half. Raises BadFile."""
     top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
-    _check(top, _STUDY_FORMAT, ("study", "ratings", "satisfaction"), VERSION)
+    version = top.field("version").whole(1, VERSION)
+    fields = ("study", "ratings", "satisfaction", "practice", "faces", "twins", "conduct")
+    _check(top, _STUDY_FORMAT, fields if version > 1 else fields[:3], version)
     identity = top.field("study").text(64)
     ratings, grades = names(top.field("ratings")), names(top.field("satisfaction"))
     if set(ratings) & set(grades):
         top.field("satisfaction").refuse("names pictures that are rated, too")
-    return Study(identity, ratings, grades)
+    if version == 1:
+        return Study(identity, ratings, grades)
+    faces, twins = (
+        tuple(names(one) for one in top.field(name).items(_MOST_PICTURES))
+        for name in ("faces", "twins")
+    )
+    conduct = Conduct.parse(top.field("conduct"))
+    return Study(identity, ratings, grades, names(top.field("practice")), faces, twins, conduct)
 
 
 def load_key(path: Path) -> Key:
@@ -157,7 +176,7 @@ def load_key(path: Path) -> Key:
         top.field("recipe").refuse(f"is no recipe: {str(error)[:200]}")
     meanings = {
         _checked_name(Node(name, pictures.path, pictures.root)): _meaning(
-            Node(value, f"{pictures.path}[{name!r:.30}]", pictures.root), len(subjects), first
+            Node(value, f"{pictures.path}[{name!r:.30}]", pictures.root), len(subjects), version
         )
         for name, value in pictures.value.items()
     }
@@ -216,19 +235,22 @@ def _checked_name(node: Node) -> str:
     return name
 
 
-def _meaning(node: Node, subjects: int, first: bool) -> Meaning:
-    measured = () if first else ("achieved", "lattice_in_warps")
-    node.only(("subject", "kind", "percent", "center", "lattice", *measured))
+def _meaning(node: Node, subjects: int, version: int) -> Meaning:
+    more = ("achieved", "lattice_in_warps", "asked", "fit")[: 2 * (version - 1)]
+    node.only(("subject", "kind", "percent", "center", "lattice", *more))
     text = node.field("kind").text(20, get_args(Kind))
     kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
+    named = node.field("fit").text(20, get_args(Fit)) if version > 2 else PAPER.fit
+    fit: Fit = next(fit for fit in get_args(Fit) if fit == named)
     variant = Variant(
         kind,
-        node.field("percent").number(0.0, 15.0),
+        node.field("percent").number(-15.0, 15.0),
         node.field("center").whole(1, len(PAPER_CENTERS)),
         node.field("lattice").number(0.0, 100.0),
+        fit,
     )
     return Meaning(
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
-        PictureFigures.parse(*map(node.field, measured)) if measured else None,
+        PictureFigures.parse(node) if more else None,
     )

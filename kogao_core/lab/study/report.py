@@ -19,9 +19,10 @@ from kogao_core.lab.study.curve import Curve, Curves, Estimate
 from kogao_core.lab.study.origin import PictureFigures
 from kogao_core.lab.study.quality import Quality
 from kogao_core.lab.study.sources import document_of, notes, studies
-from kogao_core.lab.study.statistics import Share
+from kogao_core.lab.study.statistics import Grades, Share
 from kogao_core.lab.study.tally import Tally
-from kogao_core.lab.study.variants import Kind, Variant
+from kogao_core.lab.study.variants import Group, Kind, Variant
+from kogao_core.recipe.settings import SETTINGS
 
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
@@ -52,13 +53,14 @@ def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
     """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
     rows: list[list[str]] = []
     distances = _distances(shares)
-    for center in _centers(shares):
-        own = [_share(shares, "table1", percent, center) for percent in distances]
-        came = [_achieved(tally, percent, center) for percent in distances]
-        candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
-        rows.append([candidate, *map(_percent, own)])
+    for group in _groups(shares):
+        own = [_share(shares, percent, group) for percent in distances]
+        came = [_achieved(tally, percent, group) for percent in distances]
+        rows.append([_named(group, shares), *map(_percent, own)])
         rows.append([Text("achieved, % of D"), *came])
-        printed = [_published(percent, center) for percent in distances]
+        printed = [_published(percent, group[0]) for percent in distances]
+        if not any(value is not None for value in printed):
+            continue
         cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
         rows.append([Text("the paper"), *cells])
     return Table(
@@ -187,21 +189,21 @@ def _rater_row(one: Quality) -> list[str]:
     ]
 
 
-def curves(found: Curves) -> Table:
+def curves(found: Curves, shares: Shares) -> Table:
     """Return where half of the answers are "unnatural", over all and by centre."""
     rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
-    for center, one in found.centers.items():
-        later = found.later.get(center)
-        candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
-        rows.append([candidate, *_curve_cells(one), _estimate(later) if later else NONE])
+    for group, one in found.groups.items():
+        later = found.later.get(group)
+        cells = [*_curve_cells(one), _estimate(later) if later else NONE]
+        rows.append([_named(group, shares), *cells])
     hint: str = ""
     if found.p is not None:
-        first = min(found.centers)
+        first = _named(min(found.groups), shares)
         hint = Text(
             "If the centre made no difference at the distances asked for, answers would differ as "
             "much by it with p = {p:.3f} (Cochran's Q). To tell 0.5 % of D between two centres "
             "in 4 of 5 studies takes {n} raters like these or fewer, with faces in proportion. "
-            "Later is against candidate {first}.",
+            "Later is against {first}.",
             p=found.p, n=found.raters_needed, first=first,
         )  # fmt: skip
     return Table(
@@ -229,24 +231,77 @@ def _estimate(one: Estimate) -> str:
     return Text("{value:.2f} ({low:.2f} to {high:.2f})", **asdict(one))
 
 
+def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
+    """Return mean and deviation of grades by centre candidate and warp distance."""
+    distances = _distances(graded)
+    by_place = {(v.percent, v.group): g for v, g in graded.items() if v.kind == "table1"}
+    rows: list[list[str]] = []
+    for group in _groups(graded):
+        given = [by_place.get((percent, group), Grades.of([])) for percent in distances]
+        cells = [
+            f"{_number(one.mean)} \N{PLUS-MINUS SIGN} {_number(one.deviation)}" for one in given
+        ]
+        rows.append([_named(group, graded), *cells])
+        rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
+    for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
+        for v, one in graded.items():
+            if v.kind == kind:
+                rows.append([name.format(v=v), _mean(one), *[NONE] * (len(distances) - 1)])
+    return Table(
+        Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
+        (
+            Text("asked for"),
+            *(Text("{percent:g} % of D", percent=percent) for percent in distances),
+        ),
+        rows,
+        Text("{n} grades of {raters} raters. The paper asked for two answers instead.",
+             n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
+    )  # fmt: skip
+
+
+def _mean(grades: Grades) -> str:
+    return f"{_number(grades.mean)} \N{PLUS-MINUS SIGN} {_number(grades.deviation)}"
+
+
+def _grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
+    distances = _distances(graded)
+    by_place = {(v.percent, v.group): g.mean for v, g in graded.items() if v.kind == "table1"}
+    return Chart(
+        Text("Naturalness by warp distance"), [f"{p:g}" for p in distances],
+        Text("naturalness, 0 to 100"),
+        [
+            Series(_named(group, graded), [by_place.get((p, group), math.nan) for p in distances])
+            for group in _groups(graded)
+        ],
+        along=Text("warp distance, % of D"), most=100.0,
+        caption=Text("Means of the grades."),
+    )  # fmt: skip
+
+
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
     shares, everybody = tally.shares(), tally.shares(tally.answers)
     found = curve.fitted(tally.counted) if curve.is_here() else None
     differs = shares != everybody
     whose = Text("those who count") if differs else Text("everybody")
-    parts: list[Part] = [Row(_distance_charts(shares), wide=True)]
-    parts += [
-        Heading(Text("Warp distance and centre")),
-        table_1(tally, shares, whose, len(tally.careful)),
-    ]
-    if differs:
-        parts.append(table_1(tally, everybody, Text("everybody"), len(tally.raters)))
-    if found is not None:
-        parts += [_curve_chart(tally, shares, found), curves(found)]
-    parts += [Heading(Text("Lattice size")), figure_11(tally, shares)]
-    if _of(shares, "figure11"):
-        parts.append(_lattice_chart(shares))
+    graded = tally.naturalness()
+    parts: list[Part] = []
+    if any(grades.count for grades in graded.values()):
+        parts += [_grades_chart(graded), naturalness(tally, graded)]
+    else:
+        parts.append(Row(_distance_charts(shares), wide=True))
+        parts += [
+            Heading(Text("Warp distance and centre")),
+            table_1(tally, shares, whose, len(tally.careful)),
+        ]
+        if differs:
+            parts.append(table_1(tally, everybody, Text("everybody"), len(tally.raters)))
+        if found is not None:
+            parts += [_curve_chart(tally, shares, found), curves(found, shares)]
+        if _of(shares, "figure11") or _of(shares, "control"):
+            parts += [Heading(Text("Lattice size")), figure_11(tally, shares)]
+        if _of(shares, "figure11"):
+            parts.append(_lattice_chart(shares))
     if any(row.variant.kind == "satisfaction" for row in tally.answers):
         parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
     parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
@@ -284,21 +339,38 @@ def _document(
         "not_counted": [{"file": str(path), "why": str(why)} for path, why in tally.refused],
         "studies": [document_of(key) for key in tally.keys],
         "variants": records,
-        "curves": asdict(found) if found else None,
+        "curves": _curves_document(found) if found else None,
         "satisfaction": graded,
     }
 
 
+def _curves_document(found: Curves) -> dict[str, object]:
+    groups = [
+        {
+            **dict(zip(("center", "fit"), group, strict=True)),
+            **asdict(one),
+            "later": asdict(found.later[group]) if group in found.later else None,
+        }
+        for group, one in found.groups.items()
+    ]
+    told = {"p": found.p, "raters_needed": found.raters_needed}
+    return {"whole": asdict(found.whole), "groups": groups, **told}
+
+
 def _records(tally: Tally, shares: Shares, everybody: Shares) -> list[dict[str, object]]:
-    measured = tally.measured()
+    measured, graded = tally.measured(), tally.naturalness()
     return [
-        _row(variant, share, everybody[variant], measured.get(variant))
+        _row(variant, share, everybody[variant], measured.get(variant), graded[variant])
         for variant, share in shares.items()
     ]
 
 
 def _row(
-    variant: Variant, share: Share, everybody: Share, found: PictureFigures | None
+    variant: Variant,
+    share: Share,
+    everybody: Share,
+    found: PictureFigures | None,
+    grades: Grades,
 ) -> dict[str, object]:
     printed = published(variant)
     low, high = share.interval
@@ -307,6 +379,7 @@ def _row(
         "percent": variant.percent,
         "center": variant.center,
         "lattice": variant.lattice,
+        "fit": variant.fit,
         "achieved": found.achieved if found else None,
         "lattice_in_warps": found.lattice_in_warps if found else None,
         "unnatural": share.hits,
@@ -317,6 +390,9 @@ def _row(
         "published": None if printed is None else printed / 100.0,
         "unnatural_everybody": everybody.hits,
         "answers_everybody": everybody.answers,
+        "grades": grades.count,
+        "mean_grade": _or_none(grades.mean),
+        "standard_deviation": _or_none(grades.deviation),
     }
 
 
@@ -324,16 +400,26 @@ def _of(shares: Shares, kind: Kind) -> list[tuple[Variant, Share]]:
     return [(variant, share) for variant, share in shares.items() if variant.kind == kind]
 
 
-def _distances(shares: Shares) -> list[float]:
-    return sorted({variant.percent for variant, _ in _of(shares, "table1")})
+def _distances(shares: Mapping[Variant, object]) -> list[float]:
+    return sorted({variant.percent for variant in shares if variant.kind == "table1"})
 
 
-def _centers(shares: Shares) -> list[int]:
-    return sorted({variant.center for variant, _ in _of(shares, "table1")})
+def _groups(shares: Mapping[Variant, object]) -> list[Group]:
+    return sorted({variant.group for variant in shares if variant.kind == "table1"})
 
 
-def _share(shares: Shares, kind: Kind, percent: float, center: int) -> Share:
-    found = [s for v, s in _of(shares, kind) if (v.percent, v.center) == (percent, center)]
+def _named(group: Group, shares: Mapping[Variant, object]) -> Text:
+    """Return what a group of pictures is called: by its fit, too, where there are several."""
+    center, fit = group
+    candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
+    if len({fit for _, fit in _groups(shares)}) == 1:
+        return candidate
+    word = SETTINGS["fit"].alternative(fit).word
+    return Text("{candidate}, {fit} fit", candidate=candidate, fit=word)
+
+
+def _share(shares: Shares, percent: float, group: Group) -> Share:
+    found = [s for v, s in _of(shares, "table1") if (v.percent, v.group) == (percent, group)]
     return Share(sum(s.hits for s in found), sum(s.answers for s in found))
 
 
@@ -341,11 +427,11 @@ def _published(percent: float, center: int) -> float | None:
     return UNNATURAL[center - 1][DISTANCES.index(percent)] if percent in DISTANCES else None
 
 
-def _achieved(tally: Tally, percent: float, center: int | None = None) -> str:
+def _achieved(tally: Tally, percent: float, group: Group | None = None) -> str:
     found = [
         one.achieved
         for v, one in tally.measured().items()
-        if (v.kind, v.percent) == ("table1", percent) and center in (None, v.center)
+        if (v.kind, v.percent) == ("table1", percent) and group in (None, v.group)
     ]
     return f"{fmean(found):.2f}" if found else NONE
 
@@ -379,11 +465,10 @@ def _basis(tally: Tally, shares: Shares, people: int) -> str:
 
 def _distance_charts(shares: Shares) -> list[Chart]:
     """Return the study and the paper side by side, all centres."""
-    distances, centers = _distances(shares), _centers(shares)
-    names = [Text("centre candidate {center}", center=center) for center in centers]
+    distances = _distances(shares)
     here = [
-        _series(name, [_share(shares, "table1", percent, center) for percent in distances])
-        for name, center in zip(names, centers, strict=True)
+        _series(_named(group, shares), [_share(shares, percent, group) for percent in distances])
+        for group in _groups(shares)
     ]
     there = [
         Series(Text("centre candidate {center}", center=center), row)

@@ -24,9 +24,9 @@ from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.session import (
     Answer,
     Display,
+    Keys,
     Record,
     Session,
-    drawn_order,
     order_seen,
 )
 
@@ -54,19 +54,22 @@ class Ratings:
     rater: str
     # In which the pictures are shown; logs of version 1 don't name it.
     order: tuple[str, ...] | None
+    keys: Keys  # that said natural and unnatural
     records: tuple[Record, ...]  # the lines in their order
     torn: int  # lines that aren't JSON: left by a program killed while it wrote
 
     def session(self, study: Study) -> Session:
         """Return the session that was logged. Raises BadFile."""
         order = order_seen(study, self.records) if self.order is None else self.order
-        return Session(study, self.rater, order, list(self.records))
+        return Session(study, self.rater, order, list(self.records), self.keys)
 
 
 class Log:
-    """A session's file, opened to append."""
+    """A session's file, opened to append; one that isn't there yet takes the order it is given."""
 
-    def __init__(self, path: Path, study: Study, rater: str) -> None:
+    def __init__(
+        self, path: Path, study: Study, rater: str, order: Sequence[str], keys: Keys = "fj"
+    ) -> None:
         self.path = path
         check_target(path)
         data = path.read_bytes() if path.exists() else b""
@@ -77,9 +80,9 @@ class Log:
                 raise BadFile(Text("{path} holds ratings of another study or rater", path=path))
             self.session = logged.session(study)
         else:
+            self.session = Session(study, rater, tuple(order), keys=keys)
             path.parent.mkdir(parents=True, exist_ok=True)
-            self.session = Session(study, rater, drawn_order(study))
-            self._write({**header(study, rater, "program"), "order": self.session.order})
+            self._write({**header(study, rater, "program"), "keys": keys, "order": order})
 
     def add(self, record: Record) -> None:
         """Put a record on the disk, then let it count. Raises BadFile."""
@@ -135,6 +138,7 @@ def load(path: Path) -> Ratings:
             top.field("rater").refuse("is no code of a rater")
         study = top.field("study").text(64)
         order = None if version == 1 else plan.names(top.field("order"))
+        keys = "fj" if version < 3 else keys_of(top.field("keys"))
         records = tuple(record(line, version) for line in lines)
     except StopIteration:
         raise BadFile(Text("{path} holds no ratings", path=path)) from None
@@ -142,7 +146,12 @@ def load(path: Path) -> Ratings:
         raise BadFile(
             Text("{path} is no file of ratings: {error}", path=path, error=error)
         ) from None
-    return Ratings(study, rater, order, records, torn)
+    return Ratings(study, rater, order, keys, records, torn)
+
+
+def keys_of(node: Node) -> Keys:
+    """Read which keys a session has."""
+    return "jf" if node.text(2, get_args(Keys)) == "jf" else "fj"
 
 
 def _lines(data: bytes) -> tuple[Iterator[Node], int]:

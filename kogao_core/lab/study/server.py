@@ -17,14 +17,14 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.base.strict import BadFile, parse
+from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study import page, results
 from kogao_core.lab.study.sessions import Behind, Sessions
 
 _HERE: Final = "127.0.0.1"
 _TOKEN_BYTES: Final = 16
-_MOST_BODY_BYTES: Final = 4096
+_MOST_BODY_BYTES: Final = 4 * 2**20  # a beginning names every picture
 _POLL_S: Final = 0.1
 _HEADERS: Final = {
     "Cache-Control": "no-store",
@@ -80,6 +80,10 @@ class Server(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
+def _parsed(body: bytes) -> Node:
+    return parse(body, _MOST_BODY_BYTES)
+
+
 class _Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
@@ -91,8 +95,6 @@ class _Handler(BaseHTTPRequestHandler):
         if wanted == "":
             text = page.page(sessions.study, sessions.folder, served=True)
             self._reply(HTTPStatus.OK, text.encode(), "text/html; charset=utf-8")
-        elif wanted == "sessions":
-            self._reply_json(HTTPStatus.OK, sessions.begun())
         elif wanted is not None:
             self._picture(wanted)
 
@@ -102,14 +104,14 @@ class _Handler(BaseHTTPRequestHandler):
             return
         match wanted.split("/"):
             case ["sessions", rater]:
-                self._attempt(lambda: self.server.sessions.open(rater))
+                self._attempt(lambda: self.server.sessions.open(rater, _parsed(body)))
             case ["sessions", rater, "lines"]:
                 self._attempt(lambda: self._add(rater, body))
             case _:
                 self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here")
 
     def _add(self, rater: str, body: bytes) -> dict[str, Any]:
-        record = results.record(parse(body, _MOST_BODY_BYTES))
+        record = results.record(_parsed(body))
         return self.server.sessions.add(rater, record)
 
     def _attempt(self, act: Any) -> None:
@@ -142,7 +144,7 @@ class _Handler(BaseHTTPRequestHandler):
         if named != [self.server.host] or not hmac.compare_digest(given, start.encode()):
             self._refuse(HTTPStatus.FORBIDDEN, "open the address that Kogao has shown")
             return None
-        return self.path[len(start) :]
+        return self.path[len(start) :].split("?")[0]
 
     def _body(self) -> bytes | None:
         length = self.headers.get("Content-Length", "")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -12,6 +11,8 @@ from kogao_core.base.strict import BadFile
 from kogao_core.lab.study.plan import Study
 
 Answer = Literal["natural", "unnatural"]
+# The keys that say natural and unnatural.
+Keys = Literal["fj", "jf"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,11 @@ class Record:
     away_ms: int | None = None
     display: Display | None = None  # how it was displayed. None in logs of version 1.
 
+    @property
+    def skipped(self) -> bool:
+        """Whether it is an answer, and says nothing."""
+        return not self.back and self.answer is None and self.grade is None
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
         line: dict[str, Any] = {"n": self.number, "picture": self.picture}
@@ -56,14 +62,6 @@ class Record:
             line |= {"shown": list(seen.shown), "window": list(seen.window), "ratio": seen.ratio}
             line |= {"degrees": seen.degrees, "distance": seen.distance_mm}
         return line
-
-
-def drawn_order(study: Study) -> tuple[str, ...]:
-    """Draw the order in which a rater sees a study's pictures; grades come last."""
-    draw = secrets.SystemRandom().sample
-    return tuple(
-        name for block in (study.ratings, study.satisfaction) for name in draw(block, len(block))
-    )
 
 
 def order_seen(study: Study, records: Iterable[Record]) -> tuple[str, ...]:
@@ -83,20 +81,37 @@ class Session:
 
     study: Study  # its pictures
     rater: str  # the rater's code
-    # Every picture once, in the order of showing; those to be graded come last.
+    # Pictures to practise with, those to judge and those of oneself, each in the order of showing:
+    # of all faces, or of as many as a rater judges.
     order: tuple[str, ...]
     records: list[Record] = field(default_factory=list)  # every line so far
+    keys: Keys = "fj"
     _answers: dict[str, Record] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Replay the records. Raises BadFile."""
-        rated = len(self.study.ratings)
-        blocks = sorted(self.order[:rated]), sorted(self.order[rated:])
-        if blocks != (sorted(self.study.ratings), sorted(self.study.satisfaction)):
+        if not self._is_whole():
             raise BadFile(Text("the order doesn't hold every picture of this study once"))
         past, self.records = self.records, []
         for record in past:
             self.take(record)
+
+    def _is_whole(self) -> bool:
+        study, place = self.study, 0
+        faces = study.faces or ((*study.ratings, *study.satisfaction),)
+        chosen = [face for face in faces if not set(face).isdisjoint(self.order)]
+        shown = {name for face in chosen for name in face}
+        blocks = (
+            study.practice,
+            [name for name in study.ratings if name in shown],
+            [name for name in study.satisfaction if name in shown],
+        )
+        for block in blocks:
+            if sorted(self.order[place : place + len(block)]) != sorted(block):
+                return False
+            place += len(block)
+        wanted = min(study.conduct.faces_each or len(faces), len(faces))
+        return place == len(self.order) and len(chosen) == wanted
 
     @property
     def answered(self) -> list[Record]:
@@ -112,7 +127,8 @@ class Session:
     @property
     def grading(self) -> bool:
         """Whether the current picture is to be graded."""
-        return len(self.study.ratings) <= len(self._answers) < len(self.order)
+        slider = self.study.conduct.task == "slider"
+        return self.current in self.study.satisfaction or (slider and self.current is not None)
 
     def check(self, record: Record) -> None:
         """Check that a record may come next. Raises BadFile."""
@@ -134,6 +150,8 @@ class Session:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
+        elif record.skipped and record.picture not in self.study.satisfaction:
+            raise BadFile(Text("line {number} has no answer", number=number))
 
     def take(self, record: Record) -> None:
         """Let a record count; see `check` for what is refused."""

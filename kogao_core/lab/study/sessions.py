@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
+from kogao_core.base.strict import BadFile, Node
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.results import Log
 from kogao_core.lab.study.session import Record, Session
@@ -45,7 +45,7 @@ class Sessions:
     def __init__(self, folder: Path) -> None:
         self.study = plan.load_study(folder)
         self.folder = folder
-        self._names = {*self.study.ratings, *self.study.satisfaction}
+        self._names = {*self.study.ratings, *self.study.satisfaction, *self.study.practice}
         self._lock = threading.Lock()
         self._open: dict[str, tuple[Log, BinaryIO]] = {}
 
@@ -58,33 +58,30 @@ class Sessions:
         except OSError:
             return None
 
-    def begun(self) -> list[dict[str, Any]]:
-        """Return the sessions that aren't finished: rater, answers and pictures of each."""
-        found = []
-        for path in sorted((self.folder / plan.RATINGS_FOLDER).glob(f"*{results.SUFFIX}")):
-            try:
-                log = results.load(path)
-                session = log.session(self.study)
-            except BadFile:
-                continue  # what can't go on isn't offered; the report names it
-            if log.study == self.study.identity and session.current is not None:
-                done = len(session.answered)
-                found.append({"rater": log.rater, "done": done, "total": len(session.order)})
-        return found
+    def open(self, rater: str, beginning: Node) -> dict[str, Any]:
+        """Go on with the session of this code, or begin it as the page has drawn; its state.
 
-    def open(self, rater: str) -> dict[str, Any]:
-        """Begin a session, or go on with the one of this code; return its state. Raises BadFile."""
+        Without a beginning a new session's number is returned, from which the page draws: how many
+        there are. Raises BadFile.
+        """
         if not plan.is_rater(rater):
             raise BadFile(Text("A code is made of a to z, 0 to 9 and dashes, 32 at most."))
         with self._lock:
             if rater not in self._open:
                 path = self.folder / plan.RATINGS_FOLDER / f"{rater}{results.SUFFIX}"
+                begins = beginning.field("order").value is not None
+                if not begins and not (path.exists() and b"\n" in path.read_bytes()):
+                    return {"number": len(list(path.parent.glob(f"*{results.SUFFIX}")))}
+                order = plan.names(beginning.field("order")) if begins else ()
+                keys = results.keys_of(beginning.field("keys")) if begins else "fj"
                 path.parent.mkdir(exist_ok=True)
                 file = _locked(path, rater)
                 try:
-                    self._open[rater] = Log(path, self.study, rater), file
+                    self._open[rater] = Log(path, self.study, rater, order, keys), file
                 except (BadFile, OSError):
                     file.close()
+                    if not path.stat().st_size:
+                        path.unlink()
                     raise
             return _state_of(self._open[rater][0].session)
 
@@ -128,4 +125,5 @@ def _locked(path: Path, rater: str) -> BinaryIO:
 
 def _state_of(session: Session) -> dict[str, Any]:
     records = [record.to_dict() for record in session.records]
-    return {"rater": session.rater, "order": session.order, "records": records}
+    state = {"rater": session.rater, "order": session.order, "keys": session.keys}
+    return {**state, "records": records}

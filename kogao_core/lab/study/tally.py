@@ -64,8 +64,11 @@ class Tally:
 
     @property
     def subjects(self) -> int:
-        """How many photos."""
-        return sum(len(key.subjects) for key in self.keys)
+        """How many faces are judged; one to practise with isn't."""
+        return sum(
+            len({one.subject for one in key.pictures.values() if one.variant.kind != "practice"})
+            for key in self.keys
+        )
 
     @property
     def careful(self) -> set[str]:
@@ -97,6 +100,14 @@ class Tally:
         kinds = {one.variant for key in self.keys for one in key.pictures.values()}
         judged = sorted(one for one in kinds if one.is_judged)
         return {variant: Share(hits[variant], answers[variant]) for variant in judged}
+
+    def naturalness(self) -> dict[Variant, Grades]:
+        """Return what grades of naturalness amount to, for each variant."""
+        found: defaultdict[Variant, list[float]] = defaultdict(list)
+        for row in self.counted:
+            if row.record.grade is not None and row.variant.is_judged:
+                found[row.variant].append(row.record.grade)
+        return {variant: Grades.of(found[variant]) for variant in self.shares()}
 
     def grades(self) -> tuple[Grades, Grades, int]:
         """Return what grades of oneself amount to, other grades, and how many weren't given.
@@ -204,7 +215,7 @@ def _by_session(
 
 
 def _check(study: plan.Study, key: Key, key_file: Path) -> None:
-    named = {*study.ratings, *study.satisfaction}
+    named = {*study.ratings, *study.satisfaction, *study.practice}
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
             Text(
@@ -219,7 +230,9 @@ def _add(session: Session, key: Key, total: Tally) -> None:
         total.unfinished.append(session)
     places = {name: place for place, name in enumerate(session.order, start=1)}
     total.answers += [
-        Answered(key, session, places[record.picture], record) for record in session.answered
+        Answered(key, session, places[record.picture], record)
+        for record in session.answered
+        if key.pictures[record.picture].variant.kind != "practice"
     ]
 
 

@@ -23,6 +23,16 @@ PAGE: Final = {
     ),
     "stay_served": Text("They stay on this computer."),
     "window": Text("Make this window as large as you can, and leave it so."),
+    "again": Text("To go on later, type the same code again: keep it."),
+    "agree": Text("I have read this and agree to take part."),
+    "measure": Text("How large is this screen?"),
+    "card": Text(
+        "Hold a bank card, or any card of that size, against the screen, and move the slider until"
+        " the field below is exactly as wide."
+    ),
+    "card_width": Text("Width of the field"),
+    "fits": Text("It is as wide as the card"),
+    "full": Text("Full screen"),
     "code": Text("Your code; leave it as it is unless you were given one"),
     "code_rule": Text("a to z, 0 to 9 and dashes"),
     "begin": Text("Begin"),
@@ -30,7 +40,6 @@ PAGE: Final = {
     "picture": Text("The face to judge"),
     "natural": Text("Natural"),
     "unnatural": Text("Unnatural"),
-    "scale": Text("0 not at all satisfied, 100 wholly satisfied"),
     "next": Text("Next"),
     "not_mine": Text("Not my picture"),
     "progress": Text("Progress"),
@@ -44,6 +53,28 @@ PAGE: Final = {
 """What stands in `page.html`, by the name of its place."""
 
 SCRIPT: Final = {
+    "task_slider": Text(
+        "You will see {n} pictures one after another. Say of each, without thinking long, how"
+        " natural the face looks."
+    ),
+    "scale_satisfied": Text("0 not at all satisfied, 100 wholly satisfied"),
+    "scale_natural": Text("0 not at all natural, 100 wholly natural"),
+    "ask_slider": Text("How natural does this face look?"),
+    "distance": Text("Sit so that your eyes are {cm} cm from the screen, and stay so."),
+    "break": Text("A break"),
+    "practised": Text("That was for practice; now it begins"),
+    "practice": Text("Practice {done} of {total}"),
+    "small_screen": Text(
+        "This screen is too small for this study: its pictures need {size} px, and the screen has"
+        " {screen}. Go on with the same code on a larger one."
+    ),
+    "not_full": Text("This study is shown on the full screen only."),
+    "never_full": Text(
+        "This browser can't show a page on the full screen. Go on with the same code in another."
+    ),
+    "disagrees": Text("Who doesn't agree doesn't take part: you may close this page."),
+    "completion": Text("Your completion code: {code}"),
+    "code": Text("Code: {rater}"),
     "task_one": Text(
         "You will see one picture. Say, without thinking long, whether the face looks "
         "natural or unnatural."

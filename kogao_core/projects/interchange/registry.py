@@ -79,15 +79,52 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
 
     Result: at least one, px of the photo it was made on. Raises BadFile.
     """
+    return [face for face, _ in read_all(path, mapping)]
+
+
+def read_all(path: Path, mapping: Template | None = None) -> list[tuple[Face, PointSet]]:
+    """Read the faces of a file, each with all points that the file has of it. Raises BadFile."""
     form = _format_of(path)
     data = strict.read(path, MOST_BYTES)
     try:
         if form.name == "json":
-            return tables.parse_faces(data)
+            own = TEMPLATES["27"]
+            return [(face, own.points(face)) for face in tables.parse_faces(data)]
         found = _PARSERS[form.name](data)
-        return [(mapping or fitting(points)).face(points) for points in found]
+        return [((mapping or fitting(points)).face(points), points) for points in found]
     except BadFile as error:
         raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
+
+
+def write_points(points: Sequence[PointSet], path: Path) -> None:
+    """Write points as they are, in the format of the file's ending, one file a face if need be."""
+    if _format_of(path).several:
+        count = len(points[0].points)
+        names = OWN_NAMES if count == len(OWN_NAMES) else tables.numbered(count)
+        put(tables.csv_text([one.points for one in points], names).encode(), path)
+        return
+    writer = tem.text if path.suffix.lower() == ".tem" else pts.text
+    for one, file in zip(points, files(path, points), strict=True):
+        put(writer(one).encode(), file)
+
+
+def file_for(photo: Path, place: Path) -> Path:
+    """Return the file of a photo's points: `place`, or that of its name there. Raises BadFile."""
+    if not place.is_dir():
+        return place
+    files = [place / f"{photo.stem}{form.suffix}" for form in FORMATS.values()]
+    found = next((file for file in files if file.is_file()), None)
+    if found is None:
+        raise BadFile(
+            Text(
+                "there are no points of {photo} in {folder}: {name} with one of {endings}",
+                photo=photo.name,
+                folder=place,
+                name=photo.stem,
+                endings=", ".join(form.suffix for form in FORMATS.values()),
+            )
+        )
+    return found
 
 
 def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[Written]:
@@ -121,7 +158,7 @@ def write(faces: Sequence[Face], path: Path, wanted: str | None = None) -> list[
     ]
 
 
-def files(path: Path, faces: Sequence[Face]) -> list[Path]:
+def files(path: Path, faces: Sequence[object]) -> list[Path]:
     """Return the files that `write` writes. Result: one for each face, or one for all."""
     if _format_of(path).several:
         return [path]
