@@ -156,7 +156,7 @@ def _same_place(one: Face, other: Face) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Steps:
+class UndoSteps:
     """The state below the first undo step and after each, their words, and which is at hand."""
 
     states: tuple[State, ...]
@@ -237,10 +237,10 @@ class Document(QObject):
         """Where the photo came from."""
         return None if self.photo is None else Path(self.photo.path)
 
-    def open(self, photo: Photo, pyramid: PicturePyramid) -> None:
-        """Begin with another photo and the recipe that photos begin with."""
+    def open(self, photo: Photo, pyramid: PicturePyramid, recipe: Recipe | None = None) -> None:
+        """Begin with another photo and a recipe, without one that which photos begin with."""
         self.photo, self.pyramid = photo, pyramid
-        self._begin(State(recipe=self.first_recipe))
+        self._begin(State(recipe=recipe or self.first_recipe))
         self.opened.emit()
         self.changed.emit()
 
@@ -261,7 +261,7 @@ class Document(QObject):
         self._state = more(self._state)
         self.changed.emit()
 
-    def begin_with(self, state: State, steps: Steps | None = None) -> None:
+    def begin_with(self, state: State, steps: UndoSteps | None = None) -> None:
         """Take a state that counts as saved, and the undo steps that once led to it."""
         self._begin(state if steps is None else steps.states[0])
         if steps is not None:
@@ -277,11 +277,11 @@ class Document(QObject):
         self.changed.emit()
 
     @property
-    def steps(self) -> Steps:
+    def steps(self) -> UndoSteps:
         """What undo and redo lead to."""
         steps = [self.undo.command(index) for index in range(self.undo.count())]
         states = [step.after for step in steps if isinstance(step, ReplaceState)]
-        return Steps((self._base, *states), tuple(it.text() for it in steps), self.undo.index())
+        return UndoSteps((self._base, *states), tuple(it.text() for it in steps), self.undo.index())
 
     def begin_saving(self, state: State, modes: Collection[Mode]) -> Saving:
         """Note that a file is being written that will hold these modes of a state."""

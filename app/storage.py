@@ -9,6 +9,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QSettings, QStandardPaths
 
+from kogao_core.projects import results
+from kogao_core.projects.results import Results
+
 _NAME = "kogao"
 _ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]+)|([0-7]+)|([abfnrtv\"?'\\])|\r?\n|.)|\"")
 # Values that Qt makes from bytes, Python's objects among them, which run code when they are read.
@@ -45,6 +48,11 @@ class Storage:
     def edits(self) -> Path:
         """The folder of edits that don't lie beside their photos, and of undo steps."""
         return self.data / "edits"
+
+    @property
+    def results(self) -> Results:
+        """The list of what was made of photos."""
+        return Results(self.data / results.NAME)
 
     @property
     def originals(self) -> Path:

@@ -39,6 +39,17 @@ def pytest_itemcollected(item: pytest.Item) -> None:
         item.add_marker("data")
 
 
+@pytest.fixture(autouse=True)
+def own_data(
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    """What the programs list and keep is a test's own, and nothing of the user's."""
+    folder = tmp_path_factory.getbasetemp() / "data" / str(abs(hash(request.node.nodeid)))
+    monkeypatch.setenv("XDG_DATA_HOME", str(folder))
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """Folder of labelled photographs; they may not be copied into the repository."""

@@ -129,6 +129,9 @@ class Interleaving:
     def _crash(self) -> None:
         if self._needs_recovery() and self._disk.mode["recovery"] != "quick":
             return
+        wanted = (self._books.name, self._books.work) if self._books.name else None
+        if wanted and self._editor.saver.busy and wanted not in self._kept():
+            return  # an older state may be put in place of this one at this very moment
         if self._needs_recovery():
             self._books.owed.append((self._books.name, self._books.work))
             self._left.pop(self._books.name, None)

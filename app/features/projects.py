@@ -15,7 +15,7 @@ from kogao_core.projects import sidecar
 from kogao_core.projects.project import load, save
 
 from .. import preferences
-from ..document import State, Steps
+from ..document import State, UndoSteps
 from ..i18n import reason, sentence, tr
 from ..widgets.dialogs import ask_path
 from ..widgets.messages import BarAction
@@ -63,11 +63,15 @@ class Projects(Feature):
         self.document.undo.indexChanged.connect(lambda _: self.keep())
         faces.found.connect(lambda _: self.keep())
         files.restored.connect(self._take_up)
+        # What a copy was made with is there again with the photo.
+        files.saved.connect(lambda _: self.keep(anyway=True))
         saver.offer(files.keep, self.keep, self._ask_elsewhere)
 
     # -- by itself -------------------------------------------------------------------------------
 
-    def keep(self, then: Then | None = None, *, replace: bool = False) -> None:
+    def keep(
+        self, then: Then | None = None, *, replace: bool = False, anyway: bool = False
+    ) -> None:
         """Write the edits where they are kept; one write at a time, unless something waits for it.
 
         While faces are sought, the state lacks some of them.
@@ -75,7 +79,7 @@ class Projects(Feature):
         path, held_up = self.document.path, self._keeping or self._faces.busy
         if path is None or not self._saver.keeps:
             return
-        if then is None and not replace and (held_up or self.document.saved):
+        if then is None and not replace and (held_up or (self.document.saved and not anyway)):
             return
         self.document.commit()
         steps, places, state = self.document.steps, self._places(path), self.document.committed
@@ -105,7 +109,7 @@ class Projects(Feature):
         return [own] if apart else [sidecar.sidecar_of(path), own]
 
     def _put(
-        self, photo: Photo, state: State, steps: Steps, places: list[Path], replace: bool
+        self, photo: Photo, state: State, steps: UndoSteps, places: list[Path], replace: bool
     ) -> Path:
         """Write to the first of the places that can be written. Raises OSError, _ChangedSince."""
         project = to_keep_beside(state, photo)

@@ -4,9 +4,10 @@ It may use all rooms but the command line and the laboratory.
 """
 
 from kogao_core.batch.planning import NothingToDo, check_free, plan
-from kogao_core.batch.report import REPORT, record
+from kogao_core.batch.report import record
 from kogao_core.batch.tasks import Outcome, Task, work
 from kogao_core.batch.workers import NoWorkers, Workers, run
+from kogao_core.projects.results import REPORT
 
 __all__ = [
     "REPORT",

@@ -16,7 +16,8 @@ from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import READABLE
 from kogao_core.projects.interchange import file_for
 from kogao_core.projects.project import load
-from kogao_core.projects.sidecar import sheet_of, sidecar_of
+from kogao_core.projects.results import Results
+from kogao_core.projects.sidecar import kept, sheet_of
 from kogao_core.recipe.recipe import Recipe
 
 
@@ -37,19 +38,22 @@ def plan(
     disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
     doubtful: bool = False,
+    edits: Path | None = None,
+    results: Results | None = None,
     export: Export = AS_IT_IS,
     points: Path | None = None,
     points_map: str | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders; a folder's photos keep their place in it.
 
-    `points` is a file of landmarks, or a folder of them by the photos' names. Result: in the order
-    of the inputs; `run` does them. Raises NothingToDo, BadFile.
+    `points` is a file of landmarks, or a folder of them by the photos' names, `edits` the user's
+    own folder of projects that don't lie beside their photos; what `results` lists isn't worked on
+    again. Result: in the order of the inputs; `run` does them. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
         for photo, place in _photos(path, folder):
-            percent = _percent(photo, recipe, projects)
+            percent = _percent(photo, recipe, projects, edits)
             output = folder / export.place(place, len(found) + 1, percent, suffix)
             if found.setdefault(output, photo) != photo:
                 raise NothingToDo(
@@ -71,10 +75,11 @@ def plan(
             str(photo),
             str(output),
             *choices,
-            project=_project_beside(photo) if projects else "",
+            project=str(kept(photo, edits) or "") if projects else "",
             disclosure=disclosure,
             done=keys.get(str(output), ""),
             doubtful=doubtful,
+            results=str(results.file) if results else "",
             export=export,
             points="" if points is None else str(file_for(photo, points)),
             points_map=points_map,
@@ -128,14 +133,9 @@ def _real(path: Path) -> Path:
     return Path(os.path.realpath(path))  # unlike `resolve`, at ease with links in a circle
 
 
-def _project_beside(photo: Path) -> str:
-    beside = sidecar_of(photo)
-    return str(beside) if beside.is_file() else ""
-
-
-def _percent(photo: Path, recipe: Recipe, projects: bool) -> float:
+def _percent(photo: Path, recipe: Recipe, projects: bool, edits: Path | None) -> float:
     """Return the amount that a name tells: that of a photo's project, if that is done."""
-    project = _project_beside(photo) if projects else ""
+    project = kept(photo, edits) if projects else None
     try:
         return sheet_of(load(project)).recipe.percent if project else recipe.percent
     except BadFile:  # it fails by name once it is to be done

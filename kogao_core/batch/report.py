@@ -11,14 +11,18 @@ from typing import Final
 from kogao_core.base.atomic import appended
 from kogao_core.base.language import Text
 from kogao_core.batch.tasks import Outcome
+from kogao_core.projects.results import Results
 
-REPORT: Final = "kogao-batch.jsonl"
-"""Its name, in the folder of the results."""
 _START: Final = b'{"s'  # ource, the first field of a line
 
 
-def record(outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], object]) -> None:
-    """Add every outcome to a report, which is made or gone on with."""
+def record(
+    outcomes: Iterable[Outcome],
+    report: Path,
+    results: Results,
+    then: Callable[[Outcome], object],
+) -> None:
+    """Add every outcome to a report, which is made or gone on with, and results to their list."""
     if report.is_file():
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):
@@ -27,6 +31,8 @@ def record(outcomes: Iterable[Outcome], report: Path, then: Callable[[Outcome], 
         for outcome in outcomes:
             lines.write(outcome.to_json().encode() + b"\n")
             lines.flush()
+            if outcome.status == "done":
+                results.add(Path(outcome.source), Path(outcome.output), outcome.edit)
             then(outcome)
 
 

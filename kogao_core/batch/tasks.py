@@ -25,12 +25,13 @@ from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
+from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import retouch, to_file
 from kogao_core.warp.protection import NOTHING
 
-Status = Literal["done", "skipped", "no face", "failed"]
+Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
 
 
@@ -54,6 +55,8 @@ class Task:
     # What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
     done: str = ""
     doubtful: bool = False  # whether doubtful faces are worked on, too
+    # The list by which results are known that aren't worked on again, or "" to do so.
+    results: str = ""
     export: Export = AS_IT_IS  # size, quality, colours and the like of results
     points: str = ""  # a file of landmarks to take instead of looking for faces, or ""
     points_map: str | None = None  # which of its points are which, see `interchange.template`
@@ -73,6 +76,7 @@ class Task:
             output=_rooted(self.output),
             project=_rooted(self.project),
             points=_rooted(self.points),
+            results=_rooted(self.results),
             landmarks=_rooted(model) if model and is_file else model,
             disclosure=replace(told, font=_rooted(told.font) if told.font else None),
         )
@@ -89,7 +93,7 @@ class Outcome:
     # As in the task.
     source: str
     output: str
-    status: Status  # skipped photos were done by an earlier run
+    status: Status  # skipped photos were done by an earlier run; results by this program before
     # A sentence where something went wrong; else what is worth knowing of the result.
     reason: str = ""
     key: str = ""  # hash of the bytes of source, project and output, and of the choices
@@ -97,6 +101,7 @@ class Outcome:
     seconds: float = 0.0  # time from reading to written
     # How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
     achieved_percent: tuple[float, ...] = ()
+    edit: str = ""  # hash of the project that was done
 
     def to_json(self) -> str:
         """Return the line of the report."""
@@ -109,11 +114,14 @@ def work(task: Task) -> Outcome:
     try:
         if task.done and task.done == _key(task):
             return Outcome(task.source, task.output, "skipped", key=task.done)
+        if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
+            return Outcome(task.source, task.output, "result", origin.why)
         achieved, note = _render(task)
         seconds = round(time.perf_counter() - start, 3)
         key = _key(task)
         faces = len(achieved)
-        return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved)
+        edit = sha256_of(task.project) if task.project else ""
+        return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved, edit)
     except _NoFace:
         return Outcome(task.source, task.output, "no face", Text("no face found"))
     except AllDoubted as doubts:

@@ -21,6 +21,8 @@ from kogao_core.batch import NoWorkers, Outcome, Task, Workers
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import Export
+from kogao_core.projects.results import Results
+from kogao_core.projects.sidecar import own_folder
 
 
 @words.command("batch")
@@ -40,7 +42,7 @@ from kogao_core.photo.export import Export
 )  # fmt: skip
 @words.option(
     "--projects", is_flag=True,
-    help="Do what PHOTO.kogao.json beside a photo says; the options above are for the others.",
+    help="Do what the edits of a photo say (PHOTO.kogao.json); the options above are for others.",
 )  # fmt: skip
 @options.discloses
 @options.exports
@@ -60,6 +62,7 @@ from kogao_core.photo.export import Export
     type=click.Choice(reading.NAMED_ENDINGS),
     help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
 )  # fmt: skip
+@reading.takes_results
 @words.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
 @common.limits_megapixels
 @reading.chooses_landmarks
@@ -84,6 +87,7 @@ def command(
     name: str,
     force: bool,
     suffix: str,
+    results: bool,
     again: bool,
     max_megapixels: float,
     landmarks: str | None,
@@ -106,6 +110,7 @@ def command(
             projects=projects, suffix=f".{suffix}", disclosure=disclosure,
             report=None if again else report, doubtful=doubtful, export=export,
             points=points, points_map=points_map,
+            edits=own_folder(), results=None if results else Results.of_user(),
         )  # fmt: skip
         if not force and not report.exists():
             _check_free(tasks)
@@ -122,9 +127,9 @@ def command(
             reason=reason,
         )
     ):
-        batch.record(batch.run(tasks, workers), report, progress.add)
+        batch.record(batch.run(tasks, workers), report, Results.of_user(), progress.add)
     progress.end(report)
-    return ending.SOME_FAILED if progress.bad else 0
+    return ending.SOME_FAILED if progress.bad else ending.OWN_RESULT if progress.own else 0
 
 
 def _check_free(tasks: Sequence[Task]) -> None:
@@ -179,6 +184,7 @@ def _workers(dask: str | None, jobs: int) -> Workers:
 _STATES: Final = {
     "done": Text("done"),
     "skipped": Text("skipped"),
+    "result": Text("Kogao's own result"),
     "no face": Text("no face"),
     "failed": Text("failed"),
 }
@@ -197,10 +203,15 @@ class _Progress:
         """Photos that weren't done."""
         return self._counts["failed"] + self._counts["no face"]
 
+    @property
+    def own(self) -> int:
+        """Photos that are results already."""
+        return self._counts["result"]
+
     def add(self, outcome: Outcome) -> None:
-        """Count one; failures are named at once."""
+        """Count one; what wasn't done is named at once."""
         self._counts[outcome.status] += 1
-        if outcome.status in ("failed", "no face"):
+        if outcome.status in ("failed", "no face", "result"):
             named = outcome.reason.startswith(outcome.source)
             reason = translated(outcome.reason)
             self._print(reason if named else f"{outcome.source}: {reason}")

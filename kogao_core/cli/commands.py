@@ -39,6 +39,8 @@ Exit codes:
   4  no face found, or none but doubtful ones (--doubtful takes them)
   5  some photos of a batch weren't done; its report says why
   6  nothing was saved: kogao --edit was closed without
+  7  a photo is one of Kogao's own results, and was left alone (--results
+     works on it again)
   70  an error in the program itself, or too little memory; with
      KOGAO_DEBUG=1 the traceback comes before the line
   130  interrupted; a batch goes on where it stopped when started again

@@ -17,6 +17,7 @@ USAGE: Final = 2
 UNREADABLE: Final = 3
 NO_FACE: Final = 4
 SOME_FAILED: Final = 5
+OWN_RESULT: Final = 7  # 6 is the editor's
 UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 
 

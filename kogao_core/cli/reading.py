@@ -21,6 +21,7 @@ from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here,
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
+from kogao_core.projects.results import Results
 
 # The usual endings of the formats that can be written.
 ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
@@ -79,6 +80,21 @@ takes_photos = words.together(
     *_SEARCHING,
     takes_point_files,
 )
+
+
+takes_results = words.option(
+    "--results", is_flag=True, help="Work on Kogao's own results again, too."
+)
+
+
+def refuse_result(path: Path) -> None:
+    """Stop where a photo is one of this program's own results."""
+    origin = Results.of_user().origin(path)
+    if origin is not None:
+        raise ending.Stop(
+            Text("{why}; work on the original, or --results to go on", why=origin.why),
+            ending.OWN_RESULT,
+        )
 
 
 def input_path(source: Path | None, sample: bool) -> Path:

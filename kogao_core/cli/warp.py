@@ -29,6 +29,7 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import Export
 from kogao_core.pipeline import Rendering
+from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied
 from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
@@ -92,6 +93,7 @@ def _corners(value: str) -> list[list[float]]:
 @options.discloses
 @options.exports
 @to_json.writes_json
+@reading.takes_results
 @words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
     source: Path | None,
@@ -112,6 +114,7 @@ def command(
     disclosure: Disclosure,
     export: Export,
     json_file: Path | None,
+    results: bool,
     force: bool,
     **choices: Any,
 ) -> None:
@@ -124,6 +127,8 @@ def command(
     known = reading.landmark_source(landmarks) if is_searched else None
     to = _checked_output(path, sample, output, in_place, save_project, force, export)
     to_json.check(json_file, force)
+    if not (results or in_place or sample):
+        reading.refuse_result(path)
     if save_project:
         projects.check_free(path, sample, force)
     photo = reading.read_photo(path, max_megapixels, to)
@@ -148,14 +153,16 @@ def command(
     write = over_itself(originals) if in_place else to_file(to, force=force, export=export)
     with _writing():
         made = retouch(photo, done, disclosure, write, finder, look=look, export=export)
+    if not in_place:
+        Results.of_user().add(path, to)
     written = Text.joined("; ", [made.written, made.undisclosed])
     notes = list(filter(None, [done.note, note, written, bends.note]))
     if save_project:
         place = projects.save(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))
     assert made.rendering is not None
-    results = photo, to, done.faces, made.rendering, bends, notes
-    to_json.tell(lambda: summary.as_json(*results), lambda: summary.as_text(*results), json_file)
+    told = photo, to, done.faces, made.rendering, bends, notes
+    to_json.tell(lambda: summary.as_json(*told), lambda: summary.as_text(*told), json_file)
 
 
 def _checked_output(

@@ -264,8 +264,13 @@ def load(path: str | os.PathLike[str]) -> Project:
 
 def save(project: Project, path: str | os.PathLike[str]) -> None:
     """Write a project file, whole or not at all."""
+    put(to_bytes(project), path)
+
+
+def to_bytes(project: Project) -> bytes:
+    """Return what a project's file holds."""
     text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
-    put(text.encode("utf-8"), path)
+    return text.encode("utf-8")
 
 
 def sha256_of(path: str | os.PathLike[str]) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.base.geometry import Box, Image, Line
+from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import printable
@@ -25,6 +26,11 @@ def sidecar_of(photo: str | os.PathLike[str]) -> Path:
     """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it."""
     path = Path(photo)
     return path.with_name(path.name + SUFFIX)
+
+
+def own_folder() -> Path:
+    """Return the user's own folder of projects that don't lie beside their photos."""
+    return data_folder() / "edits"
 
 
 def own_place(photo: str | os.PathLike[str], folder: Path) -> Path:

@@ -120,7 +120,6 @@ def test_a_project_beside_a_photo_is_done_if_wanted(opened, photo, tmp_path):
     assert "9 %" in box.form.settings.itemText(0)
     box.form.folder.setText(str(tmp_path / "out"))
     box.form.settings.setCurrentIndex(1)
-    QTest.keyClick(box.form.projects, Qt.Key.Key_Space)
     box.form.jobs.setValue(1)
     click(box.go)
     finish(opened)

@@ -20,7 +20,9 @@ APP, KEYS, CONTROL = ROOT / "app", Qt.Key, Qt.KeyboardModifier.ControlModifier
 ENDS = {
     "editor.admit": "open",
     "features/commands._copy_report": "time",
-    "features/experiments/__init__._record": "open",
+    "features/experiments/session._applied": "open",
+    "features/experiments/session._opened": "open",
+    "features/experiments/session.end": "open",
     "features/files/__init__._not_opened": "try",
     "features/files/__init__._not_written": "try",
     "features/files/__init__._refuse": "try",

@@ -215,6 +215,14 @@ def test_a_gain_map_that_cannot_be_read_is_named(tmp_path):
     assert b"hdrgm:Version" not in done.data
 
 
+def test_a_gain_map_of_another_shape_than_the_photo_is_named(tmp_path):
+    """It would have to be turned or cropped otherwise than the photo: nobody can tell how."""
+    lying = jpeg(stored_for(light(1), 6), metadata_cases.ISO_GAIN_MAP)
+    done = warped(tmp_path, jpeg(textured_photo(*SIZE, 3)) + lying)
+    assert "not kept: the HDR gain map" in done.said
+    assert lying[-40:] not in done.data
+
+
 def test_a_gain_map_whose_blocks_cannot_stay_is_compressed_again_by_its_own_tables(tmp_path):
     pixels = light(3)
     how = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_440]

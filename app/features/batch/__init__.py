@@ -100,8 +100,9 @@ class Batch(Feature):
         whole = dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
         self.dialog.show_running()
         enough.clear()
+        storage = self.storage
         planned, went = self._planned.emit, self._went.emit
-        self._running.submit(lambda: carry_out(whole, enough.is_set, planned, went))
+        self._running.submit(lambda: carry_out(whole, storage, enough.is_set, planned, went))
 
     def _begin(self, total: int) -> None:
         self._progress = BatchProgress(total)
@@ -109,7 +110,7 @@ class Batch(Feature):
 
     def _take(self, outcome: Outcome) -> None:
         self._progress.counts[outcome.status] += 1
-        if outcome.status in ("failed", "no face"):
+        if outcome.status in ("failed", "no face", "result"):
             self.dialog.show_bad(outcome)
         self._advance()
 

@@ -49,8 +49,13 @@ class OrderForm(QWidget):
         self.folder.textChanged.connect(self.changed)
         self.settings = ChoiceBox()
         self.settings.setToolTip(tr("What is done to every photo"))
-        self.projects = QCheckBox(tr("Where a &project lies beside a photo, do what it says"))
-        self.projects.setToolTip(tr("Its points, settings and protection, as they were saved"))
+        self.projects = QCheckBox(tr("Where a &photo has edits of its own, do what they say"))
+        self.projects.setToolTip(tr("Its points, settings and protection, as they were kept"))
+        self.projects.setChecked(True)
+        self.doubtful = QCheckBox(tr("Make &doubtful faces smaller, too"))
+        self.doubtful.setToolTip(
+            tr("Those that are unsure, cut off, hidden or on their head are left alone otherwise")
+        )
         self.again = QCheckBox(tr("Do every photo &again, also those that are done"))
         self.again.setToolTip(tr("Otherwise only what is missing or has changed"))
         self.jobs = WholeNumber(1, _MOST_JOBS, _JOBS)
@@ -71,7 +76,7 @@ class OrderForm(QWidget):
             named(tr("Results &go to"), self.folder),
             row_of(self.folder, button(tr("&Choose…"), self._ask_target)),
             named(tr("S&ettings"), self.settings),
-            *(self.settings, self.projects, self.again),
+            *(self.settings, self.projects, self.doubtful, self.again),
             row_of(named(tr("Photos at a &time"), self.jobs), self.jobs, None),
             self.disclosure,
             spacing=2 * GRID_PX,
@@ -123,6 +128,7 @@ class OrderForm(QWidget):
             self.jobs.value(),
             self.projects.isChecked(),
             self.again.isChecked(),
+            self.doubtful.isChecked(),
         )
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:

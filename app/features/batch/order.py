@@ -15,6 +15,7 @@ from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr
+from ...storage import Storage
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,7 @@ class Order:
     jobs: int = 1  # photos worked on at a time
     projects: bool = False  # do what the project beside a photo says
     again: bool = False  # do everything again, whatever the report says
+    doubtful: bool = False  # work on doubtful faces, too
     landmarks: str | None = None  # where they come from, see `landmarks.source`
     disclosure: Disclosure = NO_DISCLOSURE  # what results tell about themselves
 
@@ -55,6 +57,7 @@ class BatchProgress:
         words = {
             "done": tr("done"),
             "skipped": tr("done before"),
+            "result": tr("results already"),
             "no face": tr("without a face"),
             "failed": tr("failed"),
         }
@@ -70,6 +73,7 @@ class BatchProgress:
 
 def carry_out(
     order: Order,
+    storage: Storage,
     stop: Callable[[], bool],
     planned: Callable[[int], None],
     went: Callable[[Outcome], None],
@@ -87,12 +91,16 @@ def carry_out(
         projects=order.projects,
         disclosure=order.disclosure,
         report=None if order.again else report,
+        doubtful=order.doubtful,
+        edits=storage.edits,
+        results=storage.results,
     )
     if not report.exists():  # what no batch of ours has written isn't ours to replace
         batch.check_free(tasks)
     planned(len(tasks))
     try:
-        batch.record(batch.run(tasks, Workers.processes(order.jobs), stop), report, went)
+        outcomes = batch.run(tasks, Workers.processes(order.jobs), stop)
+        batch.record(outcomes, report, storage.results, went)
     except OSError as error:
         text = tr(
             "{folder} can't be written to ({reason}); choose another folder",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from pathlib import Path
+from typing import Final
 
 from PySide6.QtCore import Signal
 
@@ -14,7 +16,10 @@ from kogao_core.base.originals import Originals
 from kogao_core.base.wording import printable
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
 from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.projects.project import to_bytes
+from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import SUFFIX
+from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import over_itself, retouch, to_file
 
 from ... import preferences
@@ -26,9 +31,12 @@ from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
-from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo
+from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo, to_keep_beside
 from .options import SaveOptions
 from .saver import Holds, Request, Saver, Then
+
+# What a result of this program begins with: nobody is retouched twice unawares.
+UNTOUCHED: Final = Recipe(percent=0.0)
 
 
 class Files(Feature):
@@ -39,6 +47,7 @@ class Files(Feature):
     restored = Signal(object, str)
     unreadable = Signal(str)
     saved_over = Signal()
+    saved = Signal(object)
     wants_photo = Signal(object)
 
     def __init__(
@@ -137,8 +146,8 @@ class Files(Feature):
         self._sought = None if ahead is None else ahead.search
         self._left = self.document.state
         self.working.emit(tr("Opening {name}…", name=path.name))
-        store = self.storage.edits
-        self._reading.submit(lambda: open_photo(path, store, work, afresh, ahead))
+        storage = self.storage
+        self._reading.submit(lambda: open_photo(path, storage, work, afresh, ahead))
 
     def welcome(self) -> None:
         """Open the sample and say what to try, one thing after the other; Escape ends it."""
@@ -176,7 +185,7 @@ class Files(Feature):
             self._saver.guard(lambda: self._show(opened))
 
     def _show(self, opened: Opened) -> None:
-        self.document.open(opened.photo, opened.pyramid)
+        self.document.open(opened.photo, opened.pyramid, UNTOUCHED if opened.origin else None)
         if opened.work is not None and opened.state is not None:
             self._give_up_search()
             self._go_on(opened, opened.work, opened.state)
@@ -186,8 +195,17 @@ class Files(Feature):
                 "The photo starts afresh, its project can't be used: {problem}", problem=opened.note
             )
             self.say(sentence(text))
+        if opened.origin is not None:
+            self._say_result(opened.photo, opened.origin)
         search, self._sought = self._sought, None
         self._faces.look(search)
+
+    def _say_result(self, photo: Photo, origin: Provenance) -> None:
+        text = tr("{why}: it starts at 0 %.", why=translated(origin.why))
+        source, steps = origin.source, list[BarAction]()
+        if source is not None:
+            steps.append(BarAction(tr("Open {name}", name=source.name), lambda: self.open(source)))
+        self.say(text, *steps, applies=lambda: self.document.photo is photo)
 
     def stop(self) -> None:
         """End the search that was begun ahead, too."""
@@ -276,7 +294,7 @@ class Files(Feature):
             return None
         suffix = path.suffix if path.suffix.lower() in FORMATS else ".png"
         folder = preferences.folder(self.settings, preferences.SAVE_FOLDER) or path.parent
-        return folder / f"{path.stem}_kogao{suffix}"
+        return folder / f"{path.stem}{MARK}{suffix}"
 
     def save(self, path: Path, then: Then | None = None) -> None:
         """Render the photo at its own depth and write it; the original is refused."""
@@ -293,13 +311,20 @@ class Files(Feature):
         disclosure = options.current if originals is None else options.in_place
         drawn = self.live.lent()
 
+        results = self.storage.results if originals is None else None
+
         def write_copy(photo: Photo, state: State) -> str:
-            return save_copy(photo, state, disclosure, path, finder, drawn, originals)
+            notes = save_copy(photo, state, disclosure, path, finder, drawn, originals)
+            if results is not None:
+                edit = hashlib.sha256(to_bytes(to_keep_beside(state, photo))).hexdigest()
+                results.add(photo.path, path, edit)
+            return notes
 
         holds: Holds = "picture" if self._saver.keeps else "mode"
         self._saver.save(path, write_copy, self._written, self._not_written, then, holds=holds)
 
     def _written(self, request: Request, notes: str) -> None:
+        self.saved.emit(request)
         name, place = request.file.name, printable(str(request.file.parent))
         if request.file == request.photo.path:
             self.saved_over.emit()

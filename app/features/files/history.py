@@ -15,7 +15,7 @@ from kogao_core.photo import Photo
 from kogao_core.projects.project import Original, Project, from_node, to_dict
 from kogao_core.projects.sidecar import own_place
 
-from ...document import State, Steps
+from ...document import State, UndoSteps
 
 MOST_BYTES: Final = 1 << 19
 """How much is kept of a photo's steps; the oldest go first."""
@@ -24,7 +24,7 @@ _LONGEST: Final = 200
 _words: Final[WeakKeyDictionary[State, str]] = WeakKeyDictionary()
 
 
-def write(photo: Photo, store: Path, steps: Steps) -> None:
+def write(photo: Photo, store: Path, steps: UndoSteps) -> None:
     """Keep the newest undo steps of a photo."""
     lines = [_line(state, photo) for state in steps.states]
     first, last, size = 0, len(lines) - 1, sum(map(len, lines))
@@ -39,7 +39,7 @@ def write(photo: Photo, store: Path, steps: Steps) -> None:
     put(text.encode(), _place(photo, store))
 
 
-def read(photo: Photo, store: Path, state: State) -> Steps | None:
+def read(photo: Photo, store: Path, state: State) -> UndoSteps | None:
     """Return the steps that led to a state; None where what is kept leads elsewhere."""
     try:
         top = strict.parse(strict.read(_place(photo, store), 2 * MOST_BYTES), 2 * MOST_BYTES)
@@ -52,7 +52,7 @@ def read(photo: Photo, store: Path, state: State) -> Steps | None:
     except (BadFile, IndexError):
         return None
     states[index] = state
-    return Steps(tuple(states), texts, index)
+    return UndoSteps(tuple(states), texts, index)
 
 
 def _place(photo: Photo, store: Path) -> Path:

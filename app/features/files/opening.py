@@ -12,11 +12,13 @@ from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import Project, load, sha256_of
+from kogao_core.projects.results import Provenance
 
 from ...ahead import Ahead
-from ...document import State, Steps
+from ...document import State, UndoSteps
 from ...render.colour import pyramid_of
 from ...render.pyramid import PicturePyramid
+from ...storage import Storage
 from . import history
 from .history import project_of, state_of
 
@@ -29,7 +31,8 @@ class Opened:
     pyramid: PicturePyramid  # what is rendered and painted from
     state: State | None = None  # what to go on with, px of the photo; None where it starts afresh
     work: EarlierWork | None = None  # where the state comes from
-    steps: Steps | None = None  # undo steps that led to the state, as far as they are kept
+    steps: UndoSteps | None = None  # undo steps that led to the state, as far as they are kept
+    origin: Provenance | None = None  # where it comes from, of a result of this program
     # How the photo differs from the one that the work is about, or why that can't be used.
     note: str = ""
 
@@ -52,7 +55,7 @@ def is_sample(path: Path) -> bool:
 
 def open_photo(
     path: Path,
-    store: Path,
+    storage: Storage,
     work: EarlierWork | None = None,
     afresh: bool = False,
     ahead: Ahead | None = None,
@@ -63,15 +66,15 @@ def open_photo(
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = pyramid_of(photo) if ahead is None else ahead.pyramid.result()
     try:
-        work = work or (None if afresh else kept_of(photo, store))
+        work = work or (None if afresh else kept_of(photo, storage.edits))
         if work is None:
-            return Opened(photo, pyramid)
+            return Opened(photo, pyramid, origin=storage.results.origin(path))
         project, note = sidecar.match(work.project, photo.pixels, hash_of(photo))
     except BadFile as problem:
         return Opened(photo, pyramid, note=str(problem))
     state = state_of(project)
-    steps = None if work.file is None else history.read(photo, store, state)
-    return Opened(photo, pyramid, state, work, steps, note)
+    steps = None if work.file is None else history.read(photo, storage.edits, state)
+    return Opened(photo, pyramid, state, work, steps, note=note)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,13 +27,13 @@ from kogao_core.photo.model import Companion, Photo, is_same
 
 Move = Callable[[Image], Image]
 _MODES: Final = ("L", "RGB")
+_TURNED: Final = 5  # from this orientation on rows become columns
+_MOST_OFF: Final = 0.02  # of a gain map's width, beside a pixel: sizes are rounded
 _MPF: Final = 0xE2
 _PRIMARY: Final = 0x030000  # MPF's type of the picture itself; 0 is that of a gain map
 _ENTRY: Final = ">IIIHH"
 _MPF_NAME: Final = b"MPF\0"  # behind which offsets count
-_SIZE_AT: Final = (
-    4 + len(_MPF_NAME) + 54
-)  # of the picture's own, in the index as it is written here
+_SIZE_AT: Final = 4 + len(_MPF_NAME) + 54  # of the first picture's, in the index as written here
 
 
 def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
@@ -69,9 +69,11 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     for extra in photo.extras:
         if extra.kind is kinds.VIDEO and film and extra.data and _tells_film(photo):
             found.append(Companion(kinds.VIDEO, extra.data))
-        elif extra.kind is kinds.GAIN_MAP and (before := _decoded(extra.data)) is not None:
-            after = move(turn_upright(before, photo.orientation))
-            found.append(Companion(kinds.GAIN_MAP, extra.data, after))
+        elif extra.kind is kinds.GAIN_MAP and _fits(extra.data, photo):
+            before = _decoded(extra.data)
+            if before is not None:
+                after = move(turn_upright(before, photo.orientation))
+                found.append(Companion(kinds.GAIN_MAP, extra.data, after))
     one_each = {one.kind: one for one in reversed(found)}
     return dataclasses.replace(photo, companions=tuple(reversed(one_each.values())))
 
@@ -82,21 +84,24 @@ def _tells_film(photo: Photo) -> bool:
 
 def has_gain_map(photo: Photo) -> bool:
     """Tell whether a photo is one for HDR screens, by a gain map that can go along."""
-    return any(one.kind is kinds.GAIN_MAP and _mode(one.data) in _MODES for one in photo.extras)
+    return any(one.kind is kinds.GAIN_MAP and _fits(one.data, photo) for one in photo.extras)
 
 
-def _mode(data: bytes) -> str:
+def _fits(data: bytes, photo: Photo) -> bool:
+    """Tell whether a picture is grey or RGB, of the photo's shape as it lies, and no larger."""
     try:
         with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
-            return image.mode
+            (width, height), mode = image.size, image.mode
     except Exception:  # decoders raise almost anything on damaged files
-        return ""
+        return False
+    if photo.orientation >= _TURNED:
+        width, height = height, width
+    off = abs(width - height * photo.width / photo.height)
+    return mode in _MODES and width <= photo.width and off <= 1.0 + _MOST_OFF * width
 
 
 def _decoded(data: bytes) -> Image | None:
-    """Return a gain map's pixels as stored: uint8 (H, W) or (H, W, 3); None where there is none."""
-    if _mode(data) not in _MODES:
-        return None
+    """Return a gain map's pixels as stored: uint8 (H, W) or (H, W, 3); None where it is damaged."""
     try:
         with hushed(), Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
             return np.array(image)
