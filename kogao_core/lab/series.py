@@ -19,7 +19,7 @@ from kogao_core.base.geometry import Affine, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.differences import matching
 from kogao_core.faces.face import Face, LandmarkSource
-from kogao_core.faces.symmetry import turn
+from kogao_core.faces.zones import turn
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Part, Report, Table
 from kogao_core.lab.subjects import Progress, no_progress
@@ -30,7 +30,7 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.measures import measures, moved
 
-# A head that is turned farther shows its jaw narrower than it is (`symmetry.turn`).
+# A head that is turned farther shows its jaw narrower than it is (`zones.turn`).
 MOST_TURNED: Final = 0.2
 _STEPS: Final = 20
 _CLOSE: Final = 1e-6  # of the ratio
