@@ -21,7 +21,7 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
     return {
         tr("&File"): (
             *("open", "folder", "recent", "next-photo", "previous-photo", "sample", None),
-            *("save", "save-project", "save-options", "done", None),
+            *("save", "export", "save-project", "save-options", "done", "cancel-edit", None),
             *("batch", None),
             *("import-landmarks", "export-landmarks", "export-figure", None),
             "quit",

@@ -19,6 +19,7 @@ from .features.both import BothModes
 from .features.commands import Commands
 from .features.compare import Compare
 from .features.errand import Errand
+from .features.export import Exporting
 from .features.faces import Faces
 from .features.feature import Context
 from .features.files import Files
@@ -111,6 +112,7 @@ class Editor(QObject):
         self.saver = Saver(context)
         self.preferences = Preferences(context, self.recipe)
         self.files = Files(context, self.saver, self.faces, self.save_options)
+        self.exporting = Exporting(context, self.files)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files)

@@ -133,7 +133,7 @@ def _sheet(theme: Theme) -> str:
         background: transparent; color: {theme.text}; border: none; padding: 4px 0;
         margin-left: -8px; font-weight: 600;
     }}
-    QToolButton[fold="true"]:focus {{ color: {theme.accent}; }}
+    QToolButton[fold="true"]:focus {{ color: {theme.accent}; text-decoration: underline; }}
     QLabel[heading="true"] {{ color: {theme.text}; font-weight: 600; }}
     QLabel[heading="true"]:disabled {{ color: {theme.muted}; }}
     QLabel[muted="true"] {{ color: {theme.muted}; }}

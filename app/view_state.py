@@ -114,6 +114,7 @@ class ViewState:
     selected: Handle | None = None
     placing: int | None = None  # the face that is being placed as a whole
     face: int | None = None  # the face whose settings are edited; None for those of the photo
+    also: frozenset[int] = frozenset()  # further faces that are set with it
     # How many pixels each domain of the newest whole result holds; empty for not known.
     counts: Mapping[DomainName, int] = field(default_factory=dict)
     marking: bool = False  # true while a press on the photo marks a landmark

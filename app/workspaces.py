@@ -39,7 +39,8 @@ RETOUCH: Final = Workspace(
     tools=(
         *("open", "save", None),
         *("undo", "redo", None),
-        *("hold-original", "hide-overlays", "fit"),
+        *("hold-original", "compare-wipe", "compare-side", None),
+        *("tool-brush", "hide-overlays", "fit"),
     ),
     plain=True,
     quiet=True,
@@ -47,7 +48,7 @@ RETOUCH: Final = Workspace(
 )
 COMPARE: Final = Workspace(
     name="compare",
-    title=Text("Compare"),
+    title=Text("Hand or machine"),
     key="Alt+2",
     help=Text("Points set by hand beside those found, against the clock"),
     panels=("recipe", "both"),

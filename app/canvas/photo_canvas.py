@@ -46,6 +46,7 @@ _ENTER: Final = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 _BY_TAB: Final = (Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
 _MANY_STEPS: Final = 10
 _POINTER_STEP_PX: Final = 4
+_SAME_ZOOM: Final = 0.01
 
 
 class PhotoCanvas(Viewport):
@@ -87,6 +88,7 @@ class PhotoCanvas(Viewport):
         self._painting = self._wiping = False
         # Where the button went down on no handle: a click, until the cursor goes far from there.
         self._clicked: QPointF | None = None
+        self._doubled = False
         self._pointer: QPointF | None = None
 
     def let_go(self) -> None:
@@ -208,6 +210,11 @@ class PhotoCanvas(Viewport):
             self.start_pan(at)
         event.accept()
 
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Take hold as with one click; let go without a drag, it shows 1:1, or all again."""
+        self.mousePressEvent(event)
+        self._doubled = self._clicked is not None
+
     def _set_down(self, at: QPointF) -> bool:
         """Begin a stroke, or take hold of a handle; return whether there was one."""
         handle = self.handle_at(at)
@@ -267,11 +274,17 @@ class PhotoCanvas(Viewport):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go, or select the face that was clicked."""
         self._wiping = False
-        if self._clicked is not None:
+        if self._clicked is not None and self._doubled:
+            if abs(self.zoom - 1.0) < _SAME_ZOOM:
+                self.fit()
+            else:
+                self.zoom_to(1.0, self._clicked)
+        elif self._clicked is not None:
             if (line := self.line_at(self._clicked)) is not None:
                 self.line_clicked.emit(line)
             elif (face := self.face_at(self._clicked)) is not None:
                 self.picked.emit(face)
+        self._doubled = False
         self._lift()
         self.end_pan()
         self.set_space_down(self._space)

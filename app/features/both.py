@@ -224,5 +224,5 @@ def next_step(state: State, applied: bool) -> str:
         )
     return tr(
         "3 of 3: Both are here. The table below compares them; Both modes (F4) tells point by "
-        "point, and Methods (Ctrl+4) what other warps make of the same points."
+        "point, and Methods (Ctrl+Alt+4) what other warps make of the same points."
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QSettings, QSysInfo, Qt, qVersion
@@ -22,10 +22,11 @@ from PySide6.QtWidgets import (
 )
 
 from kogao_core import __version__
+from kogao_core.base.language import Text
 from kogao_core.cli import doctor, licences
 
 from ..actions import first_key
-from ..i18n import bare, tr
+from ..i18n import bare, tr, translated
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label, row_of
 from ..widgets.dialogs import Dialog, question
@@ -35,12 +36,34 @@ _PALETTE_PX: Final = (440, 360)
 _KEYS_PX: Final = (480, 520)
 _ROWS: Final = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
 _GROUP = "shortcuts"
+_SEARCHED: Final = Qt.ItemDataRole.UserRole
+# What other programs call it, by the names of actions.
+_ALSO_CALLED: Final = {
+    "compare-wipe": Text("before after split slider original"),
+    "compare-side": Text("before after original"),
+    "compare-difference": Text("before after change"),
+    "compare-modes": Text("timing table"),
+    "hide-overlays": Text("points marks guides"),
+    "fit": Text("whole zoom window"),
+    "actual": Text("zoom pixels 1:1"),
+    "undo": Text("history back revert"),
+    "redo": Text("history forward again"),
+    "save": Text("export write JPEG"),
+    "export": Text("save resize web size quality"),
+    "batch": Text("many folder sync"),
+    "tool-brush": Text("freeze mask lock"),
+    "tool-eraser": Text("thaw unmask"),
+    "follow-photo": Text("reset clear"),
+    "preferences": Text("settings options language theme"),
+    "copy-settings": Text("sync"),
+    "paste-settings": Text("sync"),
+}
 
 
 class Palette(Dialog):
     """Type to narrow the list, Return to run what is selected, Escape to leave."""
 
-    def __init__(self, actions: Iterable[QAction], parent: QWidget) -> None:
+    def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
         super().__init__(tr("Commands"), parent, _PALETTE_PX)
         self.words, self.list = QLineEdit(), QListWidget()
         self.words.setPlaceholderText(tr("What do you want to do?"))
@@ -48,10 +71,15 @@ class Palette(Dialog):
         self.words.installEventFilter(self)
         self.list.setAccessibleName(tr("Commands"))
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._actions = [action for action in actions if action.isEnabled() and action.text()]
-        for action in self._actions:
-            QListWidgetItem(_title(action), self.list)
-        column_of(self, self.words, self.list, margin=8)
+        self._actions = []
+        for name, action in actions.items():
+            if action.isEnabled() and action.text():
+                self._actions.append(action)
+                item = QListWidgetItem(_title(action), self.list)
+                also = translated(_ALSO_CALLED.get(name, ""))
+                item.setData(_SEARCHED, f"{item.text()} {action.statusTip()} {also}".casefold())
+        self.nothing = muted_label(tr("No command is called so; try another word."), wraps=True)
+        column_of(self, self.words, self.nothing, self.list, margin=8)
         self.words.textChanged.connect(self._narrow)
         self.words.returnPressed.connect(self._run)
         self.list.itemClicked.connect(self._run)
@@ -70,10 +98,15 @@ class Palette(Dialog):
         words, found = text.casefold().split(), []
         for row in range(self.list.count()):
             item = self.list.item(row)
-            item.setHidden(not all(word in item.text().casefold() for word in words))
+            item.setHidden(not all(word in item.data(_SEARCHED) for word in words))
             if not item.isHidden():
                 found.append(row)
-        self.list.setCurrentRow(found[0] if found else -1)
+        # What is called so comes before what only does so.
+        named = (
+            row for row in found if words and words[0] in self.list.item(row).text().casefold()
+        )
+        self.list.setCurrentRow(next(named, found[0] if found else -1))
+        self.nothing.setHidden(bool(found))
 
     def _run(self) -> None:
         row = self.list.currentRow()
@@ -220,10 +253,10 @@ class Commands(Feature):
         self.settings.endGroup()
 
     def _show_palette(self) -> None:
-        named = [action for name, action in self.actions.items() if name != "palette"]
-        inside = self.window.menus["presets"].actions()
-        presets = [a for a in inside if a.text() and not a.menu() and a not in named]
-        Palette([*named, *presets], self.window).open()
+        named = {name: action for name, action in self.actions.items() if name != "palette"}
+        shown = *self.window.menus["presets"].actions(), *self.window.docks.toggles()
+        more = (a for a in shown if a.text() and not a.menu() and a not in named.values())
+        Palette({**named, **{a.text(): a for a in more}}, self.window).open()
 
     def _copy_report(self) -> None:
         system = f"{QSysInfo.prettyProductName()}, {QGuiApplication.platformName()}, {qVersion()}"

@@ -34,7 +34,15 @@ class Errand(Feature):
             tr("Save, close, and go back to the program that asked"),
             self.finish_photo,
         )
-        self.actions["done"].setVisible(False)
+        self.add_action(
+            "cancel-edit",
+            tr("Cance&l"),
+            "Ctrl+Shift+Backspace",
+            tr("Close without saving, and go back to the program that asked"),
+            self.cancel,
+        )
+        for name in ("done", "cancel-edit"):
+            self.actions[name].setVisible(False)
         files.saved_over.connect(self._remember)
         faces.found.connect(self._go_on)
         self.document.opened.connect(self._check)
@@ -52,7 +60,8 @@ class Errand(Feature):
     ) -> None:
         """Open the photos that another program asks for; several make a film strip."""
         self._asked = True
-        self.actions["done"].setVisible(True)
+        for name in ("done", "cancel-edit"):
+            self.actions[name].setVisible(True)
         # A project would be a second file in that program's folder, about a photo that is gone.
         self.actions["save-project"].setVisible(False)
         self._files.save_over(originals or Originals(self.storage.originals))
@@ -66,6 +75,11 @@ class Errand(Feature):
         self._waits = self._faces.busy
         if not self._waits:
             self._files.keep(self.window.close)
+
+    def cancel(self) -> None:
+        """Close, and leave the photo as it was."""
+        self.document.begin_with(self.document.base)
+        self.window.close()
 
     def _go_on(self) -> None:
         if self._waits:
@@ -87,4 +101,5 @@ class Errand(Feature):
             return
         text = tr("Another program asked for this photo: saving writes over it.")
         done = BarAction(tr("Done"), self.actions["done"].trigger)
-        self.say(text, done, wrong=False, applies=lambda: self.document.photo is photo)
+        cancel = BarAction(tr("Cancel"), self.actions["cancel-edit"].trigger)
+        self.say(text, done, cancel, wrong=False, applies=lambda: self.document.photo is photo)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 from itertools import zip_longest
 
 import numpy as np
@@ -73,7 +74,7 @@ class Faces(Feature):
         self.panel: FacesPanel = FacesPanel()
         self.dock = Dock(tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)
         self.panel.switched.connect(self.switch)
-        self.panel.chosen.connect(recipe.choose)
+        self.panel.chosen.connect(lambda faces: recipe.choose(*faces))
         self.document.opened.connect(self._open)
         recipe.chosen.connect(self._show)
         self.watch(lambda: (self.document.state.faces, self.document.state.off), self._show)
@@ -233,7 +234,7 @@ class Faces(Feature):
             self._show()
 
     def _show(self) -> None:
-        self.panel.show_state(self.document.state, self.view.face)
+        self.panel.show_state(self.document.state, self.view.face, self.view.also)
 
 
 class FacesPanel(QWidget):
@@ -252,11 +253,17 @@ class FacesPanel(QWidget):
         self.list.setIconSize(QSize(_THUMBNAIL_PX, _THUMBNAIL_PX))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.itemChanged.connect(self._tell_switch)
-        self.list.currentRowChanged.connect(self._tell_choice)
+        self.list.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+        self.list.itemSelectionChanged.connect(self._tell_choice)
         title = heading(tr("Face&s"))
         title.setBuddy(self.list)
         for widget in (title, self.list):
-            widget.setToolTip(tr("Click a face to set it alone; its box switches it on and off"))
+            widget.setToolTip(
+                tr(
+                    "Click a face to set it alone, with Ctrl or Shift several; its box switches it "
+                    "on and off"
+                )
+            )
         column_of(self, title, self.list, margin=8)
         words = (
             tr("Face {n}", n=88),
@@ -279,7 +286,9 @@ class FacesPanel(QWidget):
         """Return the row of a face."""
         return self.list.item(face + _ALL_ROWS)
 
-    def show_state(self, state: State, chosen: int | None = None) -> None:
+    def show_state(
+        self, state: State, chosen: int | None = None, also: Collection[int] = ()
+    ) -> None:
         """Show the faces; thumbnails stay while points are dragged."""
         with QSignalBlocker(self.list):
             if self._reordered(state.faces) or not self.list.count():
@@ -297,6 +306,8 @@ class FacesPanel(QWidget):
                 item.setToolTip(_tip(index, verdict))
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
+            for index in also:
+                self.item(index).setSelected(True)
 
     def _reordered(self, faces: tuple[Face, ...]) -> bool:
         """Return whether a thumbnail would stand beside another face than its own."""
@@ -321,9 +332,15 @@ class FacesPanel(QWidget):
         on = item.checkState() == Qt.CheckState.Checked
         self.switched.emit(self.list.row(item) - _ALL_ROWS, on)
 
-    def _tell_choice(self, row: int) -> None:
-        if row >= 0:
-            self.chosen.emit(None if row < _ALL_ROWS else row - _ALL_ROWS)
+    def _tell_choice(self) -> None:
+        rows = [index.row() for index in self.list.selectedIndexes()]
+        now = self.list.currentRow()
+        if rows and now < _ALL_ROWS:
+            self.chosen.emit((None, ()))
+        elif rows:
+            faces = [row - _ALL_ROWS for row in rows if row >= _ALL_ROWS]
+            now -= _ALL_ROWS
+            self.chosen.emit((now if now in faces else faces[-1], faces))
 
 
 def _doubts() -> dict[Reason, str]:
@@ -342,7 +359,7 @@ def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
     doubted = [] if verdict.reason is None else [_doubts()[verdict.reason]]
     if verdict.look_at:
         doubted = [tr("look at it")]
-    own = [] if face.recipe is None else [tr("own")]
+    own = [] if face.recipe is None else [tr("own: {n:g} %", n=face.recipe.percent)]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 
 
@@ -356,7 +373,7 @@ def _stretched(face: Face, state: State) -> list[str]:
 def _spoken(index: int, face: Face, verdict: Verdict) -> str:
     what = _caption(index, face, verdict)
     if face.recipe is not None:
-        what[-1] = tr("settings of its own")
+        what[-1] = tr("settings of its own, {n:g} %", n=face.recipe.percent)
     return ", ".join(what)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -131,6 +131,7 @@ class Feature(QObject):
         toggled: Callable[[bool], object] | None = None,
         checked: bool | None = None,
         needs_photo: bool = False,
+        also: Sequence[str] = (),
     ) -> QAction:
         """Add an action to the window, in all of which its key holds, and return it.
 
@@ -151,10 +152,12 @@ class Feature(QObject):
             Initial state of an action that toggles; None for one that doesn't, or is off at first.
         needs_photo : bool
             Whether it is disabled until a photo is open.
+        also : sequence of str
+            Keys that do the same, as other programs have them.
         """
         action = self.window.actions_by_name[name] = QAction(self.window)
         call(action, text)
-        action.setShortcut(QKeySequence(key))
+        action.setShortcuts([QKeySequence(one) for one in (key, *also) if one])
         action.setProperty(FIRST_KEY, key)
         action.setToolTip(f"{tip} ({key})" if key else tip)
         action.setStatusTip(tip)

@@ -8,9 +8,9 @@ from html import escape
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
+from PySide6.QtWidgets import QApplication, QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
 
 from ..i18n import bare, tr
 from ..theme import GRID_PX
@@ -73,10 +73,10 @@ class EmptyState(QFrame):
             margin=6 * GRID_PX,
             spacing=2 * GRID_PX,
         )
+        self._links: list[QLabel] = []
         self._title = muted_label(tr("Opened lately"))
         column.addSpacing(2 * GRID_PX)
         column.addWidget(self._title)
-        self._links: list[QLabel] = []
         self._recent = QVBoxLayout()
         self._recent.setSpacing(GRID_PX)
         column.addLayout(self._recent)
@@ -92,8 +92,17 @@ class EmptyState(QFrame):
             self._recent.addWidget(link)
         self._title.setVisible(bool(paths))
 
+    def changeEvent(self, event: QEvent) -> None:
+        """Give links the colour of another theme: they keep that of the moment they are made in."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            for link in self._links:
+                _colour(link)
+
     def _link(self, path: Path, title: str) -> QLabel:
-        link = QLabel(f'<a href="#">{escape(title, quote=False)}</a>')
+        link = QLabel()
+        link.setProperty("title", escape(title, quote=False))
+        _colour(link)
         link.setToolTip(str(path))
         link.setAccessibleName(tr("Open {name}", name=title))
         link.setTextInteractionFlags(
@@ -102,6 +111,11 @@ class EmptyState(QFrame):
         )
         link.linkActivated.connect(lambda _: self.wanted.emit(path))
         return link
+
+
+def _colour(link: QLabel) -> None:
+    colour = QApplication.palette().link().color().name()
+    link.setText(f'<a href="#" style="color: {colour}">{link.property("title")}</a>')
 
 
 def _button(action: QAction) -> QPushButton:

@@ -26,7 +26,13 @@ class Screen(Feature):
         super().__init__(context)
         canvas, docks = self.window.canvas, self.window.docks
         self.add_action(
-            "fit", tr("&Fit"), "0", tr("Show the whole photo"), canvas.fit, needs_photo=True
+            "fit",
+            tr("&Fit"),
+            "0",
+            tr("Show the whole photo"),
+            canvas.fit,
+            needs_photo=True,
+            also=("Ctrl+0",),
         )
         self.add_action(
             "actual",
@@ -35,6 +41,7 @@ class Screen(Feature):
             tr("One photo pixel on one screen pixel"),
             lambda: canvas.zoom_to(1.0),
             needs_photo=True,
+            also=("Ctrl+1",),
         )
         self.add_action(
             "closer",
@@ -43,6 +50,7 @@ class Screen(Feature):
             tr("Look closer"),
             lambda: self._zoom_by(_STEP),
             needs_photo=True,
+            also=("Ctrl++", "Ctrl+="),
         )
         self.add_action(
             "farther",
@@ -51,6 +59,7 @@ class Screen(Feature):
             tr("See more"),
             lambda: self._zoom_by(1 / _STEP),
             needs_photo=True,
+            also=("Ctrl+-",),
         )
         self.add_action(
             "hide-panels",

@@ -149,6 +149,11 @@ def _by_hand(painter: QPainter) -> None:
     _line(painter, (11.5, 5.5), (14.5, 8.5))
 
 
+def _brush(painter: QPainter) -> None:
+    _line(painter, (16.5, 3.5), (9.5, 10.5))
+    painter.drawEllipse(QPointF(6.5, 13.5), 3.6, 3.6)
+
+
 def _more(painter: QPainter) -> None:
     for x in (5.0, 10.5):
         _line(painter, (x, 6), (x + 4, 10), (x, 14))
@@ -170,12 +175,13 @@ DRAWN: Final[dict[str, Callable[[QPainter], None]]] = {
     "loupe": _loupe,
     "mode-automatic": _found,
     "mode-manual": _by_hand,
+    "tool-brush": _brush,
     "more": _more,
 }
 # Pictures that need no word beside them.
 WORDLESS: Final = frozenset(
     {
-        *("undo", "redo", "fit", "actual"),
+        *("undo", "redo", "fit", "actual", "tool-brush"),
         *("compare-wipe", "compare-side", "compare-difference", "loupe"),
     }
 )

@@ -26,6 +26,7 @@ _IN_THE_WAY: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-h
 _EXTRAS: Final = {
     "heic": "pi-heif",
     "raw": "rawpy",
+    "tiff": "tifffile",
     "credentials": "c2pa-python",
     "experiments": "scikit-image",
     "cluster": "distributed",

@@ -53,6 +53,16 @@ def test_a_second_save_starts_from_the_original_again(asked, photo, storage):
     assert photo.read_bytes() == before
 
 
+def test_cancel_closes_without_a_question_and_leaves_the_photo(asked, photo):
+    before = photo.read_bytes()
+    asked.change_something()
+    asked.settle()
+    asked.key(Qt.Key.Key_Backspace, CONTROL, SHIFT)
+    asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
+    assert photo.read_bytes() == before
+    assert asked.editor.errand.code == errand.CANCELLED
+
+
 def test_done_saves_and_closes(asked, photo):
     before = photo.read_bytes()
     asked.change_something()

@@ -33,6 +33,7 @@ def _known_face(monkeypatch):
 
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
+ALT = Qt.KeyboardModifier.AltModifier
 
 
 def window_of(driver) -> ExperimentDialog:
@@ -55,12 +56,12 @@ def test_every_experiment_of_the_command_line_stands_in_the_menu(empty):
 
 
 def test_a_photo_is_needed(empty):
-    empty.key(KEYS.Key_1, CONTROL)
+    empty.key(KEYS.Key_1, CONTROL, ALT)
     assert "needs a photo" in empty.say()
 
 
 def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
-    opened.key(KEYS.Key_1, CONTROL)
+    opened.key(KEYS.Key_1, CONTROL, ALT)
     shown = window_of(opened)
     assert not shown.to_file.isEnabled()
     finish(opened)
@@ -80,7 +81,7 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
 
 
 def test_closing_the_window_stops_the_experiment(opened):
-    opened.key(KEYS.Key_3, CONTROL)
+    opened.key(KEYS.Key_3, CONTROL, ALT)
     shown = window_of(opened)
     QTest.keyClick(shown, KEYS.Key_Escape)
     finish(opened)
@@ -91,7 +92,7 @@ def test_closing_the_window_stops_the_experiment(opened):
 
 
 def test_methods_hang_side_by_side(opened):
-    opened.key(KEYS.Key_4, CONTROL)
+    opened.key(KEYS.Key_4, CONTROL, ALT)
     shown = window_of(opened)
     finish(opened)
     hung = [method.title for method in METHODS if method.title not in shown.state.text()]
@@ -105,7 +106,7 @@ def test_methods_hang_side_by_side(opened):
 def test_a_failure_is_told_in_its_window(opened, storage):
     storage.data.mkdir(parents=True, exist_ok=True)
     (storage.data / TRIALS).write_text('{"version": 9}\n')
-    opened.key(KEYS.Key_1, CONTROL)
+    opened.key(KEYS.Key_1, CONTROL, ALT)
     shown = window_of(opened)
     finish(opened)
     assert "Line 1" in shown.state.text()

@@ -23,7 +23,7 @@ from kogao_core.recipe.settings import CENTERS, SETTINGS
     ("shares", "said"),
     [
         ((0.4,), "⚠ Held back to 40 %:"),
-        ((1.0, 0.75, 0.4), "⚠ 2 of 3 faces are held back, one to 40 %:"),
+        ((1.0, 0.75, 0.4), "⚠ Held back: faces 2, 3, down to 40 %;"),
         ((1.0, 1.0), ""),
     ],
 )

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import tifffile
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -28,7 +29,7 @@ from kogao_core.projects.interchange.tables import faces_text
 STRUCTURED = 0.6  # share of changes that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow
 POINTS = faces_text([oval_face(40, 40, size=0.5)]).encode()
-SUFFIXES = (".jpg", ".png", ".tif", ".webp")
+SUFFIXES = (".jpg", ".png", ".tif", ".webp", ".avif")
 MORE = (
     ["--motion", "keep"],
     ["--disclose"],
@@ -62,6 +63,11 @@ def seeds() -> dict[str, bytes]:
     found["16-bit png"] = cv2.imencode(".png", deep)[1].tobytes()
     for suffix, make in files.MAKERS.items():
         found[f"{suffix[1:]} with all metadata"] = make(picture, 6)
+    rare = {"photometric": "rgb", "planarconfig": "separate", "compression": "zlib"}
+    for name, big in (("planes", False), ("big planes", True)):
+        with io.BytesIO() as out:
+            tifffile.imwrite(out, np.moveaxis(deep, 2, 0), bigtiff=big, **rare)
+            found[f"{name} tiff"] = out.getvalue()
     found["hdr"], found["motion"] = metadata_cases.ultra_hdr(), metadata_cases.motion_photo()
     found["heic"], found["dng"] = files.heic(picture), files.dng()
     return found

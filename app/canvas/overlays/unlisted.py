@@ -42,19 +42,32 @@ class Badge(NamedTuple):
 
 def badges(view: ViewState, place: Place, font: QFont) -> Iterator[Badge]:
     """Yield the numbers above the faces' topmost landmarks, the topmost badge last."""
-    if "landmarks" not in view.visible or len(view.state.faces) < 2:
+    held = _held_back(view)
+    if len(view.state.faces) < 2:
         return
     # The chosen one's lies over the others.
     for index in sorted(range(len(view.state.faces)), key=lambda index: index == view.face):
+        if "landmarks" not in view.visible and index not in held:
+            continue
         left, top, width, _ = view.state.faces[index].box
         (at,) = place.points([(left + width / 2, top)])
-        chosen = index == view.face
+        chosen = index == view.face or index in view.also
         text = tr("● {n}", n=index + 1) if chosen else str(index + 1)
+        if index in held:
+            text = tr("{face} ⚠ {n:.0f} %", face=text, n=100 * held[index])
         within = place.viewport if place.viewport.contains(at) else None
         above = at - QPointF(8, 20)
         yield Badge(
             index, text, chosen, glyphs.plate(font, above, text, bold=chosen, within=within)
         )
+
+
+def _held_back(view: ViewState) -> dict[int, float]:
+    """Return the faces that the guard holds back in the newest picture, and what share is left."""
+    on = [index for index in range(len(view.state.faces)) if index not in view.state.off]
+    shares = () if view.frame is None else view.frame.rendering.shares
+    pairs = zip(on, shares, strict=True) if len(on) == len(shares) else ()
+    return {index: share for index, share in pairs if share < 1.0}
 
 
 class FaceNumbers(Overlay):

@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QMessageBox
 from kogao_core.batch import Outcome
 from kogao_core.recipe.presets import listed
 
-from ...i18n import sentence, tr
+from ...i18n import sentence, tr, translated
 from ...widgets.dialogs import question
-from .. import presets
+from .. import export, presets
 from ..feature import Context, Feature
 from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
@@ -63,11 +63,11 @@ class Batch(Feature):
     def show(self) -> None:
         """Show the dialog with the settings of this moment."""
         now = self.document.state.recipe
-        recipes = {tr("The settings of this moment, {p:g} %", p=now.percent): now}
+        recipes = {tr("The settings of this moment, {what}", what=translated(now.amount)): now}
         recipes |= presets.built_in() | listed(self.storage.presets)
         if not self.busy:
             disclosure = words(self._options.current)
-            self.dialog.form.offer(recipes, disclosure)
+            self.dialog.form.offer(recipes, export.presets(self.settings), disclosure)
         self.dialog.present()
 
     def guard(self, then: Callable[[], object]) -> None:

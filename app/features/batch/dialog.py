@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from kogao_core.batch import Outcome
+from kogao_core.photo.export import Export
 from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr, translated
@@ -43,12 +44,15 @@ class OrderForm(QWidget):
         super().__init__()
         self.setAcceptDrops(True)
         self._recipes: list[Recipe] = []
+        self._exports: list[Export] = []
         self.inputs = _framed_list()
         self.folder = PathEdit()
         self.folder.setToolTip(tr("Made if need be; no photo of yours is ever written over"))
         self.folder.textChanged.connect(self.changed)
         self.settings = ChoiceBox()
         self.settings.setToolTip(tr("What is done to every photo"))
+        self.export = ChoiceBox()
+        self.export.setToolTip(tr("Size, format and colours of results; File, Export has more"))
         self.projects = QCheckBox(tr("Where a &photo has edits of its own, do what they say"))
         self.projects.setToolTip(tr("Its points, settings and protection, as they were kept"))
         self.projects.setChecked(True)
@@ -76,19 +80,24 @@ class OrderForm(QWidget):
             named(tr("Results &go to"), self.folder),
             row_of(self.folder, button(tr("&Choose…"), self._ask_target)),
             named(tr("S&ettings"), self.settings),
-            *(self.settings, self.projects, self.doubtful, self.again),
+            self.settings,
+            named(tr("E&xport as"), self.export),
+            *(self.export, self.projects, self.doubtful, self.again),
             row_of(named(tr("Photos at a &time"), self.jobs), self.jobs, None),
             self.disclosure,
             spacing=2 * GRID_PX,
         )
 
-    def offer(self, recipes: Mapping[str, Recipe], disclosure: str) -> None:
-        """Show what there is to choose: recipes by name, and what results tell of themselves."""
-        chosen = self.settings.currentText()
-        self._recipes = list(recipes.values())
-        self.settings.clear()
-        self.settings.addItems(list(recipes))
-        self.settings.setCurrentIndex(max(0, self.settings.findText(chosen)))
+    def offer(
+        self, recipes: Mapping[str, Recipe], exports: Mapping[str, Export], disclosure: str
+    ) -> None:
+        """Show what there is to choose, by name, and what results tell of themselves."""
+        self._recipes, self._exports = list(recipes.values()), list(exports.values())
+        for box, names in ((self.settings, recipes), (self.export, exports)):
+            chosen = box.currentText()
+            box.clear()
+            box.addItems(list(names))
+            box.setCurrentIndex(max(0, box.findText(chosen)))
         self.disclosure.setText(disclosure)
         self.disclosure.setVisible(bool(disclosure))
 
@@ -129,6 +138,7 @@ class OrderForm(QWidget):
             self.projects.isChecked(),
             self.again.isChecked(),
             self.doubtful.isChecked(),
+            export=self._exports[self.export.currentIndex()],
         )
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:

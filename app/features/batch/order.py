@@ -12,6 +12,7 @@ from kogao_core import batch
 from kogao_core.base.wording import system_reason
 from kogao_core.batch import REPORT, Outcome, Workers
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr
@@ -31,6 +32,7 @@ class Order:
     doubtful: bool = False  # work on doubtful faces, too
     landmarks: str | None = None  # where they come from, see `landmarks.source`
     disclosure: Disclosure = NO_DISCLOSURE  # what results tell about themselves
+    export: Export = AS_IT_IS  # their size, format, colours and names
 
     @property
     def report(self) -> Path:
@@ -90,6 +92,7 @@ def carry_out(
         landmarks=order.landmarks,
         projects=order.projects,
         disclosure=order.disclosure,
+        export=order.export,
         report=None if order.again else report,
         doubtful=order.doubtful,
         edits=storage.edits,

@@ -45,7 +45,7 @@ class Experiments(Feature):
         self._progressed.connect(self._show_progress)
         self.starts: dict[str, QAction] = {}
         for number, (name, (text, tip, _)) in zip(_NUMBERS, _words().items(), strict=True):
-            slot, key = partial(self.start, name), f"Ctrl+{number}"
+            slot, key = partial(self.start, name), f"Ctrl+Alt+{number}"
             self.starts[name] = self.add_action(f"experiment-{name}", text, key, tip, slot)
 
     def start(self, name: str) -> None:

@@ -16,6 +16,7 @@ from kogao_core.base.originals import Originals
 from kogao_core.base.wording import printable
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
 from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.projects.project import to_bytes
 from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import SUFFIX
@@ -296,17 +297,23 @@ class Files(Feature):
         folder = preferences.folder(self.settings, preferences.SAVE_FOLDER) or path.parent
         return folder / f"{path.stem}{MARK}{suffix}"
 
-    def save(self, path: Path, then: Then | None = None) -> None:
-        """Render the photo at its own depth and write it; the original is refused."""
+    def save(self, path: Path, then: Then | None = None, export: Export = AS_IT_IS) -> None:
+        """Render the photo and write it, at its own depth or as an export; never the original."""
         self.window.bar.clear()
         original = self.document.path
         there = original is not None and os.path.exists(path) and os.path.exists(original)
         if original is not None and there and path.samefile(original):
             self._refuse(tr("That is the original; it is never written over."))
             return
-        self._write(path, then)
+        self._write(path, then, export=export)
 
-    def _write(self, path: Path, then: Then | None, originals: Originals | None = None) -> None:
+    def _write(
+        self,
+        path: Path,
+        then: Then | None,
+        originals: Originals | None = None,
+        export: Export = AS_IT_IS,
+    ) -> None:
         finder, options = self.live.finder, self._options
         disclosure = options.current if originals is None else options.in_place
         drawn = self.live.lent()
@@ -314,7 +321,7 @@ class Files(Feature):
         results = self.storage.results if originals is None else None
 
         def write_copy(photo: Photo, state: State) -> str:
-            notes = save_copy(photo, state, disclosure, path, finder, drawn, originals)
+            notes = save_copy(photo, state, disclosure, path, finder, drawn, originals, export)
             if results is not None:
                 edit = hashlib.sha256(to_bytes(to_keep_beside(state, photo))).hexdigest()
                 results.add(photo.path, path, edit)
@@ -351,12 +358,14 @@ def save_copy(
     finder: BackgroundFinder,
     drawn: Image | None,
     originals: Originals | None = None,
+    export: Export = AS_IT_IS,
 ) -> str:
     """Write a copy and return what is worth knowing of it, in sentences.
 
     The result may be `drawn` already. With `originals` the photo itself is written over, and kept
     there; else the dialog has asked before replacing a file.
     """
-    to = over_itself(originals) if originals is not None else to_file(path, force=True)
-    made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn)
+    copies = to_file(path, force=True, export=export)
+    to = copies if originals is None else over_itself(originals)
+    made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn, export=export)
     return " ".join(sentence(note) for note in (made.lens, made.written, made.undisclosed) if note)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Collection
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
@@ -84,11 +85,12 @@ class RecipeEditing(Feature):
         self.document.first_recipe = recipe
         self.panel.show_first(recipe)
 
-    def choose(self, face: int | None) -> None:
-        """Edit the settings of a face from now on; None for the photo's."""
-        if face != self.view.face:
+    def choose(self, face: int | None, also: Collection[int] = ()) -> None:
+        """Edit the settings of a face, and of others with it; None for the photo's."""
+        others = frozenset(also) - {face}
+        if (face, others) != (self.view.face, self.view.also):
             self.document.commit()
-            self.view.face = face
+            self.view.face, self.view.also = face, others
             selected = self.view.selected
             if face is not None and selected is not None and selected.face != face:
                 self._points.let_selection_go()
@@ -97,11 +99,13 @@ class RecipeEditing(Feature):
     def set_field(self, field: str, value: object) -> None:
         """Preview another value of a field of the recipe; the same one is no gesture."""
         now = getattr(self.document.state.recipe_of(self.view.face), field)
-        if value == now and not self.document.in_gesture:
+        if value == now and not self.document.in_gesture and not self.view.also:
             # No step, but perhaps the answer to what was refused.
             self.window.bar.move_on()
             return
-        state = self.document.state.with_choices(self.view.face, **{field: value})
+        state = self.document.state
+        for face in (self.view.face, *self.view.also):
+            state = state.with_choices(face, **{field: value})
         before = getattr(self.document.committed.recipe_of(self.view.face), field)
         name = fields.title(field, plain=self.panel.plain)
         self.document.preview(state, name, fields.change(field, before, value))
@@ -109,8 +113,8 @@ class RecipeEditing(Feature):
 
     def follow_photo(self) -> None:
         """Let the chosen face, or every one, go by the photo's recipe again."""
-        state, chosen = self.document.state, self.view.face
-        own = {i for i, face in enumerate(state.faces) if face.recipe and chosen in (None, i)}
+        state, chosen = self.document.state, {self.view.face, *self.view.also}
+        own = {i for i, face in enumerate(state.faces) if face.recipe and chosen & {None, i}}
         for index in own:
             state = state.with_face(index, dataclasses.replace(state.faces[index], recipe=None))
         if own:
@@ -119,13 +123,15 @@ class RecipeEditing(Feature):
     def use(self, recipe: Recipe, text: str) -> None:
         """Take a whole recipe; a chosen face takes its own part of it. The same is no step."""
         state, chosen = self.document.state, self.view.face
-        if recipe == (state.recipe if chosen is None else state.faces[chosen].recipe):
+        now = state.recipe if chosen is None else state.faces[chosen].recipe
+        if recipe == now and not self.view.also:
             return
         if chosen is None:
             state = dataclasses.replace(state, recipe=recipe)
         else:
-            own = dataclasses.replace(state.faces[chosen], recipe=recipe)
-            state = state.with_face(chosen, own)
+            for face in (chosen, *self.view.also):
+                own = dataclasses.replace(state.faces[face], recipe=recipe)
+                state = state.with_face(face, own)
         self.document.step(state, text)
 
     def copy(self) -> None:
@@ -163,13 +169,13 @@ class RecipeEditing(Feature):
         # The other mode's faces are others, whatever their numbers.
         gone = state.mode != self._mode or (chosen is not None and chosen >= len(state.faces))
         self._mode = state.mode
-        if gone:
-            self.view.face = None
+        if gone or any(face >= len(state.faces) for face in self.view.also):
+            self.view.face, self.view.also = None, frozenset()
             self.chosen.emit()
         self._mark_readings()
 
     def _show(self) -> None:
-        self.panel.show_state(self.document.state, self.view.face)
+        self.panel.show_state(self.document.state, self.view.face, self.view.also)
 
     def _show_words(self, plain: bool) -> None:
         self.panel.show_words(plain=plain)

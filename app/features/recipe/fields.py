@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Final
 
@@ -352,7 +353,7 @@ class OwnerLine(QWidget):
         self.setMinimumHeight(self.button.sizeHint().height())
         super().showEvent(event)
 
-    def show_state(self, state: State, chosen: int | None) -> None:
+    def show_state(self, state: State, chosen: int | None, also: Collection[int]) -> None:
         """Show whose settings are edited and which faces have their own."""
         own = [index for index, face in enumerate(state.faces) if face.recipe is not None]
         if chosen is None:
@@ -360,6 +361,8 @@ class OwnerLine(QWidget):
             self.title.setText(tr("All faces"))
             self.note.setText(tr("but {numbers}", numbers=numbers) if own else "")
         else:
-            self.title.setText(tr("Face {n}", n=chosen + 1))
+            numbers = ", ".join(str(index + 1) for index in sorted({chosen, *also}))
+            several = tr("Faces {numbers}", numbers=numbers)
+            self.title.setText(several if also else tr("Face {n}", n=chosen + 1))
             self.note.setText(tr("its own") if chosen in own else tr("as the photo"))
         self.button.setVisible(chosen in own or (chosen is None and bool(own)))

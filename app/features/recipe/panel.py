@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Final
 
@@ -63,6 +63,7 @@ class RecipePanel(QWidget):
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
         self._lens_counts = False
+        self._on: list[int] = []
         for label in (self.one_to_one, self.residual):
             label.setToolTip(tr("≈: until the picture is there in full"))
         shape, zones, details = self._shape(), self._zones(), self._details()
@@ -137,10 +138,13 @@ class RecipePanel(QWidget):
         first = self.centre.group.checkedButton() if shown else None
         (first or self.percent.slider).setFocus()
 
-    def show_state(self, state: State, chosen: int | None = None) -> None:
+    def show_state(
+        self, state: State, chosen: int | None = None, also: Collection[int] = ()
+    ) -> None:
         """Show the recipe of the chosen face, or the photo's and what it means for the first."""
         recipe = state.recipe_of(chosen)
-        self.owner.show_state(state, chosen)
+        self._on = [index for index in range(len(state.faces)) if index not in state.off]
+        self.owner.show_state(state, chosen, also)
         self.gauge.show_state(state, chosen)
         for field, slider in self.sliders.items():
             slider.show_value(getattr(recipe, field))
@@ -163,7 +167,9 @@ class RecipePanel(QWidget):
         if not frame.rendering.pairs:
             self.clear_readings()
             return
-        verdict, sound = (_warning if self.plain else _verdict)(frame.rendering)
+        rendering = frame.rendering
+        on = self._on if len(self._on) == len(rendering.shares) else range(len(rendering.shares))
+        verdict, sound = _warning(rendering, on) if self.plain else _verdict(rendering)
         self.one_to_one.warn(not sound)
         self._note_edge(frame.rendering.note)
         left = frame.rendering.residual
@@ -298,19 +304,21 @@ def _range(percents: Sequence[float]) -> str:
     return low if low == high else f"{low}\N{EN DASH}{high}"
 
 
-def _warning(rendering: Rendering) -> tuple[str, bool]:
-    """Return in everyday words what isn't as asked for, if anything, and whether all is."""
+def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
+    """Return in everyday words what isn't as asked for, if anything, and whether all is.
+
+    `on` are the faces that the rendering is of.
+    """
     if _verdict(rendering)[1]:
         return "", True
     if rendering.one_to_one.folds:
         return tr("⚠ The picture folds over itself; choose a smaller amount."), False
-    kept, held = min(rendering.shares), sum(share < 1.0 for share in rendering.shares)
+    kept = min(rendering.shares)
+    held = [str(on[k] + 1) for k, share in enumerate(rendering.shares) if share < 1.0]
     if kept < 1.0 and len(rendering.shares) > 1:
         return tr(
-            "⚠ {held} of {all} faces are held back, one to {percent:.0f} %: more would fold "
-            "the picture.",
-            held=held,
-            all=len(rendering.shares),
+            "⚠ Held back: {faces}, down to {percent:.0f} %; more would fold the picture.",
+            faces=tr("faces {numbers}", numbers=", ".join(held)),
             percent=100 * kept,
         ), False
     if kept < 1.0:

@@ -49,6 +49,11 @@ def to_array(image: Pillow.Image, bits: int = _BITS) -> tuple[Image, bytes | Non
     )
 
 
+def narrowed(bits: int) -> Text:
+    """Return the note on a photo of so many bits, of which 8 are read."""
+    return Text("converted from {bits} bits to 8", bits=bits)
+
+
 def _pixels(image: Pillow.Image) -> Image:
     """Return a picture's pixels; some rows at a time, which stay within the processor's cache.
 

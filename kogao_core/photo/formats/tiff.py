@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator
+from math import prod
 from typing import IO, Final
 
 import cv2
@@ -11,9 +13,13 @@ import numpy as np
 from PIL import Image as Pillow
 
 from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Image
+from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
+from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, deep, tiff_pixels
 from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
+from kogao_core.photo.formats.turning import turn_upright
 from kogao_core.photo.metadata import contents, kinds, tiff, tiff_extras, trailers
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
@@ -47,16 +53,20 @@ def _decode(source: Source) -> Photo:
     tags.check_first(path)
     tags.check_compression(path)
     if tags.is_deep:
-        tags.check_layout(path)
-        pixels = tags.decode(file)
+        if tags.is_plain:
+            pixels = tags.decode(file)
+        else:
+            pixels, profile, notes = _rare(source, tags)
         if pixels.dtype == np.float32 and profile is None:
-            notes = (_SEEN,)
+            notes = (*notes, _SEEN)
     else:
         file.seek(0)
         with Pillow.open(file, formats=["TIFF"]) as image:
             image.load()
             pixels, profile, notes = colour.to_array(image, tags.bits)
         notes = notes or tags.converted
+    if tags.is_big:
+        notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     return Photo(
         np.ascontiguousarray(pixels),
         path,
@@ -71,6 +81,44 @@ def _decode(source: Source) -> Photo:
         photoshop=tags.photoshop,
         notes=notes,
     )
+
+
+def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
+    """Return deep pixels that OpenCV doesn't decode, upright, their profile, and notes."""
+    tags.check_rare(source.path)
+    try:
+        import imagecodecs  # noqa: F401  # what tifffile decompresses with; both are an extra
+        import tifffile
+    except ImportError:
+        raise UnreadablePhoto(
+            Text(
+                "{path} is a TIFF of a rare kind, which an extra reads: {how}",
+                path=source.path,
+                how=adding("tiff"),
+            )
+        ) from None
+    logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # it would complain on stderr
+    source.file.seek(0)
+    with tifffile.TiffFile(source.file) as opened:
+        page = opened.pages.first
+        # What is lacking it would fill up with zeros.
+        if len(page.dataoffsets) != prod(page.chunked) or 0 in page.databytecounts:
+            raise ValueError(Text("parts of the picture are missing"))
+        stored = np.asarray(page.asarray(maxworkers=1))
+        if page.axes == "SYX":  # planes, one behind the other
+            stored = np.moveaxis(stored, 0, -1)
+    if stored.shape[:2] != (tags.height, tags.width) or stored.ndim > 3:
+        raise ValueError(Text("a picture of another shape than it says"))
+    stored = turn_upright(stored, tags.orientation)
+    if tags.is_ink:
+        inks = Pillow.fromarray((stored >> 8).astype(np.uint8), "CMYK")
+        inks.info["icc_profile"] = tags.icc_profile
+        pixels, profile, notes = colour.to_array(inks)
+        return pixels, profile, (colour.narrowed(16), *notes)
+    if stored.dtype == np.float16:
+        half = Text("converted from 16-bit to 32-bit floating-point numbers")
+        return tags.meant(stored.astype(np.float32)), tags.icc_profile, (half,)
+    return tags.meant(np.ascontiguousarray(stored)), tags.icc_profile, ()
 
 
 def _encode(content: Content) -> Pieces:
@@ -110,6 +158,9 @@ def _lacks(photo: Photo) -> str:
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
+    file.seek(0)
+    if file.read(4) == tiff.BIG_HEAD:
+        return iter(())  # its directories are of another form
     end = tiff_extras.end(file)
     if end == file.seek(0, os.SEEK_END):
         return iter(())  # as nearly always, and pixels may be large

@@ -24,10 +24,11 @@ from kogao_core.photo.formats.tiff_pixels import numbers
 from kogao_core.photo.metadata import photoshop
 
 HEADS: Final = (b"II*\0", b"MM\0*")
-_BIG_HEADS: Final = (b"II+\0", b"MM\0+")
+BIG_HEAD: Final = b"II+\0"
+_UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
 _DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
 _IS_REDUCED: Final = 1
-_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
@@ -46,7 +47,7 @@ _COMPRESSIONS: Final = {
 }
 _OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
-_HEADER_BYTES: Final = 8
+_HEADER_BYTES, _BIG_HEADER_BYTES = 8, 16
 _LONG: Final = 4
 # What Pillow raises on damaged blocks, from one version to the next.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
@@ -69,11 +70,14 @@ def is_tiff(file: IO[bytes], path: Path) -> bool:
     """Tell by the first bytes of an open file; leaves it at its start. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
-    if head in _BIG_HEADS:
+    if head == _UNREAD_HEAD:
         raise UnreadablePhoto(
-            Text("{path} is a BigTIFF file; save it as an ordinary TIFF first", path=path)
+            Text(
+                "{path} is a BigTIFF whose high bytes come first; save it as an ordinary TIFF",
+                path=path,
+            )
         )
-    return head in HEADS
+    return head in (*HEADS, BIG_HEAD)
 
 
 @dataclass(frozen=True)
@@ -82,15 +86,21 @@ class TiffTags:
 
     tags: Pillow.Exif
     iptc: bytes | None = None
+    is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
     def read(file: IO[bytes]) -> TiffTags:
         """Read the directory of an open file."""
-        tags = Pillow.Exif()
-        tags.load_from_fp(file)
+        tags, head = Pillow.Exif(), file.read(_BIG_HEADER_BYTES)
+        file.seek(0)
+        if is_big := head.startswith(BIG_HEAD):
+            tags.bigtiff, tags.endian = True, "<"
+            tags.load_from_fp(file, *struct.unpack("<Q", head[8:]))
+        else:
+            tags.load_from_fp(file)
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
-        return TiffTags(tags, _iptc(file))
+        return TiffTags(tags, None if is_big else _iptc(file), is_big)
 
     def _first(self, tag: int, default: int) -> int:
         value = self.tags.get(tag, default)
@@ -179,37 +189,55 @@ class TiffTags:
                 )
             )
 
-    def check_layout(self, path: Path) -> None:
-        """Refuse deep layouts that OpenCV decodes wrongly, silently or not at all.
+    @property
+    def depth(self) -> tuple[int, int]:
+        """Bits of a channel, and TIFF's number of what they mean: 1 unsigned, 3 float."""
+        return self.bits, self._first(Tag.SampleFormat, _UNSIGNED)
 
-        Raises UnreadablePhoto.
-        """
+    @property
+    def is_plain(self) -> bool:
+        """Whether OpenCV decodes these deep pixels; others wrongly, silently or not at all."""
         samples = self._first(Tag.SamplesPerPixel, 1)
-        depth = (self.bits, self._first(Tag.SampleFormat, _UNSIGNED))
-        plain = (
-            depth in ((16, _UNSIGNED), (32, _FLOAT))
+        return (
+            self.depth in ((16, _UNSIGNED), (32, _FLOAT))
             # OpenCV takes the number of channels from the meaning: what has fewer is filled up with
             # whatever lies in memory.
             and samples in _CHANNELS.get(self._meaning, ())
             and (samples == 1 or self._first(Tag.PlanarConfiguration, 1) == 1)
             and self._first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
         )
-        if not plain:
+
+    @property
+    def is_ink(self) -> bool:
+        """Whether the channels are cyan, magenta, yellow and black."""
+        return (self._meaning, self._first(Tag.SamplesPerPixel, 1)) == (_SEPARATED, 4)
+
+    def check_rare(self, path: Path) -> None:
+        """Refuse deep layouts of which nobody here knows the colours. Raises UnreadablePhoto."""
+        samples = self._first(Tag.SamplesPerPixel, 1)
+        known = samples in _CHANNELS.get(self._meaning, ()) and (
+            self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
+        )
+        is_deep_ink = self.is_ink and self.depth == (16, _UNSIGNED)
+        if not (known or is_deep_ink) or self._first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF of a kind that Kogao doesn't read; save it as "
-                    "interleaved RGB with 8 or 16 bits, or 32-bit float, with "
-                    "straight alpha",
+                    "{path} is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
+                    "16 bits, or 32-bit float, with straight alpha",
                     path=path,
                 )
             )
 
     def decode(self, file: IO[bytes]) -> Image:
-        """Decode an open deep file of a layout that was checked; upright."""
+        """Decode an open deep file that is plain; upright."""
         pixels = tiff_pixels.read(file, self.tags, self.orientation)
         if pixels is None:
             file.seek(0)
             pixels = deep.decode(file.read())
+        return self.meant(pixels)
+
+    def meant(self, pixels: Image) -> Image:
+        """Return decoded channels as grey, RGB or RGBA."""
         if self._meaning == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
         if pixels.ndim == 3 and self._first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:

@@ -1,0 +1,85 @@
+"""The open photo exported: the choices, what is kept of them, and what the file is."""
+
+import numpy as np
+import pytest
+from kogao_app.features import export as exporting
+from kogao_app.features.batch.dialog import BatchDialog
+from PIL import Image
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDialogButtonBox
+
+from kogao_core.photo.export import Export
+
+KEYS = Qt.Key
+CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def dialog(opened):
+    opened.key(KEYS.Key_S, CTRL_SHIFT)
+    return opened.dialog(exporting.ExportDialog)
+
+
+def agree(dialog):
+    dialog.buttons.button(QDialogButtonBox.StandardButton.Ok).click()
+
+
+def test_a_preset_and_enter_export_a_smaller_picture(opened, dialog, photo):
+    dialog.presets.setCurrentIndex(dialog.presets.findText("1,080 px, sRGB, no metadata"))
+    dialog.longest.setValue(240)
+    dialog.sharpen.setValue(0)
+    dialog.ending.setCurrentIndex(dialog.ending.findData(".png"))
+    dialog.name.setText("{name}-{n}-{amount}")
+    agree(dialog)
+    opened.settle()
+    with Image.open(photo.parent / "kogao" / f"{photo.stem}-001-4.png") as made:
+        assert (max(made.size), made.format) == (240, "PNG")
+        assert "exif" not in made.info
+        small = np.asarray(made, int)
+    high, wide = small.shape[:2]
+    mean = opened.shown[..., :3].reshape(high, 2, wide, 2, 3).mean(axis=(1, 3))
+    assert np.abs(small - mean).mean() < 2, "it is the result that is on screen"
+    assert not opened.window.isWindowModified()
+
+
+def test_what_is_kept_under_a_name_is_offered_again_here_and_to_batches(opened, dialog):
+    dialog.longest.setValue(1234)
+    dialog.srgb.setChecked(True)
+    dialog._keep("For the album")
+    assert dialog.presets.currentData() == Export(1234, srgb=True)
+    dialog.reject()
+    opened.window.actions_by_name["batch"].trigger()
+    batch = opened.dialog(BatchDialog)
+    batch.form.export.setCurrentIndex(batch.form.export.findText("For the album"))
+    assert batch.form.order().export == Export(1234, srgb=True)
+    batch.close()
+    opened.window.actions_by_name["export"].trigger()
+    again = opened.dialog(exporting.ExportDialog)
+    again.presets.setCurrentIndex(again.presets.findText("For the album"))
+    again.remove.click()
+    assert again.presets.findText("For the album") == -1
+    assert not again.remove.isEnabled(), "what comes with the program stays"
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "{date}"])
+def test_a_name_that_is_none_gets_a_sentence_and_nothing_is_written(dialog, photo, name):
+    dialog.name.setText(name)
+    agree(dialog)
+    assert "A name is made of letters" in dialog.note.text()
+    assert dialog.isVisible()
+    assert not (photo.parent / "kogao").exists()
+
+
+def test_the_original_is_never_written_over(opened, dialog, photo):
+    before = photo.read_bytes()
+    dialog.folder.line.setText(str(photo.parent))
+    agree(dialog)
+    opened.answer("Replace")
+    opened.settle()
+    assert "never written over" in opened.say()
+    assert photo.read_bytes() == before
+
+
+def test_damaged_choices_of_before_are_as_none(opened):
+    opened.editor.exporting.settings.setValue("export/presets", '{"odd": {"quality": 999}}')
+    assert "odd" not in exporting.presets(opened.editor.exporting.settings)

@@ -1,0 +1,118 @@
+"""What lies where a retoucher looks for it: keys, palette, groups, what is held back."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import pytest
+from kogao_app import theme
+from kogao_app.canvas.overlays.overlay import Place, affine
+from kogao_app.canvas.overlays.unlisted import badges
+from kogao_app.features.commands import Palette
+from kogao_app.features.recent import EmptyState
+from kogao_app.workspaces import COMPARE, RETOUCH
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+
+from kogao_core.pipeline import render
+
+KEYS, LEFT = Qt.Key, Qt.MouseButton.LeftButton
+CTRL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.mark.parametrize(
+    ("key", "action"),
+    [
+        *((KEYS.Key_0, "fit"), (KEYS.Key_1, "actual")),
+        *((KEYS.Key_Plus, "closer"), (KEYS.Key_Minus, "farther")),
+    ],
+)
+def test_keys_of_other_programs_zoom(opened, key, action):
+    went = []
+    opened.window.actions_by_name[action].triggered.connect(lambda: went.append(action))
+    opened.key(key, CTRL)
+    assert went == [action]
+
+
+def test_a_double_click_shows_the_place_1_to_1_and_another_one_all(opened):
+    at = QPoint(90, 70)
+    there = opened.canvas.to_photo(at.toPointF())
+    fitted = opened.canvas.zoom
+    for zoom in (1.0, fitted):
+        QTest.mouseDClick(opened.canvas.viewport(), LEFT, pos=at)
+        QTest.mouseRelease(opened.canvas.viewport(), LEFT, pos=at)
+        assert opened.canvas.zoom == pytest.approx(zoom, rel=0.02)
+        if zoom == 1.0:
+            assert abs(opened.canvas.to_photo(at.toPointF()) - there).max() < 1.0
+    assert not opened.editor.document.undo.canUndo()
+
+
+def test_before_and_after_and_the_brush_are_on_the_bar_where_one_starts(start, photo):
+    driver = start(photo, workspace=RETOUCH.name)
+    for name in ("compare-wipe", "compare-side", "tool-brush"):
+        assert name in RETOUCH.tools
+        assert not driver.window.actions_by_name[name].icon().isNull()
+    assert COMPARE.title == "Hand or machine", "nobody takes it for before and after"
+
+
+@pytest.mark.parametrize(
+    ("typed", "found"),
+    [
+        *(("before", "Wipe"), ("history", "History"), ("freeze", "Brush"), ("resize", "Export")),
+    ],
+)
+def test_the_palette_knows_what_others_call_it(opened, typed, found):
+    opened.key(KEYS.Key_P, CTRL, SHIFT)
+    palette = opened.dialog(Palette)
+    palette.words.setText(typed)
+    rows = [palette.list.item(row) for row in range(palette.list.count())]
+    shown = [item.text().partition("   ")[0] for item in rows if not item.isHidden()]
+    assert found in shown
+    assert not palette.nothing.isVisible()
+    palette.words.setText("xylophone")
+    assert palette.nothing.isVisible()
+    palette.close()
+
+
+def test_several_faces_are_set_at_once_and_rows_tell_their_amounts(two):
+    rows = two.panel("faces").list
+    one, other = (rows.visualItemRect(rows.item(row)).center() for row in (1, 2))
+    QTest.mouseClick(rows.viewport(), LEFT, pos=one)
+    QTest.mouseClick(rows.viewport(), LEFT, CTRL, pos=other)
+    assert (two.editor.view.face, two.editor.view.also) == (1, frozenset({0}))
+    assert two.panel("recipe").owner.title.text() == "Faces 1, 2"
+    two.panel("recipe").percent.edited.emit(7.5)
+    two.panel("recipe").percent.rested.emit()
+    assert [face.recipe.percent for face in two.state.faces] == [7.5, 7.5]
+    assert [rows.item(row).text().splitlines()[-1] for row in (1, 2)] == ["own: 7.5 %"] * 2
+    assert two.editor.document.undo.count() == 1
+    QTest.mouseClick(rows.viewport(), LEFT, pos=one)
+    assert (two.editor.view.face, two.editor.view.also) == (0, frozenset())
+    two.editor.recipe.choose(0, [0, 1])
+    two.editor.recipe.follow_photo()
+    assert [face.recipe for face in two.state.faces] == [None, None]
+
+
+def test_who_is_held_back_is_named_on_the_canvas_and_in_the_panel(two, pixels):
+    rendering = render(pixels, two.state.faces, two.state.recipe)
+    held = dataclasses.replace(rendering, shares=(1.0, 0.7))
+    view, area = two.editor.view, two.canvas.viewport().rect().toRectF()
+    view.frame = dataclasses.replace(view.frame, rendering=held)
+    place = Place(affine(two.canvas._to_screen()), area)
+    texts = [badge.text for badge in badges(view, place, two.canvas.font())]
+    assert [text for text in texts if "⚠" in text] == ["2 ⚠ 70 %"]
+    panel = two.panel("recipe")
+    panel.show_words(plain=True)
+    panel.show_frame(SimpleNamespace(rendering=held, scale=1.0))
+    panel.mark_readings(final=True)
+    assert "faces 2, down to 70 %" in panel.one_to_one.text()
+
+
+def test_recent_photos_are_readable_in_the_theme_that_comes_later(qtbot, qapp, tmp_path):
+    theme.apply(qapp, "light")
+    card = EmptyState([])
+    qtbot.addWidget(card)
+    card.show_recent([tmp_path / "a.jpg"])
+    for name, dress in (("dark", theme.DARK), ("light", theme.LIGHT)):
+        theme.apply(qapp, name)
+        qtbot.waitUntil(lambda: QColor(dress.accent).name() in card._links[0].text())  # noqa: B023
