@@ -62,8 +62,8 @@ class RecipePanel(QWidget):
         self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
-        self._lens_counts = False
         self._on: list[int] = []
+        self._lens_counts = False
         for label in (self.one_to_one, self.residual):
             label.setToolTip(tr("≈: until the picture is there in full"))
         shape, zones, details = self._shape(), self._zones(), self._details()
