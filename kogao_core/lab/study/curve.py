@@ -5,6 +5,7 @@ scipy comes with the extra ``experiments``.
 
 from __future__ import annotations
 
+import random
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -110,7 +111,7 @@ def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
         return None
     if not 0 < cells.hits.sum() < cells.asked.sum():
         return None
-    draw = np.random.default_rng(_SEED)
+    draw = random.Random(_SEED)
     weights = [cells.resampled(draw) for _ in range(RESAMPLES)]
     groups = sorted({group for group in cells.group if group is not None})
     members = {group: np.array([one in (group, None) for one in cells.group]) for group in groups}
@@ -185,10 +186,11 @@ class _Cells:
             self.hits[raters[row.session.rater], place] += bool(row.is_unnatural)
         self._face_of, self.faces = face_of, len(faces)
 
-    def resampled(self, draw: np.random.Generator) -> tuple[Floats, Floats]:
+    def resampled(self, draw: random.Random) -> tuple[Floats, Floats]:
         """Return hits and answers of each picture after raters and faces are drawn again."""
         rater, face = (
-            draw.multinomial(n, np.full(n, 1.0 / n)) for n in (len(self.asked), self.faces)
+            np.bincount(draw.choices(range(n), k=n), minlength=n)
+            for n in (len(self.asked), self.faces)
         )
         weight = face[self._face_of]
         return (rater @ self.hits) * weight, (rater @ self.asked) * weight
