@@ -246,7 +246,7 @@ class Interleaving:
             if last is not None and books.work != last and (books.name, last) not in books.owed:
                 raise Lost(f"{last} of {books.name} isn't there when it is opened again")
             self.counts["reopened"] += last is not None
-        books.afresh = self._afresh or self._newest() is None
+        books.afresh = self._afresh or self._restored or self._newest() is None
         self._afresh = False
         self._known |= {sign_of(state) for state in books.states}
 

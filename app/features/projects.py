@@ -62,6 +62,7 @@ class Projects(Feature):
         self.document.opened.connect(self._forget)
         self.document.undo.indexChanged.connect(lambda _: self.keep())
         faces.found.connect(lambda _: self.keep())
+        files.resuming.connect(self._know)
         files.restored.connect(self._take_up)
         # What a copy was made with is there again with the photo.
         files.saved.connect(lambda _: self.keep(anyway=True))
@@ -245,7 +246,8 @@ class Projects(Feature):
     def _forget(self) -> None:
         self._own = None
 
-    def _take_up(self, work: EarlierWork, note: str) -> None:
+    def _know(self, work: EarlierWork) -> None:
+        """Note what lies where the work comes from, before anything is written there."""
         path = self.document.path
         places = [] if path is None else self.places(path)
         elsewhere = work.file is not None and work.file not in places
@@ -253,6 +255,8 @@ class Projects(Feature):
             self._stamps[place] = _stamp(place)
         if elsewhere:
             self._own = work.file
+
+    def _take_up(self, work: EarlierWork, note: str) -> None:
         if work.file is None:
             return
         lines = [tr("Your edits of this photo are back.")]

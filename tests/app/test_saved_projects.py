@@ -319,6 +319,30 @@ def test_a_photo_that_is_opened_again_while_it_is_changed_has_the_change(opened,
     assert opened.state.recipe.percent == 9.0
 
 
+def test_undo_and_redo_while_the_next_photo_is_read_are_kept(opened, photo, tmp_path, monkeypatch):
+    other = tmp_path / "other.png"
+    assert cv2.imwrite(str(other), textured_photo(seed=5))
+    step(opened, 9.0)
+    opened.settle()
+    gate, read = threading.Event(), opening.open_photo
+
+    def slow(*args):
+        assert gate.wait(LONGEST_S)
+        return read(*args)
+
+    monkeypatch.setattr("kogao_app.features.files.open_photo", slow)
+    opened.editor.files.open(other)
+    opened.editor.history.undo()
+    opened.qtbot.waitUntil(lambda: not opened.window.isWindowModified())
+    opened.editor.projects._keeping = True  # the next write has to wait
+    opened.editor.history.redo()
+    opened.editor.projects._keeping = False
+    gate.set()
+    opened.settle()
+    assert opened.editor.document.path == other
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 9.0
+
+
 def test_undo_and_history_come_back(opened, start, photo):
     opened.drag(opened.on_screen(Handle("outline", 0, 10)), QPoint(6, 9))
     for percent in (6.0, 7.0, 8.0):

@@ -45,6 +45,7 @@ class Files(Feature):
 
     began = Signal()
     welcomed = Signal()
+    resuming = Signal(object)
     restored = Signal(object, str)
     unreadable = Signal(str)
     saved_over = Signal()
@@ -60,7 +61,8 @@ class Files(Feature):
     ) -> None:
         super().__init__(context)
         self._saver, self._faces, self._options = saver, faces, options
-        self._left = self.document.state
+        # What was open when another photo was asked for, and whether that may go unkept.
+        self._left, self._given_up = self.document.state, False
         self._originals: Originals | None = None
         # The search for the faces of a photo that is still being read.
         self._sought: FaceSearch | None = None
@@ -145,7 +147,7 @@ class Files(Feature):
         self.began.emit()
         self.stop()
         self._sought = None if ahead is None else ahead.search
-        self._left = self.document.state
+        self._left, self._given_up = self.document.state, self.document.dirty
         self.working.emit(tr("Opening {name}…", name=path.name))
         storage = self.storage
         self._reading.submit(lambda: open_photo(path, storage, work, afresh, ahead))
@@ -177,7 +179,8 @@ class Files(Feature):
         # if it is the same one.
         path, work = opened.photo.path, opened.work
         kept_aside = work if work is not None and work.file is None else None
-        if not self.document.in_gesture and self.document.state is self._left:
+        same = not self.document.in_gesture and self.document.state is self._left
+        if same and (self._given_up or not self.document.dirty):
             self._show(opened)
         elif path == self.document.path:
             self._saver.guard(lambda: self.read(path, kept_aside))
@@ -218,6 +221,7 @@ class Files(Feature):
             self._sought.stop()
 
     def _go_on(self, opened: Opened, work: EarlierWork, state: State) -> None:
+        self.resuming.emit(work)
         if work.file is None:
             self.document.step(state, tr("Restore"))
             self.did.emit(tr("The unsaved changes are back"))
