@@ -128,6 +128,7 @@ chooses = words.together(
 )
 
 
+_DROP: Final = "drop"
 _DISCLOSING: Final = (
     words.option(
         "--disclose",
@@ -192,10 +193,12 @@ _DISCLOSING: Final = (
     ),
     words.option(
         "--motion",
-        type=click.Choice(("keep", "drop")),
-        default="drop",
-        show_default=True,
-        help="The video of a motion photo, which shows the face as it was: JPEG only.",
+        type=click.Choice(("keep", _DROP)),
+        default=_DROP,
+        help=Text(
+            "The video of a motion photo, which shows the face as it was; in JPEGs alone [{drop}].",
+            drop=_DROP,
+        ),
     ),
 )
 _TOLD: Final = (

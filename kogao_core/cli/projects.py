@@ -24,7 +24,7 @@ from kogao_core.recipe.settings import SETTINGS
 _FROM_PROJECT: Final = (
     *SETTINGS,
     *("which", "doubtful", "recipe_file", "landmarks"),
-    *("lines", "width_px", "feather_px", "points_file", "points_map"),
+    *("lines", "width_px", "feather_px", "points", "points_map"),
 )
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
 from kogao_core.faces.shape import Shape
-from kogao_core.faces.symmetry import evened
-from kogao_core.faces.zones import gains
+from kogao_core.faces.zones import evened, gains
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import CENTERS
 
@@ -60,7 +59,7 @@ def aim(face: Face, recipe: Recipe, seen: Face | None = None) -> Pairs:
 
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
     of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
-    evened out first (`symmetry`), and each zone then goes its own share of ``percent`` (`zones`);
+    evened out first, and each zone then goes its own share of ``percent`` (`zones`);
     width, length and the like come on top (`shape`). A face that a lens' correction shows elsewhere
     (`seen`) is aimed there. Result: one pair for each point of the outline.
     """

@@ -2,6 +2,11 @@
 
 A zone is a smooth weight of the direction in which a landmark lies, seen from between the eyes and
 the mouth: cheeks, jaw and chin add up to 1 everywhere, and so do left and right.
+
+The two sides can be evened out: each goes half the way to the mirror image of the other, about the
+outline's own axis, through the middle between its two ends along the line from the eyes to the
+mouth. About that line itself it would mostly be the head's turn that differs
+(`docs/decisions/39`).
 """
 
 from __future__ import annotations
@@ -11,7 +16,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.recipe.recipe import Recipe
@@ -23,6 +28,9 @@ _JAW: Final = 45.0
 _CHEEKS: Final = 90.0
 # Left and right are mixed this far to either side of the chin.
 _MIXED: Final = 45.0
+# Up to the first a head counts as seen from the front, from the second on as turned; see `turn`.
+_FRONTAL: Final = 0.1
+_TURNED: Final = 0.25
 
 
 def directions(outline: Array, origin: npt.ArrayLike, across_px: Array) -> tuple[Array, Array]:
@@ -59,6 +67,35 @@ def weights(face: Face) -> tuple[Array, Array, Array, Array, Array]:
     return 1.0 - beyond_chin, beyond_chin - cheeks, cheeks, 1.0 - right, right
 
 
+def turn(face: Face) -> float:
+    """Return how far a head is turned: how far its eyes and mouth are from the outline's middle.
+
+    Result: 0 where the line through eyes and mouth halves the outline's width at the eyes, 1 where
+    it goes through one of its ends.
+    """
+    left, right = (face.outline[[0, -1]] - face.eye_center) @ across(face)
+    return float(abs(left + right) / max(1e-12, abs(right - left)))
+
+
+def evened(face: Face, percent: float) -> Array:
+    """Return the outline with its two sides evened out.
+
+    Landmarks move straight to or from the middle between the outline's ends. The more the head is
+    turned, the less they move: the sides of a turned face aren't each other's mirror image. Result
+    (N, 2) px.
+    """
+    share = percent / 100.0 * _frontal(turn(face)) / 2.0
+    if share == 0.0:
+        return face.outline
+    # Seen from between them the ends lie equally far to either side: they stay, and so the axis.
+    origin = (face.outline[0] + face.outline[-1]) / 2.0
+    degrees, radii = directions(face.outline, origin, across(face))
+    order = np.argsort(degrees, kind="stable")
+    others = np.interp(-degrees, degrees[order], radii[order])
+    longer = share * (others - radii) / np.maximum(radii, 1e-12)
+    return np.asarray(face.outline + longer[:, None] * (face.outline - origin))
+
+
 def _excess(percent: float) -> float:
     # Gains are 1 and what is more or less, so that those of 100 % are 1 exactly.
     return percent / 100.0 - 1.0
@@ -68,3 +105,8 @@ def _rise(values: Array, low: float, high: float) -> Array:
     """Return 0 up to `low`, 1 from `high` on, and half a cosine wave between."""
     share = np.clip((values - low) / (high - low), 0.0, 1.0)
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * share))
+
+
+def _frontal(turned: float) -> float:
+    share = np.clip((turned - _FRONTAL) / (_TURNED - _FRONTAL), 0.0, 1.0)
+    return 1.0 - float(smoothstep(share))

@@ -78,7 +78,7 @@ class Recipe:
     left, right : float
         The same for the sides of the face, as one sees them in the picture of an upright head.
     even_out : float
-        How far the two sides go towards each other's mirror image, 0 to 100 % (`symmetry`).
+        How far the two sides go towards each other's mirror image, 0 to 100 % (`zones`).
     width, length : float
         The face narrower or shorter (below 0), wider or longer, in % of D, -15 to 15; these and
         those below count beside the warp distance, whatever it is (`shape`).

@@ -241,3 +241,17 @@ def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
     empty.settle()
     assert "ends the session" in empty.say()
     assert empty.editor.session.places == []
+
+
+def test_a_folder_of_one_persons_photos_is_brought_to_one_result(empty, tmp_path, encoded):
+    folder = tmp_path / "anna"
+    folder.mkdir()
+    for name in "ab":
+        (folder / f"{name}.png").write_bytes(encoded)
+    empty.key(KEYS.Key_6, CONTROL)
+    empty.choose_path(folder)
+    finish(empty)
+    (table,) = window_of(empty).tables
+    assert [text(table, row, 0) for row in range(2)] == ["a.png", "b.png"]
+    made = {path.name for path in (folder / "one-result").iterdir()}
+    assert made == {"a_+04.00.png", "b_+04.00.png", "series.csv"}

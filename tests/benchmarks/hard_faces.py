@@ -33,6 +33,7 @@ from kogao_core.faces.landmarks import source
 LONGEST_PX = 600.0
 _SAME_PLACE = 1.0  # outer inter-ocular distances
 _ON_ITS_HEAD = 120.0  # degrees
+_WRONG = 5.0  # %
 
 
 def tilt(face: Face) -> float:
@@ -60,13 +61,13 @@ def rows(finder: LandmarkSource, portraits: Sequence[Path], only: Sequence[str])
             known.append((path.stem, picture, faces[0]))
     yield (
         "| distortion | faces | found | on their heads | others | doubted | marked "
-        "| outline (p90, most) | eyes | mouth |"
+        "| outline (p90, most) | eyes | mouth | outline > 5 %: doubted or marked |"
     )
-    yield "|" + "---|" * 10
+    yield "|" + "---|" * 11
     for name, distort in DISTORTIONS.items():
         if only and not any(one in name for one in only):
             continue
-        off, upside_down, others, doubted, marked = [], 0, 0, 0, 0
+        off, told, upside_down, others, doubted, marked = [], [], 0, 0, 0, 0
         for stem, picture, face in known:
             rng = np.random.default_rng(zlib.crc32(f"{stem} {name}".encode()))
             distorted, change = distort(picture, face, rng)
@@ -83,12 +84,15 @@ def rows(finder: LandmarkSource, portraits: Sequence[Path], only: Sequence[str])
                 marked += bool(verdict.look_at)
                 if not turned:
                     off.append(apart(one, truth))
+                    told.append(verdict.reason is not None or bool(verdict.look_at))
         outline, eyes, mouth = np.array(off).reshape(-1, 3).T
+        wrong = outline > _WRONG
         worst = (np.percentile(outline, 90), outline.max()) if len(outline) else (np.nan, np.nan)
         yield (
             f"| {name} | {len(known)} | {len(off) + upside_down} | {upside_down} | {others} "
             f"| {doubted} | {marked} | {np.mean(outline):.2f} ({worst[0]:.1f}, {worst[1]:.1f}) "
-            f"| {np.mean(eyes):.2f} | {np.mean(mouth):.2f} |"
+            f"| {np.mean(eyes):.2f} | {np.mean(mouth):.2f} "
+            f"| {np.array(told, bool)[wrong].sum()} of {wrong.sum()} |"
         )
 
 

@@ -18,7 +18,7 @@ from kogao_core.base.geometry import Affine
 from kogao_core.base.threads import Stopped, default_threads, stoppable
 from kogao_core.faces.landmarks import MeshSource, search
 from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
-from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.faces.landmarks.pixels import Pyramid, sharpened
 
 
 def ramp(rows: int, columns: int) -> np.ndarray:
@@ -92,6 +92,27 @@ def test_levels_are_halves_of_what_people_see(dtype: type, shape: tuple[int, ...
         assert halved == index
         np.testing.assert_array_equal(found, level)
     np.testing.assert_array_equal(pyramid.at_most(max(shape))[0], rgb8(image))
+
+
+def test_what_is_sharp_stays_and_what_is_soft_gets_its_detail_back() -> None:
+    crisp = textured_photo(256, 256)
+    assert np.array_equal(sharpened(crisp), crisp)
+    portrait = cv2.imread(str(assets.sample()))[..., ::-1]
+    face = np.ascontiguousarray(cv2.resize(portrait[200:760, 170:730], (256, 256)))
+    soft = np.asarray(cv2.GaussianBlur(face, (0, 0), 8.0))
+    assert detail(soft) < 0.5 * detail(face) < detail(sharpened(soft))
+
+
+def detail(picture: np.ndarray) -> float:
+    fine = picture.astype(np.float32)
+    return float((fine - cv2.GaussianBlur(fine, (0, 0), 6.0)).std())
+
+
+def test_a_picture_goes_on_as_in_a_mirror() -> None:
+    image = ramp(60, 80)
+    there = Pyramid(image).mirrored().sample(Affine(np.eye(2), (-32.0, 0.0)), 60)
+    assert np.array_equal(there[:, :32], image[:60, :32][:, ::-1])
+    assert not Pyramid(image).sample(Affine(np.eye(2), (-32.0, 0.0)), 60)[:, :30].any()
 
 
 def test_sources_wider_than_opencv_warps_are_sampled() -> None:

@@ -26,6 +26,7 @@ from kogao_core.faces.naturalness import DISTANCES, UNNATURAL
 from kogao_core.lab.reports import page as html_page
 from kogao_core.lab.reports.report import Made
 from kogao_core.lab.study import (
+    conduct,
     data,
     making,
     origin,
@@ -37,6 +38,7 @@ from kogao_core.lab.study import (
     sources,
     words,
 )
+from kogao_core.lab.study.conduct import Conduct
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.session import Record, Session
 from kogao_core.lab.study.statistics import Grades, Share
@@ -325,7 +327,7 @@ def test_what_was_logged_is_read_again(tmp_path):
     assert log_of(log.path, STUDY, "r1").session == log.session
     head = json.loads(log.path.read_text().splitlines()[0])
     assert head["order"] == list(log.session.order)
-    assert head["surround"] == results.SURROUND
+    assert head["surround"] == conduct.SURROUND
 
 
 DISPLAYED = ("shown", "window", "ratio", "away", "degrees", "distance")
@@ -681,6 +683,34 @@ def test_a_matched_picture_achieves_what_its_name_says(lattice):
     assert matched.asked == pytest.approx(4.0 * 4.0 / plain.achieved, rel=0.01)
 
 
+def test_a_pair_is_the_picture_and_the_photo_as_it_is(tmp_path):
+    shown = subject(1)
+    alone, _ = pictures.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER)
+    with Image.open(io.BytesIO(alone)) as image:
+        warped = np.asarray(image, int)
+    for side in ("left", "right"):
+        both, _ = pictures.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER, side=side)
+        with Image.open(io.BytesIO(both)) as image:
+            pixels = np.asarray(image, int)
+        halves = {"left": pixels[:, :240], "right": pixels[:, -240:]}
+        differs = {name: np.abs(half - warped).mean() for name, half in halves.items()}
+        assert min(differs, key=differs.get) == side
+        assert np.abs(pixels[:, 250:270] - 0xB8).max() < 12
+    choices = making.Choices(variants=variants()[:20], seed="s", conduct=Conduct(task="pair"))
+    key = making.make([subject(1), subject(2)], tmp_path / "pairs", choices)
+    sides = [one.side for one in key.pictures.values()]
+    assert 10 <= sides.count("left") <= 30, "by chance"
+    assert plan.load_key(plan.key_path(tmp_path / "pairs")) == key
+
+
+def test_answers_that_werent_asked_for_are_refused():
+    pair = dataclasses.replace(STUDY, conduct=Conduct(task="pair"))
+    session = Session(pair, "r1", NAMES)
+    with pytest.raises(BadFile, match="isn't answered as was asked"):
+        session.take(answered(session, "natural"))
+    session.take(answered(session, "left"))
+
+
 def test_a_catch_picture_is_cut_in_two():
     shown = subject(1)
     drawn, _ = pictures.drawn(shown, Variant("catch", 0.0, 2, 1.0), PAPER)
@@ -794,7 +824,13 @@ def as_version_1(copy):
     del key["origin"], key["rules"]
     key |= {"version": 1, "subjects": [face["name"] for face in key["subjects"]]}
     for picture in key["pictures"].values():
-        del picture["achieved"], picture["lattice_in_warps"], picture["asked"], picture["fit"]
+        del (
+            picture["achieved"],
+            picture["lattice_in_warps"],
+            picture["asked"],
+            picture["fit"],
+            picture["side"],
+        )
     path.write_text(json.dumps(key))
 
 

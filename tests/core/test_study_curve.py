@@ -15,7 +15,7 @@ from kogao_core.lab.study.variants import variants
 MIDDLE, SCALE, LAPSE = 7.19, 1.05, 0.03
 
 
-def simulated(seed, raters=20, faces=4, later=0.0, spread=0.0):
+def simulated(seed, raters=20, faces=4, later=0.0, spread=0.0, floor=LAPSE):
     """Answers to table 1 of raters who follow a curve; centre 3 is judged `later`, % of D."""
     draw, key = np.random.default_rng(seed), SimpleNamespace(identity="k")
     own = draw.normal(0.0, spread, raters)
@@ -25,11 +25,11 @@ def simulated(seed, raters=20, faces=4, later=0.0, spread=0.0):
             achieved = variant.percent * draw.uniform(1.1, 1.16)
             meaning = Meaning(face, variant, PictureFigures(achieved, None))
             middle = MIDDLE + own + later * (variant.center == 3)
-            share = LAPSE + (1.0 - 2.0 * LAPSE) * expit((achieved - middle) / SCALE)
+            share = floor + (1.0 - LAPSE - floor) * expit((achieved - middle) / SCALE)
             rows += [
                 SimpleNamespace(
                     key=key, session=SimpleNamespace(rater=f"r{rater}"), meaning=meaning,
-                    variant=variant,
+                    variant=variant, is_unnatural=bool(hit),
                     record=SimpleNamespace(
                         picture=f"{face}-{number}", answer="unnatural" if hit else "natural"
                     ),
@@ -54,6 +54,15 @@ def test_twenty_raters_of_a_known_curve_are_found_in_nineteen_of_twenty_studies(
     # Nor are they so because the intervals are wide.
     assert np.mean([one.middle.high - one.middle.low for one in found]) < 0.7
     assert abs(np.mean([one.middle.value for one in found]) - MIDDLE) < 0.1
+
+
+def test_guessing_between_two_is_known_of():
+    rows = simulated(1, raters=40, faces=8, floor=0.5)
+    found = curve.fitted(rows, floor=0.5).whole
+    assert found.middle.low <= MIDDLE <= found.middle.high
+    assert found.scale.low <= SCALE <= found.scale.high
+    assert found.at(np.array([MIDDLE])) == pytest.approx(0.5 * (1.0 + 0.5), abs=0.08)
+    assert curve.fitted(rows).whole.middle.value < MIDDLE - 1.0
 
 
 def test_raters_who_differ_make_the_interval_wider_than_answers_alone():
@@ -84,7 +93,7 @@ def test_centres_are_compared_by_cochrans_q():
                     key=SimpleNamespace(identity="k"), meaning=SimpleNamespace(subject=number),
                     session=SimpleNamespace(rater="r"),
                     variant=dataclasses.replace(variant, center=center),
-                    record=SimpleNamespace(answer="unnatural" if hit else "natural"),
+                    is_unnatural=bool(hit),
                 )
             )  # fmt: skip
     assert curve._cochran(rows) == pytest.approx(0.045, abs=0.0005)
@@ -108,7 +117,7 @@ def test_no_curve_where_it_couldnt_be_told_how_sure_it_is(rows):
 def test_answers_that_are_all_but_separated_have_a_curve():
     rows = [row for row in simulated(1) if not 5.0 < row.variant.percent < 7.0]
     for row in rows:
-        row.record.answer = "unnatural" if row.variant.percent > 6.0 else "natural"
+        row.is_unnatural = row.variant.percent > 6.0
     found = curve.fitted(rows).whole
     assert 4.4 < found.middle.value < 9.3
     assert found.scale.value > 0.0

@@ -7,9 +7,8 @@ import pytest
 from scenes import mirrored, oval_face, textured_photo
 
 from kogao_core.faces.landmarks.template import template_face
-from kogao_core.faces.symmetry import evened, turn
 from kogao_core.faces.targets import aim
-from kogao_core.faces.zones import gains
+from kogao_core.faces.zones import evened, gains, turn
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 

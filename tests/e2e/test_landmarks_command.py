@@ -78,7 +78,7 @@ def test_figures_are_drawn_and_not_over_others(cli, works, portrait, tmp_path):
     arguments = ("experiment", "figures", portrait, "-o", tmp_path / "new", "--width", 300)
     said = works(*arguments, "--format", "both")
     assert "average-landmarks.png" in said
-    assert len(list((tmp_path / "new").glob("average-*.svg"))) == 5
+    assert len(list((tmp_path / "new").glob("average-*.svg"))) == 13
     with Image.open(tmp_path / "new" / "average-lattice.png") as image:
         assert image.size == (300, 225)
     code, _, err = cli(*arguments)

@@ -110,6 +110,19 @@ def test_a_study_of_ones_own_design(works, portrait, tmp_path):
     }  # fmt: skip
 
 
+def test_points_of_a_file_are_the_photos_and_practice_needs_none(works, portrait, tmp_path):
+    program = [sys.executable, "-c", "from kogao_core.cli import main; main()"]
+    export = ["landmarks", "export", portrait, "--format", "csv", "-o", tmp_path / "lm"]
+    subprocess.run([*program, *export], check=True, stdout=subprocess.DEVNULL)
+    works(
+        "make", portrait, "-o", tmp_path / "own", "--points", tmp_path / "lm", "--practice", "1",
+        "--percents", "4", "--centers", "2", "--lattices", "",
+    )  # fmt: skip
+    key = plan.load_key(plan.key_path(tmp_path / "own"))
+    assert key.origin.landmarks == "--points lm"
+    assert len(key.pictures) == len(key.subjects) == 2
+
+
 def test_two_faces_with_one_seed_share_nothing(cli, works, portrait, tmp_path):
     other = tmp_path / "other.png"
     with Image.open(portrait) as image:

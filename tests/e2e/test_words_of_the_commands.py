@@ -22,7 +22,7 @@ from kogao_core.recipe.settings import CORNERS, SETTINGS
 WORD = re.compile(r"[A-Za-z]{2,}")
 # What is typed or shown as it is: options, what stands for a value, files, places, programs.
 NAMES = re.compile(
-    r"--?[a-z][\w-]*|\b[A-Z]+\b|\S*[./_]\S+|'[^']*'|\[[\w|]+\]|kogao-cli|px|json|png|Kogao"
+    r"--?[a-z][\w-]*|\b[A-Z]+(?:x[A-Z]+)?\b|\S*[./_]\S+|'[^']*'|\{\w+\}|\[[\w|]+\]|kogao-cli|px|json|png|Kogao"
 )
 
 
@@ -42,6 +42,7 @@ TYPED |= {one.name for setting in SETTINGS.values() for one in setting.alternati
 TYPED |= {choice.name for choice in CHOICES} | {"all", "both", "control", "points", "lanczos"}
 TYPED |= {word for corner in CORNERS for word in corner.split("-")} | {"desktop"}
 TYPED |= {*language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
+TYPED |= {"drop", "amount", "tem"}
 
 
 def plain(text, names=TYPED):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -12,14 +13,14 @@ from PySide6.QtGui import QAction, QDesktopServices
 
 from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
-from kogao_core.lab.subjects import Subject
+from kogao_core.lab.subjects import Progress, Subject
 
 from ...i18n import sentence, tr, unwritten
 from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from .dialog import ExperimentDialog, Findings
-from .measure import ExperimentTask, measured
+from .measure import ExperimentTask, brought, measured
 
 TRIALS: Final = "trials.jsonl"
 _NUMBERS: Final = (1, 2, 3, 4, 6)  # of their keys: 5 is the timing session's
@@ -47,6 +48,13 @@ class Experiments(Feature):
         for number, (name, (text, tip, _)) in zip(_NUMBERS, _words().items(), strict=True):
             slot, key = partial(self.start, name), f"Ctrl+Alt+{number}"
             self.starts[name] = self.add_action(f"experiment-{name}", text, key, tip, slot)
+        self.add_action(
+            "experiment-series",
+            tr("&One person's photos…"),
+            "Ctrl+Alt+7",
+            tr("Bring a folder of one person's photos to one result, each by its own amount"),
+            self._ask_folder,
+        )
 
     def start(self, name: str) -> None:
         """Run an experiment on the photo's faces that are on."""
@@ -55,12 +63,18 @@ class Experiments(Feature):
             text = tr("An experiment needs a photo with a face that is on.")
             self.say(text, applies=lambda: self._subject() is None)
             return
-        if self._dialog is not None:
-            self._dialog.close()
-        self._dialog = dialog = ExperimentDialog(_words()[name][2], self.window)
-        dialog.finished.connect(lambda _: self._let_go())
-        dialog.open()
-        self._run(name, subject)
+        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
+        task = ExperimentTask(subject, recipe, lambda: source(wanted), self._trials)
+        self._run(_words()[name][2], partial(measured, name, task))
+
+    def _ask_folder(self) -> None:
+        ask_path(self.window, tr("The folder of one person's photos"), self.bring, "folder")
+
+    def bring(self, folder: Path) -> None:
+        """Bring the photos of a folder to one result, with the settings of this moment."""
+        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
+        work = partial(brought, folder, recipe, lambda: source(wanted))
+        self._run(tr("One person, one result"), work)
 
     def _subject(self) -> Subject | None:
         photo, state, path = self.document.photo, self.document.state, self.document.path
@@ -68,9 +82,13 @@ class Experiments(Feature):
             return None
         return Subject(path.name, photo.pixels, tuple(state.active), file=path)
 
-    def _run(self, name: str, subject: Subject) -> None:
+    def _run(self, title: str, work: Callable[[Progress], Findings]) -> None:
+        if self._dialog is not None:
+            self._dialog.close()
+        self._dialog = dialog = ExperimentDialog(title, self.window)
+        dialog.finished.connect(lambda _: self._let_go())
+        dialog.open()
         self.stop()
-        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
         self._enough = enough = threading.Event()
 
         def progress(done: int, of: int) -> None:
@@ -78,11 +96,7 @@ class Experiments(Feature):
                 raise _Stopped
             self._progressed.emit(done, of)
 
-        def job() -> Findings:
-            task = ExperimentTask(subject, recipe, lambda: source(wanted), self._trials)
-            return measured(name, task, progress)
-
-        self._running.submit(job)
+        self._running.submit(lambda: work(progress))
 
     def stop(self) -> None:
         """End the one under way after its current run; nothing comes of it."""

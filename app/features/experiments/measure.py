@@ -10,6 +10,7 @@ from typing import Final
 from kogao_core.base.display import reduced
 from kogao_core.base.geometry import Image
 from kogao_core.faces.face import LandmarkSource
+from kogao_core.lab import series
 from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
@@ -25,11 +26,14 @@ from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.page import files
 from kogao_core.lab.reports.report import Made, Report, translated_report
 from kogao_core.lab.subjects import Progress, Subject
+from kogao_core.photo import READABLE
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DOMAINS
 
 from ...i18n import tr, translated
 from .dialog import Findings
+
+ONE_RESULT: Final = "one-result"  # the folder, below the photos', of what `brought` writes
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +56,11 @@ class _Found:
 
 def measured(name: str, task: ExperimentTask, progress: Progress) -> Findings:
     """Return what an experiment finds; `progress` is told how far it is, and ends it by raising."""
-    found = _RUNS[name](task, progress)
-    made = Made.now(tr("the editor, {photo}", photo=task.subject.name), found.left_out)
+    return _told(name, task.subject.name, _RUNS[name](task, progress))
+
+
+def _told(name: str, photo: str, found: _Found) -> Findings:
+    made = Made.now(tr("the editor, {photo}", photo=photo), found.left_out)
     shown = translated_report(found.report)
     return Findings(
         name,
@@ -63,6 +70,17 @@ def measured(name: str, task: ExperimentTask, progress: Progress) -> Findings:
         list(map(translated, found.left_out)),
         {kind: text() for kind, text in files(found.report, made).items()},
     )
+
+
+def brought(
+    folder: Path, recipe: Recipe, source: Callable[[], LandmarkSource], progress: Progress
+) -> Findings:
+    """Bring the photos of a folder, of one person, to one result, in a folder below."""
+    photos = sorted(p for p in folder.iterdir() if p.suffix.lower() in READABLE and p.is_file())
+    made, left_out = series.one_result(
+        photos, folder / ONE_RESULT, recipe, source(), progress=progress
+    )
+    return _told("series", folder.name, _Found(series.report(made, recipe), left_out))
 
 
 def _timing(task: ExperimentTask, progress: Progress) -> _Found:

@@ -74,7 +74,7 @@ class TimingSession(Feature):
         self.add_action(
             "experiment-session",
             tr("Timing &session…"),
-            "Ctrl+5",
+            "Ctrl+Alt+5",
             tr("Photos in random order, each set by hand and by the machine (table 2)"),
             self._ask,
         )

@@ -12,7 +12,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, degrees_of
 from kogao_core.base.threads import Spares
-from kogao_core.faces.landmarks.pixels import Pyramid, planes
+from kogao_core.faces.landmarks.pixels import Pyramid, planes, sharpened
 
 INPUT_PX: Final = 256
 SAME_FACE_IOU: Final = 0.3
@@ -90,9 +90,10 @@ class BlazeFace:
         self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
         self._anchors = _anchors()
 
-    def look(self, image: Pyramid, view: Square, least_score: float) -> Look:
-        """Return what is in one view, and likely enough to be a face."""
+    def look(self, image: Pyramid, view: Square, least_score: float, *, soft: bool = False) -> Look:
+        """Return what is in one view, and likely enough to be a face; `soft` ones are sharpened."""
         sampled = image.sample(view.to_image, INPUT_PX)
+        sampled = sharpened(sampled) if soft else sampled
         spread = cv2.meanStdDev(np.ascontiguousarray(sampled[::2, ::2]))[1]
         if float(spread.max()) < _FLAT:
             return Look([], 0.0)
@@ -129,14 +130,16 @@ class BlazeFace:
         found = filter(None, [seen, *(self._best(image, one, WIDE) for one in turned)])
         return sorted(found, key=lambda one: -one.score), beside
 
-    def sight(self, image: Pyramid, box: Detection, sides: float) -> float:
+    def sight(self, image: Pyramid, box: Detection, sides: float, *, soft: bool = False) -> float:
         """Return the probability that a box holds an upright face, in a view `sides` as wide."""
-        seen = self._best(image, box, sides)
+        seen = self._best(image, box, sides, soft=soft)
         return 0.0 if seen is None else seen.score
 
-    def _best(self, image: Pyramid, box: Detection, sides: float) -> Detection | None:
+    def _best(
+        self, image: Pyramid, box: Detection, sides: float, *, soft: bool = False
+    ) -> Detection | None:
         view = Square(box.center_px, sides * box.side_px, box.degrees)
-        return _like(box, self.look(image, view, _LEAST_CLOSER).boxes)
+        return _like(box, self.look(image, view, _LEAST_CLOSER, soft=soft).boxes)
 
 
 def are_opposite(one: Detection, other: Detection) -> bool:

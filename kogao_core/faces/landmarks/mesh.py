@@ -29,7 +29,7 @@ from kogao_core.faces.landmarks.blazeface import (
 )
 from kogao_core.faces.landmarks.edges import EdgeNetwork, refine
 from kogao_core.faces.landmarks.outline import forehead, joined, silhouette
-from kogao_core.faces.landmarks.pixels import Pyramid, planes
+from kogao_core.faces.landmarks.pixels import Pyramid, planes, sharpened
 
 EYES: Final = (33, 133, 362, 263)
 MOUTH: Final = (61, 291)
@@ -104,7 +104,8 @@ class MeshNetwork:
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
         """Return the mesh of the face in a box, None when it collapses, and the crop it is from."""
         view = Square(box.center_px, _CROP * box.side_px, box.degrees)
-        crop = MeshInput(image.sample(view.to_image, INPUT_PX, cv2.BORDER_REPLICATE), view.to_image)
+        sampled = image.sample(view.to_image, INPUT_PX, cv2.BORDER_REPLICATE)
+        crop = MeshInput(sharpened(sampled), view.to_image)
         points, presence = self._points(crop.pixels)
         return _read(crop.to_image(points), presence, mirrored=False), crop
 
@@ -214,6 +215,11 @@ class MeshSource:
                 lambda box: self._fit(image, box, LEAST_IN_COMPANY),
                 on_face,
             )
+            if not faces:
+                image = image.mirrored()
+                faces = search.cut_faces(
+                    image, self._detector, lambda box: self._fit(image, box, LEAST_SCORE), on_face
+                )
         return in_reading_order(faces)
 
     def _fit(self, image: Pyramid, proposal: Detection, least: float) -> search.Fitted | None:
@@ -269,7 +275,7 @@ class MeshSource:
         if box.score > SURE:
             return box.score
         wide = self._detector.sight(image, mesh.box, WIDE)
-        close = self._detector.sight(image, mesh.box, CLOSE)
+        close = self._detector.sight(image, mesh.box, CLOSE, soft=True)
         return _WIDE_SHARE * wide + (1.0 - _WIDE_SHARE) * close
 
 

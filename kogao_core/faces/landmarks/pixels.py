@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import threading
 from functools import cached_property
@@ -16,6 +17,14 @@ from kogao_core.base.geometry import Affine, Box, Image
 from kogao_core.base.threads import default_threads, share_out
 
 _ROWS: Final = 64  # halved at a time: what they are made of stays within the processor's cache
+# How much detail a sharp face has in each octave from the finest on, as a share of that in the
+# fifth, in a crop with 80 to 100 px from eye to eye: 95 of 100 portraits and head shots have more.
+_SHARP: Final = np.array([0.20, 0.30, 0.43, 0.67], np.float32)
+# What is soft lacks most at each octave's far end, so it is raised beyond that; at most so often.
+_RAISED: Final = 2.0
+_MOST_RAISED: Final = 10.0
+# Px of a picture per px that it is sampled to: between large pixels a cubic is smooth.
+_ENLARGED: Final = 0.5
 
 
 class Pyramid:
@@ -24,6 +33,7 @@ class Pyramid:
     def __init__(self, image: Image) -> None:
         rgb8(image[:1] if image.ndim else image)  # says so where it isn't an image
         self.image = image
+        self._mirrored = False
         self._halved: list[Rgb8] = []
         self._lock = threading.Lock()
 
@@ -31,6 +41,12 @@ class Pyramid:
     def of(image: Image | Pyramid) -> Pyramid:
         """Return the one that is given, or one of an image."""
         return image if isinstance(image, Pyramid) else Pyramid(image)
+
+    def mirrored(self) -> Pyramid:
+        """Return the same image, sampled as if it went on beyond its edges as in a mirror."""
+        result = copy.copy(self)
+        result._mirrored = True
+        return result
 
     @cached_property
     def _whole(self) -> Rgb8:
@@ -73,6 +89,7 @@ class Pyramid:
         dense = 2 if shrink / 2**index > 1.0 else 1
         to_level = Affine.resize(0.5**index, 0.5**index).after(to_image)
         to_level = to_level.after(Affine.resize(dense, dense).inverse)
+        border = cv2.BORDER_REFLECT if self._mirrored else border
         picture = _warped(level, to_level, dense * size_px, border)
         if dense == 2:
             picture = cv2.resize(picture, (size_px, size_px), interpolation=cv2.INTER_AREA)
@@ -82,6 +99,35 @@ class Pyramid:
 def planes(picture: Rgb8) -> npt.NDArray[np.float32]:
     """Return a picture of shape (H, W, 3) as a network takes it, (1, 3, H, W); 0 to 255."""
     return np.stack(cv2.split(picture)).astype(np.float32)[None]
+
+
+def sharpened(picture: Rgb8) -> Rgb8:
+    """Raise the octaves of detail that a soft face lacks; a sharp one stays as it is.
+
+    A Laplacian pyramid whose levels are brought to what sharp faces have (H, W, 3).
+    """
+    octaves = len(_SHARP)
+    grey = _octaves(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), octaves + 1)
+    spread = np.array([float(level.std()) for level, _ in grey]) + 1e-6
+    gains = np.clip((_SHARP * spread[octaves] / spread[:octaves]) ** _RAISED, 1.0, _MOST_RAISED)
+    if gains.max() == 1.0:
+        return picture
+    levels = _octaves(picture, octaves)
+    result = levels[-1][1]
+    for (level, _), gain in zip(reversed(levels), reversed(gains), strict=True):
+        result = cv2.pyrUp(result, dstsize=level.shape[1::-1]) + np.float32(gain) * level
+    return np.asarray(np.clip(result, 0.0, 255.0), np.uint8)
+
+
+def _octaves(picture: Any, octaves: int) -> list[tuple[Any, Any]]:
+    """Return for each octave, the finest first, what is only in it and what is in coarser ones."""
+    levels: list[tuple[Any, Any]] = []
+    finer: Any = np.asarray(picture, np.float32)
+    for _ in range(octaves):
+        coarser = cv2.pyrDown(finer)
+        levels.append((finer - cv2.pyrUp(coarser, dstsize=finer.shape[1::-1]), coarser))
+        finer = coarser
+    return levels
 
 
 def _half(image: Image) -> Rgb8:
@@ -104,12 +150,16 @@ def _warped(level: Rgb8, to_level: Affine, side_px: int, border: int) -> Any:
     # Only the part that is looked at: OpenCV's warps refuse sources beyond 32766 px.
     last = side_px - 1
     corners = to_level([(0, 0), (last, 0), (0, last), (last, last)])
-    left, top = np.floor(corners.min(axis=0)).astype(int) - 2
-    right, bottom = np.ceil(corners.max(axis=0)).astype(int) + 3
-    box = Box(left, top, right, bottom).clipped(Box.of(level))
+    low = np.floor(corners.min(axis=0)).astype(int) - 3
+    high = np.ceil(corners.max(axis=0)).astype(int) + 4
+    if border == cv2.BORDER_REFLECT:  # what is mirrored is looked at, too
+        size = np.array(level.shape[1::-1])
+        low, high = np.minimum(low, 2 * size - high), np.maximum(high, -low)
+    box = Box(*low, *high).clipped(Box.of(level))
     if box.area == 0:
         return np.zeros((side_px, side_px, 3), np.uint8)
     to_box = Affine(to_level.matrix, to_level.shift - (box.left, box.top))
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    how = cv2.INTER_CUBIC if to_level.scale < _ENLARGED else cv2.INTER_LINEAR
+    flags = how | cv2.WARP_INVERSE_MAP
     part = level[box.slices]
     return cv2.warpAffine(part, to_box.opencv, (side_px, side_px), flags=flags, borderMode=border)

@@ -106,9 +106,29 @@ def faces(
         look(_turned(stirred(tiles[4], SURE_SCORE)), SURE_SCORE, sure)
     if not found:
         # A face larger than the frame is one again from afar.
-        far = Square(whole.center_px, 2.0 * whole.side_px)
+        far = _far(image)
         look([far, *_turned([far])], TILE_SCORE)
     return [one.face for one in found]
+
+
+def cut_faces(
+    image: Pyramid, detector: BlazeFace, fit: Fit, on_face: OnFace = ignored
+) -> list[Face]:
+    """Return the faces that the edge of an image cuts; it is seen `mirrored`, which ends them."""
+    found: list[Fitted] = []
+    for proposal in detector.look(image, _far(image), SURE_SCORE).boxes:
+        fitted = fit(proposal) if _at_edge(proposal, image) else None
+        if fitted is not None and _at_edge(fitted.box, image) and not _known(fitted.box, found):
+            found.append(fitted)
+            on_face(fitted.face)
+    return [one.face for one in found]
+
+
+def _at_edge(box: Detection, image: Pyramid) -> bool:
+    low, high = _sides(box.center_px, box.side_px)
+    last = np.array([image.width, image.height]) - 1.0
+    inside = bool(((high > 0.0) & (low < last)).all())
+    return inside and bool(((low < 0.0) | (high > last)).any())
 
 
 def _around(found: Sequence[Fitted], below_px: float) -> Iterator[Square]:
@@ -150,6 +170,11 @@ def _sides(center_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarra
 def _whole(image: Pyramid) -> Square:
     center = np.array([image.width - 1.0, image.height - 1.0]) / 2.0
     return Square(center, float(max(image.width, image.height)))
+
+
+def _far(image: Pyramid) -> Square:
+    whole = _whole(image)
+    return Square(whole.center_px, 2.0 * whole.side_px)
 
 
 def _turned(views: Sequence[Square]) -> list[Square]:

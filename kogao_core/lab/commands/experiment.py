@@ -17,7 +17,7 @@ from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
-from kogao_core.lab.commands import figures, outputs, stimuli, study
+from kogao_core.lab.commands import figures, outputs, series, stimuli, study
 from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
@@ -253,4 +253,5 @@ def methods_command(repeats: int, **given: Any) -> int:
 
 command.add_command(figures.command)
 command.add_command(stimuli.command)
+command.add_command(series.command)
 command.add_command(study.command)

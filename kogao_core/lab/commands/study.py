@@ -129,7 +129,7 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
-    help="Ask for natural or unnatural, or for a grade from 0 to 100.",
+    help="Ask for one of two answers or for a grade, or compare each picture with the photo.",
 )  # fmt: skip
 @words.option(
     "--faces-each", type=click.IntRange(0), default=0, show_default=True,
@@ -189,15 +189,19 @@ def make(
         catch=catch,
         satisfaction=satisfaction,
     )
-    source = reading.landmark_source(landmarks)
+    source, (points, _) = reading.landmark_source(landmarks), reading.point_files()
     texts = ("consent", "instructions", "debriefing")
     held |= {name: _text(held[name]) for name in texts}
     with ending.stopping(ValueError, ending.USAGE):
         conduct = Conduct(**held, distance_mm=round(10.0 * distance))
-        choices = making.Choices(recipe, kinds, seed, source.name, match, practice, conduct)
+        found_by = source.name if points is None else f"--points {points.name}"
+        choices = making.Choices(recipe, kinds, seed, found_by, match, practice, conduct)
     other = None
     if practice:
-        (other,) = _subjects([reading.input_path(None, True)], landmarks, max_megapixels)
+        # `--points` are of the photos, not of this one.
+        photo = reading.read_photo(reading.input_path(None, True), max_megapixels)
+        (face,) = select(source.find(photo.pixels), "largest")
+        other = pictures.subject(photo, face)
     with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices, other)
     ending.print_text(

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
 from kogao_core.base.language import Text
 from kogao_core.base.strict import Node
 
-Task = Literal["natural", "slider"]
+Task = Literal["natural", "slider", "pair", "same"]
+Answer = Literal["natural", "unnatural", "left", "right", "same", "different"]
+# What can be answered to a picture; a slider gives grades.
+ANSWERS: Final[Mapping[Task, tuple[Answer, ...]]] = {
+    "natural": ("natural", "unnatural"),
+    "slider": (),
+    "pair": ("left", "right"),
+    "same": ("same", "different"),
+}
+# The grey round every picture, in every browser: another one changes how a face's colours look.
+SURROUND: Final = "#b8b8b8"
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
 _SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)(px|deg)")
@@ -21,7 +32,9 @@ _LARGEST: Final = {"px": 4000.0, "deg": 90.0}
 class Conduct:
     """What all sessions of a study share."""
 
-    task: Task = "natural"  # two answers, or a grade of naturalness
+    # Whether a picture is natural, or how much so; or, beside the photo as it is, which of the two
+    # is more so, or whether they are the same.
+    task: Task = "natural"
     break_every: int = 0  # answers; 0 for no breaks
     faces_each: int = 0  # how many of the faces a rater judges; 0 for all
     swap_keys: bool = False  # for half of the raters F and J change places
@@ -44,6 +57,11 @@ class Conduct:
                 Text("{size} is no size such as fit, 640px or 12deg", size=repr(self.size))
             )
 
+    @property
+    def pairs(self) -> bool:
+        """Whether pictures are shown beside the photo as it is."""
+        return self.task in ("pair", "same")
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
         return dataclasses.asdict(self)
@@ -52,10 +70,11 @@ class Conduct:
     def parse(node: Node) -> Conduct:
         """Read what a study holds."""
         node.only([one.name for one in dataclasses.fields(Conduct)])
-        task = node.field("task").text(20, get_args(Task))
+        text = node.field("task").text(20, get_args(Task))
+        task: Task = next(task for task in get_args(Task) if task == text)
         try:
             return Conduct(
-                "slider" if task == "slider" else "natural",
+                task,
                 node.field("break_every").whole(0, 10**6),
                 node.field("faces_each").whole(0, 10**6),
                 node.field("swap_keys").flag(),

@@ -5,6 +5,7 @@ scipy comes with the extra ``experiments``.
 
 from __future__ import annotations
 
+import random
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -61,11 +62,13 @@ class Curve:
     scale: Estimate
     lapse: float
     answers: int
+    floor: float = 0.0  # the share that guessing reaches, where that is more than lapses
 
     def at(self, achieved: Floats) -> Floats:
         """Return the share at some distances, 0 to 1."""
         steps = (achieved - self.middle.value) / self.scale.value
-        return self.lapse + (1.0 - 2.0 * self.lapse) / (1.0 + np.exp(-steps))
+        low = max(self.floor, self.lapse)
+        return low + (1.0 - self.lapse - low) / (1.0 + np.exp(-steps))
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +93,7 @@ def is_here() -> bool:
     return find_spec("scipy") is not None
 
 
-def fitted(rows: Sequence[Answered]) -> Curves | None:
+def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
     """Fit curves to the answers about table 1's pictures and the photo as it is.
 
     Raters and faces are drawn again, both with replacement (Owen, Annals of Applied Statistics 1,
@@ -103,12 +106,12 @@ def fitted(rows: Sequence[Answered]) -> Curves | None:
         if row.variant.kind in ("table1", "control") and row.record.answer is not None
         if row.meaning.measured is not None and row.meaning.measured.achieved >= 0.0
     ]
-    cells = _Cells(usable)
+    cells = _Cells(usable, floor)
     if len(usable) < _LEAST_ANSWERS or min(cells.asked.shape[0], cells.faces) < 2:
         return None
     if not 0 < cells.hits.sum() < cells.asked.sum():
         return None
-    draw = np.random.default_rng(_SEED)
+    draw = random.Random(_SEED)
     weights = [cells.resampled(draw) for _ in range(RESAMPLES)]
     groups = sorted({group for group in cells.group if group is not None})
     members = {group: np.array([one in (group, None) for one in cells.group]) for group in groups}
@@ -145,7 +148,7 @@ def _cochran(rows: Sequence[Answered]) -> float | None:
     for row in rows:
         if row.variant.kind == "table1":
             where = row.key.identity, row.meaning.subject, row.session.rater, row.variant.percent
-            blocks[where][row.variant.group] = row.record.answer == "unnatural"
+            blocks[where][row.variant.group] = bool(row.is_unnatural)
     groups = sorted({group for block in blocks.values() for group in block})
     whole = [block for block in blocks.values() if len(block) == len(groups)]
     said = np.array([[block[group] for group in groups] for block in whole], int)
@@ -162,7 +165,8 @@ def _cochran(rows: Sequence[Answered]) -> float | None:
 class _Cells:
     """Answers counted by rater and picture."""
 
-    def __init__(self, rows: Sequence[Answered]) -> None:
+    def __init__(self, rows: Sequence[Answered], floor: float) -> None:
+        self._floor = floor
         raters = {name: n for n, name in enumerate(sorted({row.session.rater for row in rows}))}
         names = sorted({(row.key.identity, row.record.picture) for row in rows})
         places = {name: n for n, name in enumerate(names)}
@@ -179,13 +183,14 @@ class _Cells:
             # The photo as it is belongs to every group.
             self.group[place] = None if row.variant.kind == "control" else row.variant.group
             self.asked[raters[row.session.rater], place] += 1
-            self.hits[raters[row.session.rater], place] += row.record.answer == "unnatural"
+            self.hits[raters[row.session.rater], place] += bool(row.is_unnatural)
         self._face_of, self.faces = face_of, len(faces)
 
-    def resampled(self, draw: np.random.Generator) -> tuple[Floats, Floats]:
+    def resampled(self, draw: random.Random) -> tuple[Floats, Floats]:
         """Return hits and answers of each picture after raters and faces are drawn again."""
         rater, face = (
-            draw.multinomial(n, np.full(n, 1.0 / n)) for n in (len(self.asked), self.faces)
+            np.bincount(draw.choices(range(n), k=n), minlength=n)
+            for n in (len(self.asked), self.faces)
         )
         weight = face[self._face_of]
         return (rater @ self.hits) * weight, (rater @ self.asked) * weight
@@ -198,12 +203,14 @@ class _Cells:
             np.array([own.sum(axis=0), *drawn])[:, inside]
             for own, drawn in zip((self.hits, self.asked), zip(*weights, strict=True), strict=True)
         )
-        middle, scale, lapse = _fitted(self.achieved[inside], hits, asked)
+        middle, scale, lapse = _fitted(self.achieved[inside], hits, asked, self._floor)
         middles, scales = Estimate.of(middle[0], middle[1:]), Estimate.of(scale[0], scale[1:])
-        return Curve(middles, scales, float(lapse[0]), int(asked[0].sum())), middle[1:]
+        return Curve(middles, scales, float(lapse[0]), int(asked[0].sum()), self._floor), middle[1:]
 
 
-def _fitted(at: Floats, hits: Floats, asked: Floats) -> tuple[Floats, Floats, Floats]:
+def _fitted(
+    at: Floats, hits: Floats, asked: Floats, floor: float = 0.0
+) -> tuple[Floats, Floats, Floats]:
     """Return middle, scale and lapse of greatest likelihood, for each row of hits and answers.
 
     Fisher's scoring of ``a + b x`` for each of a few lapses, all rows at once.
@@ -213,12 +220,14 @@ def _fitted(at: Floats, hits: Floats, asked: Floats) -> tuple[Floats, Floats, Fl
     span = max(float(np.ptp(at)), 1.0)
     x, h, n = at - at.mean(), hits[:, None, :], asked[:, None, :]
     lapse = _LAPSES[:, None]
+    low = np.maximum(floor, lapse)
+    range_ = 1.0 - lapse - low
     a = np.zeros((len(hits), len(_LAPSES), 1))
     b = np.full_like(a, 8.0 / span)
     for _ in range(_ROUNDS):
         rise = expit(a + b * x)
-        share = np.clip(lapse + (1.0 - 2.0 * lapse) * rise, 1e-9, 1.0 - 1e-9)
-        steep = np.maximum((1.0 - 2.0 * lapse) * rise * (1.0 - rise), 1e-9)
+        share = np.clip(low + range_ * rise, 1e-9, 1.0 - 1e-9)
+        steep = np.maximum(range_ * rise * (1.0 - rise), 1e-9)
         score = (h - n * share) * steep / (share * (1.0 - share))
         weight = n * steep**2 / (share * (1.0 - share)) + 1e-9
         w0, w1, w2 = ((weight * x**k).sum(axis=2, keepdims=True) for k in range(3))

@@ -38,7 +38,7 @@ def _display(find: Callable[[Display], Any]) -> Callable[[Tally, Answered], Any]
 
 
 def _is_unnatural(_: Tally, row: Answered) -> int | None:
-    return None if row.record.answer is None else int(row.record.answer == "unnatural")
+    return None if row.is_unnatural is None else int(row.is_unnatural)
 
 
 def _asked(_: Tally, row: Answered) -> float:
@@ -83,9 +83,12 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
         lambda _, row: row.meaning.measured and row.meaning.measured.lattice_in_warps,
     ),
     Column("fit", "how the lattice takes up the moves", lambda _, row: row.variant.fit),
+    Column("side", "where it lies beside the photo as it is", lambda _, row: row.meaning.side),
     Column("natural_key", "the key that said natural", lambda _, row: row.session.keys[0].upper()),
-    Column("answer", "natural or unnatural", lambda _, row: row.record.answer),
-    Column("unnatural", "1 where the answer was unnatural", _is_unnatural),
+    Column("answer", "natural or unnatural; of a pair left or right, same or different",
+           lambda _, row: row.record.answer),
+    Column("unnatural", "1 where the answer was unnatural; of a pair less natural, or different",
+           _is_unnatural),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
     Column(
         "ms",

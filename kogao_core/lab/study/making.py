@@ -142,11 +142,15 @@ def _drawn(
         content = digest(subject, choices.recipe)
         for variant in kinds:
             name = plan.picture_name(seed, content, index, variant)
-            data, measured = pictures.drawn(subject, variant, choices.recipe, match=choices.match)
+            paired = choices.conduct.pairs and variant.kind != "satisfaction"
+            side = plan.side_of(seed, name) if paired else None
+            data, measured = pictures.drawn(
+                subject, variant, choices.recipe, match=choices.match, side=side
+            )
             (place / name).write_bytes(data)
             done += 1
             progress(done, total)
-            yield name, Meaning(index, variant, measured)
+            yield name, Meaning(index, variant, measured, side)
 
 
 def _study(meanings: Mapping[str, Meaning], conduct: Conduct) -> Study:

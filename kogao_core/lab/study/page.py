@@ -13,6 +13,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.language import language, translated
 from kogao_core.lab.study import results, words
+from kogao_core.lab.study.conduct import SURROUND
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.quality import LEAST_MS
 from kogao_core.lab.subjects import PAPER_SIZE
@@ -25,7 +26,7 @@ def page(study: Study, folder: Path, *, served: bool = False) -> str:
     its own folder, and nothing else: no request can leave for anywhere. It speaks the language at
     work.
     """
-    style = _part("page.css").replace("SURROUND", results.SURROUND)
+    style = _part("page.css").replace("SURROUND", SURROUND)
     script = _part("page.js").replace('"STUDY"', _data(study, folder, served))
     reached = "connect-src 'self'; img-src 'self' data:" if served else "img-src 'self' file: data:"
     policy = (

@@ -18,18 +18,22 @@ from kogao_core.base.atomic import put
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import aim
+from kogao_core.lab.study.conduct import SURROUND
 from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.plan import Side
 from kogao_core.lab.study.variants import Variant
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.photo import Photo
-from kogao_core.pipeline import Rendering, render
+from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 
 _QUALITY: Final = 95
 _FULL_COLOUR: Final = 0
 _LEAST_PADDING: Final = 16
 _STEPS: Final = 3
+# Between two pictures, px, in the page's grey.
+_GAP: Final = 40
+_GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # The day on which the MS-DOS calendar begins: every file system can hold it.
 _CHANGED_S: Final = 315_619_200.0
@@ -55,39 +59,37 @@ def _srgb(photo: Photo) -> Image:
 
 
 def drawn(
-    shown: Subject, variant: Variant, base: Recipe, *, match: bool = False
+    shown: Subject,
+    variant: Variant,
+    base: Recipe,
+    *,
+    match: bool = False,
+    side: Side | None = None,
 ) -> tuple[bytes, PictureFigures]:
     """Return a picture of the subject, as JPEG without any metadata, and how far it came.
 
-    With `match` its percentage is what is achieved, and what is asked for follows.
+    With `match` its percentage is what is achieved, and what is asked for follows. With a side it
+    lies there beside the photo as it is.
     """
-    rendering, asked = _warped(shown, variant, base), None
+    rendering, asked = render(shown.pixels, shown.faces, variant.recipe(base)), None
     if match and variant.percent:
         # What is achieved is all but proportional to what is asked for.
         asked = variant
         for _ in range(_STEPS):
             wanted = asked.percent * variant.percent / rendering.achieved[0]
             asked = dataclasses.replace(asked, percent=max(-_MOST, min(_MOST, wanted)))
-            rendering = _warped(shown, asked, base)
+            rendering = render(shown.pixels, shown.faces, asked.recipe(base))
     pixels = rendering.pixels
     if variant.kind == "catch":
         pixels = _cut(pixels, shown.faces[0])
+    if side is not None:
+        between = np.full_like(pixels[:, :_GAP], _GREY)
+        both = (pixels, between, shown.pixels)
+        pixels = np.hstack(both if side == "left" else both[::-1])
     figures = PictureFigures.of(rendering)
     if asked is not None:
         figures = dataclasses.replace(figures, asked=round(asked.percent, 4))
     return jpeg(pixels), figures
-
-
-def _warped(shown: Subject, variant: Variant, base: Recipe) -> Rendering:
-    recipe, faces = variant.recipe(base), shown.faces
-    if variant.percent < 0.0:
-        # The other way: each target as far outside.
-        pairs = [aim(face, recipe) for face in faces]
-        faces = tuple(
-            dataclasses.replace(face, targets=2.0 * pair.source_px - pair.target_px)
-            for face, pair in zip(faces, pairs, strict=True)
-        )
-    return render(shown.pixels, faces, recipe)
 
 
 def _cut(pixels: Image, face: Face) -> Image:

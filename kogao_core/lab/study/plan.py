@@ -14,7 +14,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final, Literal, get_args
 
 from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
@@ -38,6 +38,7 @@ _MOST_BYTES: Final = 32 * 2**20
 _MOST_PICTURES: Final = 100_000
 _HEX: Final = 16  # letters of a name: 64 bits
 LONGEST_SEED: Final = 64
+Side = Literal["left", "right"]
 _NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
 _RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
@@ -80,6 +81,7 @@ class Meaning:
     subject: int
     variant: Variant
     measured: PictureFigures | None = None
+    side: Side | None = None  # where it lies beside the photo as it is; None where it is alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,7 @@ class Key:
                 "subject": meaning.subject,
                 **dataclasses.asdict(meaning.variant),
                 **(dataclasses.asdict(meaning.measured) if meaning.measured else {}),
+                "side": meaning.side,
             }
             for name, meaning in sorted(self.pictures.items())
         }
@@ -129,6 +132,12 @@ def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str
     text = json.dumps([content, subject, *dataclasses.astuple(variant)])
     digest = hmac.new(seed.encode(), text.encode(), hashlib.sha256).hexdigest()
     return digest[:_HEX] + SUFFIX
+
+
+def side_of(seed: str, name: str) -> Side:
+    """Return on which side of a pair a picture lies: by chance, and again so with the same seed."""
+    odd = hmac.new(seed.encode(), b"side " + name.encode(), hashlib.sha256).digest()[0] % 2
+    return "right" if odd else "left"
 
 
 def is_rater(code: str) -> bool:
@@ -236,11 +245,14 @@ def _checked_name(node: Node) -> str:
 
 
 def _meaning(node: Node, subjects: int, version: int) -> Meaning:
-    more = ("achieved", "lattice_in_warps", "asked", "fit")[: 2 * (version - 1)]
+    fields = ("achieved", "lattice_in_warps", "asked", "fit", "side")
+    more = fields[: (0, 2, 5)[version - 1]]
     node.only(("subject", "kind", "percent", "center", "lattice", *more))
     text = node.field("kind").text(20, get_args(Kind))
     kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
     named = node.field("fit").text(20, get_args(Fit)) if version > 2 else PAPER.fit
+    given = None if node.field("side").value is None else node.field("side").text(5, get_args(Side))
+    side: Side | None = next((side for side in get_args(Side) if side == given), None)
     fit: Fit = next(fit for fit in get_args(Fit) if fit == named)
     variant = Variant(
         kind,
@@ -253,4 +265,5 @@ def _meaning(node: Node, subjects: int, version: int) -> Meaning:
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
         PictureFigures.parse(node) if more else None,
+        side,
     )

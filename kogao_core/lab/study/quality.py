@@ -58,7 +58,7 @@ class Rules:
             reasons.append(share)
         low, high = one.distances
         ends = low <= _NATURAL_PERCENT and high >= _UNNATURAL_PERCENT
-        if ends and one.answers >= self.straight and one.unnatural in (0.0, 1.0):
+        if ends and one.answers >= self.straight and one.is_straight:
             reasons.append(Text("the same answer to all {n} pictures", n=one.answers))
         if one.catches and one.caught < self.least_caught * one.catches:
             caught = Text("{n} of {of} catch pictures seen", n=one.caught, of=one.catches)
@@ -77,6 +77,7 @@ class Quality:
     answers: int
     median_ms: float
     quick: float  # share of answers that came sooner than the rules' least time, 0 to 1
+    is_straight: bool  # whether all answers are the same
     unnatural: float | None  # share of "unnatural"; None where nothing is answered by that
     distances: tuple[float, float]  # smallest and largest asked for, % of D
     longest_run: int  # most times in a row that the same was said
@@ -98,25 +99,27 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     judged = [row for row in rows if row.record.answer is not None]
     asked = [abs(row.variant.percent) for row in judged if row.variant.kind != "catch"]
     catches = [row for row in judged if row.variant.kind == "catch"]
-    said = [row.record.answer for row in judged if row.variant.kind != "catch"]
+    others = [row for row in judged if row.variant.kind != "catch"]
+    said = [row.record.answer for row in others]
     times = [row.record.took_ms for row in rows]
     runs = (len(list(same)) for _, same in itertools.groupby(said))
     shown = [row.record.display for row in rows if row.record.display is not None]
     widths = [one.degrees for one in shown if one.degrees is not None]
-    twins = _twins([row for row in judged if row.variant.kind != "catch"])
+    twins = _twins(others)
     sessions = {id(row.session): row.session for row in rows}.values()
     return Quality(
         rows[0].session.rater,
         len(rows),
         statistics.median(times),
         sum(ms < rules.least_ms for ms in times) / len(times),
-        said.count("unnatural") / len(said) if said else None,
+        len(set(said)) == 1,
+        sum(bool(row.is_unnatural) for row in others) / len(said) if said else None,
         (min(asked, default=0.0), max(asked, default=0.0)),
         max(runs, default=0),
         len(twins),
         sum(first == second for first, second in twins),
         len(catches),
-        sum(row.record.answer == "unnatural" for row in catches),
+        sum(bool(row.is_unnatural) for row in catches),
         sum(row.record.away_ms or 0 for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
@@ -124,9 +127,9 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     )
 
 
-def _twins(rows: Sequence[Answered]) -> list[tuple[str | None, str | None]]:
+def _twins(rows: Sequence[Answered]) -> list[tuple[bool | None, bool | None]]:
     """Return the answers to each two pictures that are the same but for their names."""
     same = defaultdict(list)
     for row in rows:
-        same[row.key.identity, row.meaning.subject, row.variant.what].append(row.record.answer)
+        same[row.key.identity, row.meaning.subject, row.variant.what].append(row.is_unnatural)
     return [pair for answers in same.values() for pair in itertools.combinations(answers, 2)]

@@ -15,6 +15,7 @@ from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURA
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.lab.study import curve
+from kogao_core.lab.study.conduct import Task
 from kogao_core.lab.study.curve import Curve, Curves, Estimate
 from kogao_core.lab.study.origin import PictureFigures
 from kogao_core.lab.study.quality import Quality
@@ -27,9 +28,20 @@ from kogao_core.recipe.settings import SETTINGS
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
 _TITLE: Final = Text("How natural do the faces look?")
-_LEAD: Final = Text(
-    "People called pictures natural or unnatural without knowing how they were made."
-)
+_LEADS: Final[Mapping[Task, Text]] = {
+    "natural": Text(
+        "People called pictures natural or unnatural without knowing how they were made."
+    ),
+    "slider": Text("People graded pictures without knowing how they were made."),
+    "pair": Text(
+        "People chose the more natural of two pictures, one of them the photo as it is. What is "
+        "called unnatural below is the other one where it wasn't chosen; guessing makes that 50 %."
+    ),
+    "same": Text(
+        "People told whether two pictures were the same, one of them the photo as it is. What is "
+        "called unnatural below is what they called different."
+    ),
+}
 _ACHIEVED: Final = Text(
     "Achieved: how far landmarks came towards the centre on average; the paper's "
     "own figures are those that were asked for."
@@ -59,7 +71,7 @@ def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
         rows.append([_named(group, shares), *map(_percent, own)])
         rows.append([Text("achieved, % of D"), *came])
         printed = [_published(percent, group[0]) for percent in distances]
-        if not any(value is not None for value in printed):
+        if tally.task != "natural" or not any(value is not None for value in printed):
             continue
         cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
         rows.append([Text("the paper"), *cells])
@@ -70,16 +82,22 @@ def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
             *(Text("{percent:g} % of D", percent=percent) for percent in distances),
         ),
         rows,
-        Text(
-            "{basis} {achieved} The paper: {subjects} faces, {students} students; "
-            "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
-            "about 160 answers stand behind each. {independence}",
-            basis=_basis(tally, shares, people),
-            achieved=_ACHIEVED,
-            subjects=SUBJECTS,
-            students=STUDENTS,
-            independence=_INDEPENDENCE,
-        ),
+        _note_1(_basis(tally, shares, people), tally.task),
+    )
+
+
+def _note_1(basis: str, task: Task) -> Text:
+    if task != "natural":
+        return Text("{basis} {independence}", basis=basis, independence=_INDEPENDENCE)
+    return Text(
+        "{basis} {achieved} The paper: {subjects} faces, {students} students; "
+        "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
+        "about 160 answers stand behind each. {independence}",
+        basis=basis,
+        achieved=_ACHIEVED,
+        subjects=SUBJECTS,
+        students=STUDENTS,
+        independence=_INDEPENDENCE,
     )
 
 
@@ -151,7 +169,7 @@ def care(tally: Tally) -> Table:
             Text("rater"), Text("answers"), Text("median, s"),
             Text("under {ms} ms", ms=rules.least_ms), Text("unnatural"), Text("longest run"),
             Text("twins alike"), Text("catches seen"), Text("away, s"), Text("picture, CSS px"),
-            Text("picture, degrees"), Text("left out for"),
+            Text("in degrees"),
         ),
         [_rater_row(one) for one in tally.raters.values()],
         Text(
@@ -185,8 +203,13 @@ def _rater_row(one: Quality) -> list[str]:
         f"{one.away_ms / 1000.0:.1f}",
         sizes or NONE,
         degrees if one.degrees else NONE,
-        Text.joined("; ", one.reasons) if one.reasons else NONE,
     ]
+
+
+def left_out(tally: Tally) -> Table:
+    """Return whose answers don't count, and why."""
+    rows = [[one.rater, Text.joined("; ", one.reasons)] for one in tally.left_out]
+    return Table(Text("Raters who are left out"), (Text("rater"), Text("left out for")), rows)
 
 
 def curves(found: Curves, shares: Shares) -> Table:
@@ -207,7 +230,10 @@ def curves(found: Curves, shares: Shares) -> Table:
             p=found.p, n=found.raters_needed, first=first,
         )  # fmt: skip
     return Table(
-        Text("Where half of the answers are “unnatural”, by the distance achieved"),
+        Text(
+            "Where {share:g} % of the answers are “unnatural”, by the distance achieved",
+            share=50.0 * (1.0 + found.whole.floor),
+        ),
         (
             Text("centre"), Text("at, % of D"), Text("scale, % of D"), Text("lapses"),
             Text("answers"), Text("later by, % of D"),
@@ -281,7 +307,8 @@ def _grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
     shares, everybody = tally.shares(), tally.shares(tally.answers)
-    found = curve.fitted(tally.counted) if curve.is_here() else None
+    floor = 0.5 if tally.task == "pair" else 0.0
+    found = curve.fitted(tally.counted, floor=floor) if curve.is_here() else None
     differs = shares != everybody
     whose = Text("those who count") if differs else Text("everybody")
     graded = tally.naturalness()
@@ -289,7 +316,8 @@ def report(tally: Tally) -> Report:
     if any(grades.count for grades in graded.values()):
         parts += [_grades_chart(graded), naturalness(tally, graded)]
     else:
-        parts.append(Row(_distance_charts(shares), wide=True))
+        charts = _distance_charts(shares)
+        parts.append(Row(charts if tally.task == "natural" else charts[:1], wide=True))
         parts += [
             Heading(Text("Warp distance and centre")),
             table_1(tally, shares, whose, len(tally.careful)),
@@ -305,10 +333,11 @@ def report(tally: Tally) -> Report:
     if any(row.variant.kind == "satisfaction" for row in tally.answers):
         parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
     parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
+    parts += [left_out(tally)] if tally.left_out else []
     parts += [Heading(Text("Where it comes from")), studies(tally)]
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     records = _records(tally, shares, everybody)
-    return Report(_TITLE, _LEAD, parts, records, _document(tally, records, found))
+    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
 
 
 def _document(

@@ -19,10 +19,10 @@ from kogao_core import __version__
 from kogao_core.base.atomic import check_target
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse, read
-from kogao_core.lab.study import plan
+from kogao_core.lab.study import conduct, plan
+from kogao_core.lab.study.conduct import Answer
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.session import (
-    Answer,
     Display,
     Keys,
     Record,
@@ -32,8 +32,6 @@ from kogao_core.lab.study.session import (
 
 SUFFIX: Final = ".jsonl"
 VERSION: Final = 3
-# The grey round every picture, in every browser: another one changes how a face's colours look.
-SURROUND: Final = "#b8b8b8"
 _LARGEST_GRADE: Final = 100
 _FORMAT: Final = "kogao-ratings"
 _MOST_BYTES: Final = 64 * 2**20
@@ -119,7 +117,7 @@ def header(study: Study, rater: str, via: str) -> dict[str, Any]:
         "rater": rater,
         "via": via,
         "program": __version__,
-        "surround": SURROUND,
+        "surround": conduct.SURROUND,
     }
 
 
@@ -180,7 +178,7 @@ def record(node: Node, version: int = VERSION) -> Record:
     if "answer" in node.value:
         node.only(("n", "picture", "answer", "ms", *viewed))
         text = node.field("answer").text(20, get_args(Answer))
-        answer: Answer = "natural" if text == "natural" else "unnatural"
+        answer: Answer = next(one for one in get_args(Answer) if one == text)
         return Record(number, picture, answer, took_ms=took, away_ms=away, display=display)
     node.only(("n", "picture", "grade", "ms", *viewed))
     grade = node.field("grade")

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
+from kogao_core.lab.study.conduct import ANSWERS, Answer
 from kogao_core.lab.study.plan import Study
 
-Answer = Literal["natural", "unnatural"]
 # The keys that say natural and unnatural.
 Keys = Literal["fj", "jf"]
 
@@ -150,6 +150,8 @@ class Session:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
+        elif record.answer is not None and record.answer not in ANSWERS[self.study.conduct.task]:
+            raise BadFile(Text("line {number} isn't answered as was asked", number=number))
         elif record.skipped and record.picture not in self.study.satisfaction:
             raise BadFile(Text("line {number} has no answer", number=number))
 

@@ -11,6 +11,7 @@ from kogao_core.lab.study.plan import Key
 from kogao_core.lab.study.tally import Tally
 
 _SHOWN: Final = 12  # letters of a digest
+_ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are one
 
 
 def studies(tally: Tally) -> Table:
@@ -61,8 +62,9 @@ def notes(tally: Tally) -> list[str]:
     early = sum(row.is_early for row in tally.answers if row.session.rater in tally.careful)
     if early:
         sentences.append(Text("answers that came too early and are left out: {n}", n=early))
+    angles = [angle for one in tally.raters.values() for angle in one.degrees or (0.0,)]
     sizes = {one.sizes for one in tally.raters.values()}
-    if len(sizes) > 1:
+    if len(sizes) > 1 and max(angles) - min(angles) > _ALIKE * max(angles):
         sentences.append(
             Text(
                 "raters saw pictures at different sizes, which are pooled; see the table of raters"

@@ -13,6 +13,7 @@ from typing import Final
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.lab.study import plan, quality, results
+from kogao_core.lab.study.conduct import Task
 from kogao_core.lab.study.origin import PictureFigures
 from kogao_core.lab.study.plan import Key, Meaning
 from kogao_core.lab.study.quality import Quality
@@ -44,6 +45,14 @@ class Answered:
         return self.meaning.variant
 
     @property
+    def is_unnatural(self) -> bool | None:
+        """Whether it was called unnatural; of a pair, less natural or different. None: graded."""
+        answer = self.record.answer
+        if answer in ("left", "right"):
+            return answer != self.meaning.side
+        return None if answer is None else answer in ("unnatural", "different")
+
+    @property
     def is_early(self) -> bool:
         """Whether it came before the least time of the study's rules."""
         return self.record.took_ms < self.key.rules.least_ms
@@ -53,6 +62,7 @@ class Answered:
 class Tally:
     """What one or more studies found."""
 
+    task: Task = "natural"  # what they asked
     keys: list[Key] = field(default_factory=list)  # the studies
     answers: list[Answered] = field(default_factory=list)  # all, in the order of the files
     raters: dict[str, Quality] = field(default_factory=dict)  # one code is one person everywhere
@@ -96,7 +106,7 @@ class Tally:
         for row in self.counted if rows is None else rows:
             if row.record.answer is not None:
                 answers[row.variant] += 1
-                hits[row.variant] += row.record.answer == "unnatural"
+                hits[row.variant] += bool(row.is_unnatural)
         kinds = {one.variant for key in self.keys for one in key.pictures.values()}
         judged = sorted(one for one in kinds if one.is_judged)
         return {variant: Share(hits[variant], answers[variant]) for variant in judged}
@@ -158,12 +168,16 @@ def tally(
 
     What can't be used of the ratings is named in the result and stops nothing.
     """
-    total, known = Tally(), {}
+    total, known, tasks = Tally(), {}, set()
     for folder, key_file in studies:
         study, key = plan.load_study(folder), plan.load_key(key_file)
         _check(study, key, key_file)
         total.keys.append(key)
+        total.task = study.conduct.task
+        tasks.add(total.task)
         known[study.identity] = study, key
+    if len(tasks) > 1:
+        raise BadFile(Text("these studies ask different things; report on them one by one"))
     files = [path for folder, _ in studies for path in _rating_files(folder)]
     for (identity, _), copies in _by_session([*files, *others], total).items():
         if identity not in known:
@@ -226,7 +240,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
 
 
 def _add(session: Session, key: Key, total: Tally) -> None:
-    if session.answered and session.current is not None:
+    if session.current is not None:
         total.unfinished.append(session)
     places = {name: place for place, name in enumerate(session.order, start=1)}
     total.answers += [

@@ -56,7 +56,7 @@ class Variant:
     def recipe(self, base: Recipe) -> Recipe:
         """Return the recipe that makes the picture; the rest is as in `base`."""
         return dataclasses.replace(
-            base, percent=abs(self.percent), center=self.center, lattice=self.lattice, fit=self.fit
+            base, percent=self.percent, center=self.center, lattice=self.lattice, fit=self.fit
         )
 
 

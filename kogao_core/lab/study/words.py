@@ -8,8 +8,6 @@ from kogao_core.base.language import Text
 
 PAGE: Final = {
     "title": Text("Natural or unnatural?"),
-    "natural_key": Text("natural"),
-    "unnatural_key": Text("unnatural"),
     "back_key": Text("take the last answer back"),
     "then": Text("Then you grade some pictures from 0 to 100."),
     "stop_alone": Text("You may stop at any time and go on later in this browser."),
@@ -38,8 +36,6 @@ PAGE: Final = {
     "begin": Text("Begin"),
     "go_on": Text("Go on"),
     "picture": Text("The face to judge"),
-    "natural": Text("Natural"),
-    "unnatural": Text("Unnatural"),
     "next": Text("Next"),
     "not_mine": Text("Not my picture"),
     "progress": Text("Progress"),
@@ -53,6 +49,22 @@ PAGE: Final = {
 """What stands in `page.html`, by the name of its place."""
 
 SCRIPT: Final = {
+    "natural": Text("Natural"),
+    "unnatural": Text("Unnatural"),
+    "left": Text("The left one"),
+    "right": Text("The right one"),
+    "same": Text("The same"),
+    "different": Text("Different"),
+    "task_pair": Text(
+        "You will see {n} times two pictures side by side. Say, without thinking long, in which"
+        " the face looks more natural."
+    ),
+    "task_same": Text(
+        "You will see {n} times two pictures side by side. Say, without thinking long, whether"
+        " they are the same or differ."
+    ),
+    "ask_pair": Text("In which picture does the face look more natural?"),
+    "ask_same": Text("Are these pictures the same?"),
     "task_slider": Text(
         "You will see {n} pictures one after another. Say of each, without thinking long, how"
         " natural the face looks."

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Final
 
+import cv2
+import numpy as np
+
 from kogao_core.base import assets
-from kogao_core.base.geometry import Image
+from kogao_core.base.geometry import Affine, Image
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.aam import points
 from kogao_core.faces.landmarks.aam.fitting import Fit, fit_both_ways
-from kogao_core.faces.landmarks.aam.haar import HaarFaces
 from kogao_core.faces.landmarks.aam.model import Model
 from kogao_core.faces.landmarks.aam.model_file import read
-from kogao_core.faces.landmarks.blazeface import CLOSE, SURE, BlazeFace, Detection
+from kogao_core.faces.landmarks.blazeface import CLOSE, INPUT_PX, SURE, BlazeFace, Detection, Square
 from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
 from kogao_core.faces.landmarks.pixels import Pyramid
 
@@ -27,6 +30,13 @@ _STEEP: Final = 4
 _MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
 # As in the mesh source: the wide look separates faces from the rest better than the close one.
 _WIDE_SHARE: Final = 0.7
+_CASCADE: Final = "haarcascade_frontalface_alt2.xml"
+_LOOK_PX: Final = 512
+_LEAST_FACE_PX: Final = 24
+# Upright first; the cascade itself stands about 15 degrees of tilt.
+_TURNS: Final = (0.0, 30.0, -30.0, 90.0, -90.0, 180.0)
+# From the cascade's squares to BlazeFace's, measured on the shared photographs.
+_SIDE, _DOWN = 0.89, 0.12
 
 
 class AamSource:
@@ -136,3 +146,32 @@ class _Photo:
 
 def _upside_down(box: Detection) -> Detection:
     return replace(box, degrees=box.degrees + 180.0, seen_wide=False)
+
+
+class HaarFaces:
+    """Face boxes without networks: the cascade that travels with OpenCV; not thread-safe."""
+
+    def __init__(self) -> None:
+        folder = Path(cv2.__file__).parent / "data"
+        self._cascade = cv2.CascadeClassifier(str(folder / _CASCADE))
+
+    def boxes(self, picture: Pyramid) -> Iterator[list[Detection]]:
+        """Return boxes without keypoints, for one angle after the other, upright first."""
+        center = np.array([picture.width - 1.0, picture.height - 1.0]) / 2.0
+        side = float(np.hypot(picture.width, picture.height))
+        for degrees in _TURNS:
+            yield self._boxes(picture, Square(center, side, degrees))
+
+    def _boxes(self, picture: Pyramid, view: Square) -> list[Detection]:
+        to_image = view.to_image.after(Affine.resize(INPUT_PX / _LOOK_PX, INPUT_PX / _LOOK_PX))
+        grey = cv2.cvtColor(picture.sample(to_image, _LOOK_PX), cv2.COLOR_RGB2GRAY)
+        found = self._cascade.detectMultiScale(grey, minSize=(_LEAST_FACE_PX, _LEAST_FACE_PX))
+        return [
+            Detection(
+                to_image((x + width / 2.0 - 0.5, y + (0.5 + _DOWN) * width - 0.5)),
+                _SIDE * width * to_image.scale,
+                view.degrees,
+                score=1.0,
+            )
+            for x, y, width, _ in sorted(map(tuple, found), key=lambda box: -box[2])
+        ]

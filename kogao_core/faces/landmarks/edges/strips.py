@@ -11,7 +11,7 @@ import numpy as np
 from kogao_core.base.geometry import Affine, Array, Image, degrees_of
 from kogao_core.faces.landmarks.edges.network import Floats
 from kogao_core.faces.landmarks.outline import resampled
-from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.faces.landmarks.pixels import Pyramid, sharpened
 
 ALONG: Final = 41
 ACROSS: Final = np.arange(-24.0, 51.0)  # steps from inside to outside
@@ -54,7 +54,7 @@ class Cut:
         middle = (outline.min(axis=0) + outline.max(axis=0) + 2.0 * eyes.mean(axis=0)) / 4.0
         half = (_SIDE - 1) / 2.0
         to_image = Affine(turn.matrix, middle - turn((half, half)))
-        return Cut(image.sample(to_image, _SIDE, cv2.BORDER_REPLICATE), to_image)
+        return Cut(sharpened(image.sample(to_image, _SIDE, cv2.BORDER_REPLICATE)), to_image)
 
     def strip(self, lines: Lines, steps: Array = ACROSS) -> Image:
         """Return the picture across these lines, shape (41, 75, 3), there or at other steps."""
