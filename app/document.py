@@ -207,6 +207,8 @@ class Document(QObject):
         # What a photo begins with.
         self.first_recipe = DEFAULT
         self._state = self._committed = self._base = State()
+        # What counted as saved when the photo was opened.
+        self._opened_as = self._base
         self._saved = self._begun = self._base.work
         self._savings: list[Saving] = []
         self._text = self._change = ""
@@ -274,8 +276,9 @@ class Document(QObject):
             step = self.undo.command(index)
             assert isinstance(step, ReplaceState)
             step.before, step.after = more(step.before), more(step.after)
+        self._opened_as = more(self._opened_as)
         if self._saved is self._begun:
-            self._saved = self._begun = more(self._base).work
+            self._saved = self._begun = self._opened_as.work
         self._base, self._committed = more(self._base), more(self._committed)
         self._state = more(self._state)
         self.changed.emit()
@@ -290,7 +293,7 @@ class Document(QObject):
                 ):
                     self.undo.push(ReplaceState(self, before, after, text))
                 self.undo.setIndex(steps.index)
-            self._state = self._committed = steps.states[steps.index]
+            self._state = self._committed = self._opened_as = steps.states[steps.index]
             self._saved = self._begun = self._committed.work
             self.undo.indexChanged.emit(steps.index)
         self.changed.emit()
@@ -343,7 +346,7 @@ class Document(QObject):
 
     def _begin(self, state: State) -> None:
         state = dataclasses.replace(state, optics=self._optics, image=self.image)
-        self._state = self._committed = self._base = state
+        self._state = self._committed = self._base = self._opened_as = state
         self._saved = self._begun = state.work
         self.undo.clear()
 

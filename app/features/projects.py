@@ -6,7 +6,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 
 from kogao_core.base.strict import BadFile
 from kogao_core.photo import Photo
@@ -61,7 +61,8 @@ class Projects(Feature):
         )
         self.document.opened.connect(self._forget)
         self.document.undo.indexChanged.connect(lambda _: self.keep())
-        faces.found.connect(lambda _: self.keep())
+        # The search counts as under way until this is over.
+        faces.found.connect(lambda _: QTimer.singleShot(0, self.keep))
         files.resuming.connect(self._know)
         files.restored.connect(self._take_up)
         # What a copy was made with is there again with the photo.

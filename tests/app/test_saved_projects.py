@@ -436,6 +436,27 @@ def test_a_photo_left_while_its_faces_were_sought_has_them_when_it_comes_back(st
     assert other.state.recipe.percent == 7.0
 
 
+def test_faces_found_after_an_edit_are_kept_with_it(start, photo, source):
+    gate, find = threading.Event(), source.find
+
+    def slow(*asked):
+        assert gate.wait(LONGEST_S)
+        return find(*asked)
+
+    source.find = slow
+    driver = start()
+    driver.editor.files.read(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    step(driver, 7.0)
+    step(driver, 8.0)
+    gate.set()
+    driver.settle()
+    driver.qtbot.waitUntil(lambda: sidecar_of(photo).exists())
+    driver.settle()
+    assert len(load(sidecar_of(photo)).automatic.faces) == 1
+    assert not driver.window.isWindowModified()
+
+
 def test_points_of_a_face_begun_can_not_be_kept_and_that_is_asked(opened, photo):
     opened.editor.manual.switch("manual")
     opened.editor.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
