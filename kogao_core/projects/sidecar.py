@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -42,7 +43,11 @@ def own_place(photo: str | os.PathLike[str], folder: Path) -> Path:
 def kept(photo: str | os.PathLike[str], folder: Path | None = None) -> Path | None:
     """Return the newest project of a photo, beside it or in the user's own folder, if any."""
     places = [sidecar_of(photo), *([own_place(photo, folder)] if folder else [])]
-    there = {place: place.stat().st_mtime_ns for place in places if place.is_file()}
+    there: dict[Path, int] = {}
+    for place in places:
+        with suppress(OSError):  # a folder that can't be asked holds none
+            if place.is_file():
+                there[place] = place.stat().st_mtime_ns
     return max(there, key=lambda place: there[place], default=None)
 
 

@@ -196,7 +196,7 @@ def test_a_session_leads_one_person_through_all_photos_practice_first(
     monkeypatch.setattr(
         session.random, "shuffle", lambda photos: photos.sort(key=lambda p: order.index(p.name))
     )
-    empty.key(KEYS.Key_5, CONTROL)
+    empty.key(KEYS.Key_5, CONTROL, ALT)
     dialog = empty.dialog(session.SessionDialog)
     QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
     assert "Say who" in dialog.wrong.text()
@@ -248,7 +248,7 @@ def test_a_folder_of_one_persons_photos_is_brought_to_one_result(empty, tmp_path
     folder.mkdir()
     for name in "ab":
         (folder / f"{name}.png").write_bytes(encoded)
-    empty.key(KEYS.Key_6, CONTROL)
+    empty.key(KEYS.Key_7, CONTROL, ALT)
     empty.choose_path(folder)
     finish(empty)
     (table,) = window_of(empty).tables

@@ -18,6 +18,8 @@ APP, KEYS, CONTROL = ROOT / "app", Qt.Key, Qt.KeyboardModifier.ControlModifier
 # of the document. "try" is another try at the same thing, which begins with a clean bar; "open" is
 # another photo; "own" a message of its own about how the next one went.
 ENDS = {
+    "features/chosen._not_given": "try",
+    "features/chosen.give": "try",
     "editor.admit": "open",
     "features/commands._copy_report": "time",
     "features/experiments/session._applied": "open",

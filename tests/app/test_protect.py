@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from typing import get_args
 
 import numpy as np
@@ -236,6 +237,6 @@ def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
 
 def test_another_photo_begins_unprotected(opened, photo):
     paint(opened)
-    opened.editor.files.read(photo)
+    opened.editor.files.read(shutil.copy(photo, photo.with_name("another.png")))
     opened.settle()
     assert not strokes(opened)
