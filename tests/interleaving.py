@@ -145,7 +145,9 @@ class Interleaving:
             with contextlib.suppress(FileNotFoundError):  # being removed at this moment
                 shutil.copy2(path, storage.recovery)
         if self._storage.edits.exists():
-            shutil.copytree(self._storage.edits, storage.edits)
+            # What is being written aside goes at any moment.
+            aside = shutil.ignore_patterns(".kogao-*")
+            shutil.copytree(self._storage.edits, storage.edits, ignore=aside)
         self._end()
         self._gesture = False
         self._start(home)
@@ -426,7 +428,8 @@ class Interleaving:
             return
         buttons = self._editor.window.bar.buttons
         wanted = [one for one in buttons if not one.text().startswith(unwanted)]
-        self._press(self._one_of(wanted))
+        if wanted:
+            self._press(self._one_of(wanted))
 
     def _press(self, button: QPushButton) -> None:
         self.log.append(f"  {button.text()}")
