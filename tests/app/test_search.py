@@ -130,7 +130,7 @@ def test_a_face_corrected_meanwhile_stays_and_the_rest_join_it(search):
     driver.key(KEYS.Key_Z, CONTROL)
     assert driver.state.faces[0] is FACES[0]
     assert set(driver.state.faces) == set(FACES), "the rest lie below the first undo step"
-    assert not driver.editor.document.dirty
+    driver.qtbot.waitUntil(lambda: not driver.editor.document.dirty)
     driver.editor.document.undo.redo()
     assert driver.state.faces[0] is corrected
     assert len(driver.state.faces) == 3
