@@ -12,6 +12,7 @@ from PIL import Image as Pillow
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.language import Text
+from kogao_core.base.stderr import hushed
 from kogao_core.photo.model import Photo
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
@@ -54,11 +55,12 @@ UNKNOWN: Final = Optics(
 def optics_of(photo: Photo) -> Optics:
     """Return what a photo tells of its lens."""
     tags = Pillow.Exif()
-    try:
-        tags.load(photo.exif or b"")
-        told = {**tags, **tags.get_ifd(ExifTags.IFD.Exif)}
-    except Exception:  # a damaged block tells nothing
-        told = {}
+    with hushed():  # Pillow warns of what it finds
+        try:
+            tags.load(photo.exif or b"")
+            told = {**tags, **tags.get_ifd(ExifTags.IFD.Exif)}
+        except Exception:  # a damaged block tells nothing
+            told = {}
     panorama = b"GPano:" in (photo.xmp or b"") or told.get(Tag.CustomRendered) == _PANORAMA
     words = " ".join(str(told.get(tag, "")) for tag in (Tag.Make, Tag.Model, Tag.LensModel))
     if panorama or any(word in words.lower() for word in _CURVED):

@@ -105,7 +105,7 @@ def case(rng: Rng, only: list[str]) -> Trial:
     steps, files = MAKERS[kind](rng)
     sound = {} if kind == "photo" else {"photo.png": hostile_texts.photo()}
     files = {**sound, **files}
-    return Trial(kind, steps, files, own=("home/*",), codes=(0, 3), lines=OFFSCREEN)
+    return Trial(kind, steps, files, own=("home/*", "*.kogao.json"), codes=(0, 3), lines=OFFSCREEN)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """A photo tells its focal length, or a sentence says why nobody knows it."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -151,3 +152,10 @@ def test_what_is_no_focal_length_is_refused_in_a_sentence(tmp_path, value):
     assert told.exit_code
     assert "lens must be" in told.stderr
     assert not out.exists()
+
+
+def test_a_damaged_block_is_read_in_silence(tmp_path, recwarn):
+    photo = kogao.read(saved(tmp_path, (600, 400), WHOLE))
+    for length in range(20, len(photo.exif), 7):
+        optics_of(dataclasses.replace(photo, exif=photo.exif[:length]))
+    assert not recwarn.list

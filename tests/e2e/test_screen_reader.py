@@ -99,7 +99,7 @@ def test_from_a_photo_to_a_saved_copy_with_a_screen_reader(reader, two_portraits
     reader.focus_on("text File name")
     reader.types(str(tmp_path / "copy.png"))
     reader.keys("Return")
-    reader.hears("Saved copy.png.")
+    reader.hears("Saved copy.png in")
     reader.in_front("both.png")
     saved, original = read(tmp_path / "copy.png").pixels, read(two_portraits).pixels
     assert saved.shape == original.shape
