@@ -7,7 +7,7 @@ import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import cv2
 import numpy as np
@@ -15,6 +15,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.display import png, rgb8
 from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.batch.measures import measured
 from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering, render
@@ -22,7 +23,7 @@ from kogao_core.projects.interchange import PointSet
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import ORDER, Lattice
-from kogao_core.warp.measures import measures, moved
+from kogao_core.warp.measures import moved
 
 Mask = Literal["oval", "outline"]
 Export = Literal["tfm", "npz", "maps"]
@@ -63,7 +64,7 @@ class Stimulus:
     pixels: Image  # (H, W, 3) or, masked, (H, W, 4): uint8
     faces: tuple[Face, ...]  # where the picture shows them
     points: tuple[PointSet, ...]  # likewise all points of the files
-    records: list[dict[str, object]] = field(default_factory=list)  # measures, one for each face
+    records: list[dict[str, Any]] = field(default_factory=list)  # measures, one for each face
     files: dict[str, bytes] = field(default_factory=dict)  # fields by their endings
 
 
@@ -92,7 +93,7 @@ def stimuli(posed: Posed, wanted: Wanted) -> Iterator[Stimulus]:
             tuple(
                 PointSet(shown_at(rendering.field, one.points), one.lines) for one in points
             ),
-            list(_records(name, posed, rendering, faces, there)),
+            measured(f"{name}.png", posed.photo.path.name, rendering, faces),
             dict(_exported(rendering, wanted.exports)),
         )  # fmt: skip
 
@@ -133,35 +134,6 @@ def _masked(pixels: Image, faces: Sequence[Face], mask: Mask | None) -> Image:
         fixed = np.round(line * 2**_SUBPIXEL_BITS).astype(np.int32)
         cv2.fillPoly(alpha, [fixed], (255,), cv2.LINE_AA, _SUBPIXEL_BITS)
     return np.dstack([pixels, alpha])
-
-
-def _records(
-    name: str,
-    posed: Posed,
-    rendering: Rendering,
-    before: Sequence[Face],
-    after: Sequence[Face],
-) -> Iterator[dict[str, object]]:
-    for number, (old, new) in enumerate(zip(before, after, strict=True), start=1):
-        was, now = measures(old), measures(new)
-        yield {
-            "picture": f"{name}.png",
-            "photo": posed.photo.path.name,
-            "face": number,
-            "asked_percent": rendering.recipe.percent,
-            "achieved_percent": rendering.achieved[number - 1],
-            "center": rendering.recipe.center,
-            "lattice": rendering.recipe.lattice,
-            "fit": rendering.recipe.fit,
-            **dataclasses.asdict(now),
-            "jaw_to_eyes": now.jaw_to_eyes,
-            "width_change_percent": 100.0 * (now.width_px / was.width_px - 1.0),
-            "jaw_change_percent": 100.0 * (now.jaw_px / was.jaw_px - 1.0),
-            "area_change_percent": 100.0 * (now.area_px2 / was.area_px2 - 1.0),
-            "smallest_det_sampled": rendering.one_to_one.min_det,
-            "one_to_one_proven": rendering.one_to_one.certified,
-            "share_let_through": rendering.shares[number - 1],
-        }
 
 
 def png_of(stimulus: Stimulus, icc_profile: bytes | None) -> bytes:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
 from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import shown
+from kogao_core.batch import measures
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.lab.stimuli import (
     STIMULI,
@@ -111,9 +111,11 @@ def command(
             Text("several photos would be written to {twice}; give those their own folder",
                  twice=folder / twice), ending.USAGE,
         )  # fmt: skip
-    for name in (*names, "measures.csv", "contact.png"):
-        common.check_free(folder / name, force)
-    records: list[dict[str, object]] = []
+    table = folder / "measures.csv"
+    for file in (*(folder / name for name in names), table, folder / "contact.png"):
+        common.check_free(file, force)
+    common.check_free(measures.codebook_of(table), force)
+    records: list[dict[str, Any]] = []
     rows: list[list[Stimulus]] = []
 
     def make(path: Path) -> None:
@@ -131,7 +133,7 @@ def command(
     code = common.each(photos, make)
     if records:
         with ending.writing(folder):
-            put(_table(records).encode(), folder / "measures.csv")
+            measures.write(records, table)
             put(sheet(rows), folder / "contact.png")
         ending.print_text(tr("{folder}: measures.csv, contact.png", folder=folder))
     return code
@@ -154,11 +156,3 @@ def _write(one: Stimulus, folder: Path, form: str, icc_profile: bytes | None) ->
     interchange.write_points(points, folder / f"{one.name}.{form}")
     for ending_, data in one.files.items():
         put(data, folder / f"{one.name}{ending_}")
-
-
-def _table(records: Sequence[dict[str, object]]) -> str:
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(records[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(records)
-    return out.getvalue()
