@@ -251,7 +251,13 @@ class Interleaving:
             if last is not None and not (same or found_again):
                 raise Lost(f"{last} of {books.name} isn't there when it is opened again")
             self.counts["reopened"] += last is not None
-        books.afresh = self._afresh or self._restored or self._newest() is None
+        newest = self._newest()
+        books.afresh = self._afresh or self._restored or newest is None
+        # What was kept while faces were still sought: they were found again.
+        books.afresh |= newest is not None and sign_in(newest) == (
+            books.name,
+            (*books.work[:1], None, books.work[2]),
+        )
         self._afresh = False
         self._known |= {sign_of(state) for state in books.states}
 
@@ -295,7 +301,9 @@ class Interleaving:
             raise Lost(f"{books.work} isn't in the document")
         if self._needs_recovery():
             if not editor.window.isWindowModified():
-                raise Lost(f"{books.work} counts as saved and is in no file")
+                newest = self._newest()
+                held = None if newest is None else (newest.name, sign_in(newest))
+                raise Lost(f"{books.work} counts as saved and is in no file; {held} is")
             mode = self._disk.mode["recovery"]
             if mode != "full":
                 wanted = (books.name, books.work)
@@ -408,10 +416,10 @@ class Interleaving:
 
     def _move_along(self) -> None:
         strip = self._editor.strip
-        if not strip.panel.count():
+        if not strip.film.count():
             strip.show_places([*self._photos, self._broken])
-            self._until(lambda: bool(strip.panel.count()))
-        strip.panel.step(int(self._rng.choice([-1, 1])))
+            self._until(lambda: bool(strip.film.count()))
+        strip.film.step(int(self._rng.choice([-1, 1])))
 
     def _open(self, path: Path) -> None:
         self._editor.files.open(path)

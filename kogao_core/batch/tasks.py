@@ -102,6 +102,7 @@ class Outcome:
     # How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
     achieved_percent: tuple[float, ...] = ()
     edit: str = ""  # hash of the project that was done
+    doubtful: bool = False  # whether faces or points of it had better be looked at
 
     def to_json(self) -> str:
         """Return the line of the report."""
@@ -116,21 +117,23 @@ def work(task: Task) -> Outcome:
             return Outcome(task.source, task.output, "skipped", key=task.done)
         if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
             return Outcome(task.source, task.output, "result", origin.why)
-        achieved, note = _render(task)
+        achieved, note, doubtful = _render(task)
         seconds = round(time.perf_counter() - start, 3)
         key = _key(task)
         faces = len(achieved)
         edit = sha256_of(task.project) if task.project else ""
-        return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved, edit)
+        return Outcome(
+            task.source, task.output, "done", note, key, faces, seconds, achieved, edit, doubtful
+        )
     except _NoFace:
         return Outcome(task.source, task.output, "no face", Text("no face found"))
     except AllDoubted as doubts:
-        return Outcome(task.source, task.output, "no face", doubts.args[0])
+        return Outcome(task.source, task.output, "no face", doubts.args[0], doubtful=True)
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
 
-def _render(task: Task) -> tuple[tuple[float, ...], str]:
+def _render(task: Task) -> tuple[tuple[float, ...], str, bool]:
     output, seen = Path(task.output), list[Rendering]()
 
     def written(photo: Photo, pixels: Image, sign: Sign | None) -> str:
@@ -145,7 +148,9 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     )  # fmt: skip
     (rendering,) = seen
     notes = [done.note, made.lens, rendering.note, made.written, made.undisclosed]
-    return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
+    achieved = tuple(round(percent, 3) for percent in rendering.achieved)
+    # Of a project, a note is about the photo; of a search, about doubts.
+    return achieved, Text.joined("; ", notes), bool(done.note) and not task.project
 
 
 def _found(task: Task, photo: Photo) -> Applied:
