@@ -251,13 +251,7 @@ class Interleaving:
             if last is not None and not (same or found_again):
                 raise Lost(f"{last} of {books.name} isn't there when it is opened again")
             self.counts["reopened"] += last is not None
-        newest = self._newest()
-        books.afresh = self._afresh or self._restored or newest is None
-        # What was kept while faces were still sought: they were found again.
-        books.afresh |= newest is not None and sign_in(newest) == (
-            books.name,
-            (*books.work[:1], None, books.work[2]),
-        )
+        books.afresh = self._afresh or self._restored or self._newest() is None
         self._afresh = False
         self._known |= {sign_of(state) for state in books.states}
 
@@ -281,8 +275,13 @@ class Interleaving:
 
     def _is_kept(self) -> bool:
         """Tell whether opening the photo brings the work at hand."""
-        newest = self._newest()
-        return newest is not None and sign_in(newest) == (self._books.name, self._books.work)
+        newest, (percent, point, strokes) = self._newest(), self._books.work
+        held = None if newest is None else sign_in(newest)
+        if held is None or held[0] != self._books.name:
+            return False
+        # In what was kept while faces were still sought they are found again, as they were.
+        again = point == sign_of(self._books.states[0])[1] and held[1] == (percent, None, strokes)
+        return again or held[1] == self._books.work
 
     def _newest(self) -> Path | None:
         return kept(self._folder / self._books.name, self._storage.edits)
