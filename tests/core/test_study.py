@@ -330,26 +330,6 @@ def test_what_was_logged_is_read_again(tmp_path):
     assert head["surround"] == conduct.SURROUND
 
 
-DISPLAYED = ("shown", "window", "ratio", "away", "degrees", "distance")
-
-
-def test_a_log_of_the_version_before_counts_and_goes_on(tmp_path):
-    """It names no order, and tells nothing of how pictures were displayed."""
-    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
-    for _ in range(7):
-        log.add(judged(log.session))
-    log.add(taken_back(log.session))
-    lines = [json.loads(line) for line in log.path.read_text().splitlines()]
-    for line in lines:
-        for name in ("order", "surround", *DISPLAYED):
-            line.pop(name, None)
-    lines[0]["version"] = 1
-    log.path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    again = log_of(log.path, STUDY, "r1")
-    assert [one.picture for one in again.session.answered] == list(log.session.order[:6])
-    assert again.session.current == log.session.order[6]
-
-
 def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
     whole = log_of(tmp_path / "whole.jsonl", STUDY, "r1")
     for _ in range(3):
@@ -852,37 +832,6 @@ def test_answers_about_another_face_are_named_and_not_counted(tmp_path):
     (sentence,) = sources.notes(found)
     assert f"ratings of another study, {strayed.session.study.identity}" in sentence
     assert sentence in html.unescape(as_html(found))
-
-
-def as_version_1(copy):
-    """Make the key what the version before wrote."""
-    path = plan.key_path(copy)
-    key = json.loads(path.read_text())
-    del key["origin"], key["rules"]
-    key |= {"version": 1, "subjects": [face["name"] for face in key["subjects"]]}
-    for picture in key["pictures"].values():
-        del (
-            picture["achieved"],
-            picture["lattice_in_warps"],
-            picture["asked"],
-            picture["fit"],
-            picture["side"],
-        )
-    path.write_text(json.dumps(key))
-
-
-def test_a_study_of_the_version_before_is_reported_on(copy):
-    rated(copy, "r1", strict)
-    now = counted(copy)
-    as_version_1(copy)
-    before = counted(copy)
-    assert before.shares() == now.shares()
-    assert before.measured() == {}
-    assert report.figure_11(before, before.shares()).rows[0][1:3] == ["\N{EN DASH}"] * 2
-    (sentence,) = sources.notes(before)
-    assert "names don't tell faces apart" in sentence
-    json.dumps(report.report(before).document, allow_nan=False)
-    assert sentence in html.unescape(as_html(before))
 
 
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):

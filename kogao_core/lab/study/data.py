@@ -42,8 +42,8 @@ def _is_unnatural(_: Tally, row: Answered) -> int | None:
 
 
 def _asked(_: Tally, row: Answered) -> float:
-    found = row.meaning.measured
-    return row.variant.percent if found is None or found.asked is None else found.asked
+    asked = row.meaning.measured.asked
+    return row.variant.percent if asked is None else asked
 
 
 _MEASURED: Final = "achieved: how far landmarks came towards the centre, % of D"
@@ -72,7 +72,7 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column(
         "achieved_percent",
         _MEASURED,
-        lambda _, row: row.meaning.measured and row.meaning.measured.achieved,
+        lambda _, row: row.meaning.measured.achieved,
     ),
     Column("center", "centre candidate, 1 to 4", lambda _, row: row.variant.center),
     Column("lattice", "lattice spacing R, as the recipe's unit says",
@@ -80,7 +80,7 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column(
         "lattice_in_warps",
         "lattice spacing in mean warp distances",
-        lambda _, row: row.meaning.measured and row.meaning.measured.lattice_in_warps,
+        lambda _, row: row.meaning.measured.lattice_in_warps,
     ),
     Column("fit", "how the lattice takes up the moves", lambda _, row: row.variant.fit),
     Column("side", "where it lies beside the photo as it is", lambda _, row: row.meaning.side),
@@ -92,12 +92,12 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
     Column(
         "ms",
-        "from the painted picture to the answer, ms; without away_ms where that is given",
+        "from the painted picture to the answer, ms; without away_ms",
         lambda _, row: row.record.took_ms,
     ),
     Column(
         "away_ms",
-        "ms in another tab or window meanwhile; empty in logs before version 3",
+        "ms in another tab or window meanwhile",
         lambda _, row: row.record.away_ms,
     ),
     Column("shown_width", "width of the picture, CSS px", _display(lambda d: d.shown[0])),

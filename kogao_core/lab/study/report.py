@@ -128,12 +128,12 @@ def figure_11(tally: Tally, shares: Shares) -> Table:
 
 
 def _size_row(tally: Tally, title: str, variant: Variant, share: Share) -> list[str]:
-    found = tally.measured().get(variant)
-    in_warps = None if found is None else found.lattice_in_warps
+    found = tally.measured()[variant]
+    in_warps = found.lattice_in_warps
     return [
         title,
         NONE if in_warps is None else f"{in_warps:.2f}",
-        NONE if found is None else f"{found.achieved:.2f}",
+        f"{found.achieved:.2f}",
         _percent(share),
     ]
 
@@ -389,7 +389,7 @@ def _curves_document(found: Curves) -> dict[str, object]:
 def _records(tally: Tally, shares: Shares, everybody: Shares) -> list[dict[str, object]]:
     measured, graded = tally.measured(), tally.naturalness()
     return [
-        _row(variant, share, everybody[variant], measured.get(variant), graded[variant])
+        _row(variant, share, everybody[variant], measured[variant], graded[variant])
         for variant, share in shares.items()
     ]
 
@@ -398,7 +398,7 @@ def _row(
     variant: Variant,
     share: Share,
     everybody: Share,
-    found: PictureFigures | None,
+    found: PictureFigures,
     grades: Grades,
 ) -> dict[str, object]:
     printed = published(variant)
@@ -409,8 +409,8 @@ def _row(
         "center": variant.center,
         "lattice": variant.lattice,
         "fit": variant.fit,
-        "achieved": found.achieved if found else None,
-        "lattice_in_warps": found.lattice_in_warps if found else None,
+        "achieved": found.achieved,
+        "lattice_in_warps": found.lattice_in_warps,
         "unnatural": share.hits,
         "answers": share.answers,
         "share": _or_none(share.value),

@@ -17,10 +17,13 @@ _ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are o
 def studies(tally: Tally) -> Table:
     """Return where the pictures come from, a row for each photo."""
     rows = [
-        [key.identity, face.name, face.sha256[:_SHOWN] or NONE, *_origin(key), key.seed]
+        [
+            key.identity, face.name, face.sha256[:_SHOWN] or NONE, key.origin.landmarks or NONE,
+            key.origin.program, key.origin.made, key.seed,
+        ]
         for key in tally.keys
         for face in key.subjects
-    ]
+    ]  # fmt: skip
     recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
     return Table(
         Text("Studies"),
@@ -40,12 +43,6 @@ def studies(tally: Tally) -> Table:
             names=Text.joined("; ", list(recipes)),
         ),
     )
-
-
-def _origin(key: Key) -> tuple[str, str, str]:
-    if key.origin is None:
-        return NONE, NONE, NONE
-    return key.origin.landmarks or NONE, key.origin.program, key.origin.made
 
 
 def notes(tally: Tally) -> list[str]:
@@ -87,16 +84,6 @@ def notes(tally: Tally) -> list[str]:
         )
         sentences.append(
             Text("sessions that weren't finished, whose answers count: {some}", some=some)
-        )
-    old = [key.identity for key in tally.keys if key.origin is None]
-    if old:
-        sentences.append(
-            Text(
-                "made by a version whose names don't tell faces apart: {names}; if "
-                "another study was made with the same seed, check that no rating of "
-                "it lies here",
-                names=", ".join(old),
-            )
         )
     return sentences
 

@@ -140,17 +140,12 @@ class Tally:
         return Grades.of(own), Grades.of(others), skipped
 
     def measured(self) -> dict[Variant, PictureFigures]:
-        """Return means over the subjects; without variants that a key doesn't have."""
-        found: defaultdict[Variant, list[PictureFigures | None]] = defaultdict(list)
+        """Return means over the subjects."""
+        found: defaultdict[Variant, list[PictureFigures]] = defaultdict(list)
         for key in self.keys:
             for meaning in key.pictures.values():
                 found[meaning.variant].append(meaning.measured)
-        known = {variant: [one for one in all_ if one] for variant, all_ in found.items()}
-        return {
-            variant: _mean(values)
-            for variant, values in known.items()
-            if len(values) == len(found[variant])
-        }
+        return {variant: _mean(values) for variant, values in found.items()}
 
 
 def _mean(values: Sequence[PictureFigures]) -> PictureFigures:
